@@ -9,15 +9,15 @@ use std::fmt::Write as _;
 
 use glam::{DVec2, DVec3};
 
-/// Metres a unit of the control points.
+/// Metres per unit of the control points.
 const SCALE: f64 = 0.16;
-/// Cosine and sine of the teapot's turn about the vertical, the spout towards the viewer: exact, so
-/// that the file is the same on every machine.
+/// Cosine and sine of the teapot's rotation about the vertical, the spout towards the viewer. They
+/// are exact, so that the file is the same on every machine.
 const TURN: [f64; 2] = [12.0 / 13.0, 5.0 / 13.0];
-/// Where its axis stands on the floor, x and z.
+/// Position of its axis on the floor, x and z.
 const PLACE: DVec2 = DVec2::new(-0.03, 0.1);
-/// The lower edge of the body goes this far below the floor, metres: it neither floats nor lies in
-/// the floor's plane. What the teapot would stand on, its bottom, is left out: nobody can see it.
+/// Depth of the body's lower edge below the floor, metres: it neither floats nor lies in the
+/// floor's plane. The teapot's bottom is omitted, since it is never visible.
 const SINK: f64 = 0.001;
 /// Height of that edge in control point units.
 const BASE: f64 = 0.15;
@@ -113,7 +113,7 @@ fn evaluate(patch: &Patch, u: f64, v: f64) -> Vertex {
     let rows = patch.map(|row| curve(row, u));
     let [position, along_v] = curve(rows.map(|[value, _]| value), v);
     let [along_u, _] = curve(rows.map(|[_, derivative]| derivative), v);
-    // At the pole of the lid all u are one point; the surface is level there.
+    // At the lid's pole all values of u are one point, and the surface is horizontal there.
     let normal = if along_u.length() < 1e-9 { DVec3::Z } else { along_u.cross(along_v).normalize() };
     Vertex { position, normal }
 }
@@ -138,7 +138,7 @@ fn patches() -> Vec<(Patch, [usize; 2])> {
     patches
 }
 
-/// Triangles of a patch; those with no area, at a pole, are left out.
+/// Triangles of a patch; degenerate ones at a pole are omitted.
 fn tessellate(patch: &Patch, [columns, rows]: [usize; 2]) -> Vec<[Vertex; 3]> {
     let at = |i: usize, j: usize| evaluate(patch, i as f64 / columns as f64, j as f64 / rows as f64);
     let mut triangles = Vec::new();
@@ -155,8 +155,7 @@ fn tessellate(patch: &Patch, [columns, rows]: [usize; 2]) -> Vec<[Vertex; 3]> {
     triangles
 }
 
-/// From the control points' space to the room's: turned about the vertical, y up, standing
-/// in the floor.
+/// Transforms control points to the room: rotated about the vertical, y up, standing in the floor.
 fn place(vertex: Vertex) -> Vertex {
     let [cos, sin] = TURN;
     let turn = |v: DVec3| DVec3::new(cos * v.x + sin * v.y, v.z, sin * v.x - cos * v.y);
@@ -164,7 +163,7 @@ fn place(vertex: Vertex) -> Vertex {
     Vertex { position: SCALE * turn(vertex.position) + lift, normal: turn(vertex.normal) }
 }
 
-/// Numbers lines from 1; equal lines share a number, which welds patches together.
+/// Numbers lines from 1. Equal lines share a number, which welds patches together.
 #[derive(Default)]
 struct Lines {
     text: String,
@@ -173,7 +172,7 @@ struct Lines {
 
 impl Lines {
     fn number(&mut self, keyword: &str, v: DVec3) -> usize {
-        // Rounding first, and adding zero, keeps "-0.000000" out.
+        // Rounding and then adding zero avoids "-0.000000".
         let [x, y, z] = v.to_array().map(|c| (c * 1e6).round() / 1e6 + 0.0);
         let line = format!("{keyword} {x:.6} {y:.6} {z:.6}");
         let next = self.numbers.len() + 1;
@@ -185,7 +184,7 @@ impl Lines {
     }
 }
 
-/// The OBJ file.
+/// The text of the OBJ file.
 pub(crate) fn obj() -> String {
     let (mut positions, mut normals, mut faces) = (Lines::default(), Lines::default(), String::new());
     for (material, corners) in WALLS {

@@ -1,6 +1,6 @@
-//! Writes a built-in scene's model as OBJ, for other programs: `cargo run --release --example
-//! built_in_model room out/room` makes `out/room.obj` and `out/room.mtl`. A number of
-//! triangles may follow.
+//! Writes a built-in scene's model as OBJ for other programs. `cargo run --release --example
+//! built_in_model room out/room` writes `out/room.obj` and `out/room.mtl`. An optional last
+//! argument is the number of triangles.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};

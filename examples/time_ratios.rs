@@ -1,11 +1,11 @@
-//! Ratios between the times of two versions, from rounds in which they took turns:
-//! `scripts/bench.sh` leaves `old-1.json`, `new-1.json`, `old-2.json` and so on, all written by
-//! `lightpaths time --json`, and calls this with their folder.
+//! Ratios between the times of two versions, from alternating rounds. `scripts/bench.sh` writes
+//! `old-1.json`, `new-1.json`, `old-2.json` and so on with `lightpaths time --json`, and passes
+//! their folder to this program.
 //!
-//! Prints, for each scene, column and pass, the geometric mean of new over old and the interval
-//! that holds it with 99 % confidence, by Student's distribution of the ratios' logarithms. Ends
-//! with 1 if the lower end of a column's interval is above [`TOLERATED`]: passes are so many that
-//! one of them will seem slower now and then.
+//! For each scene, column and pass it prints the geometric mean of new over old, with its 99 %
+//! confidence interval by Student's distribution of the ratios' logarithms. It exits with 1 if the
+//! lower end of a column's interval is above [`TOLERATED`]. Passes do not count, because among many
+//! of them one seems slower now and then.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use serde_json::Value;
 
-/// What a column may become slower by.
+/// Tolerated slowdown of a column.
 const TOLERATED: f64 = 1.02;
 
 /// 99.5 % quantiles of Student's distribution with 1, 2, ... degrees of freedom; [`NORMAL`] beyond.
@@ -23,13 +23,13 @@ const STUDENT: [f64; 30] = [
 ];
 const NORMAL: f64 = 2.576;
 
-/// What is compared: scene, whether it is a column, name.
+/// The compared quantity: scene, whether it is a column, name.
 type Name = (String, bool, String);
 
-/// Times of a run, milliseconds. A pass that runs more than once in a frame counts as often.
+/// Times of a run, milliseconds. A pass that runs several times per frame has as many entries.
 type Times = BTreeMap<Name, f64>;
 
-/// A ratio and the interval that holds it.
+/// A ratio and its confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ratio {
     mean: f64,
@@ -38,7 +38,7 @@ struct Ratio {
 }
 
 impl Ratio {
-    /// Of at least two pairs of positive times, old and new.
+    /// The ratio of at least two pairs of positive times, old and new.
     fn of(pairs: &[[f64; 2]]) -> Self {
         let logs: Vec<f64> = pairs.iter().map(|[old, new]| (new / old).ln()).collect();
         let count = logs.len() as f64;
@@ -82,7 +82,7 @@ fn times(document: &Value) -> Times {
     times
 }
 
-/// Ratios of what both versions timed, in all rounds, to anything but nothing.
+/// Ratios of the positive times that both versions have in all rounds.
 fn ratios(rounds: &[[Times; 2]]) -> BTreeMap<Name, Ratio> {
     let Some([first, _]) = rounds.first() else { return BTreeMap::new() };
     let of_name = |name: &Name| {

@@ -1,6 +1,7 @@
-// Accessibility of path vertices: how many of a vertex's rays, spread as a matt surface reflects,
-// meet nothing within a reach: the share of what it reflects that leaves its surroundings.
-// Deterministic. One invocation = one vertex. In: vertices. Out: rays, for each, or LOOP_TRUNCATED.
+// Ambient accessibility of path vertices [Zhukov]: counts the cosine-distributed rays of a vertex
+// that hit nothing within `reach`. Their fraction of all rays is the fraction of reflected light
+// that leaves the surroundings. Deterministic. One invocation = one vertex. In: vertices. Out:
+// number of such rays for each vertex, or LOOP_TRUNCATED.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -46,7 +47,8 @@ void main() {
     if ((point.side & 1u) != 0u) normal = -normal;
     vec3 origin = offset_origin(point.position, normal);
     mat3 frame = frame_around(normal);
-    // The point itself names its rays: what is found must not depend on how the work was cut up.
+    // The seed comes from the point's own bits, so the result is independent of the chunk
+    // that holds it.
     uvec3 bits = floatBitsToUint(point.position);
     uint name = hash(bits.x, hash(bits.y, hash(bits.z, point.side)));
     uint open = 0u;

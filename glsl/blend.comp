@@ -1,8 +1,8 @@
-// Blends every record with what its neighbours, extrapolated by their gradients, say of its place:
-// the gather's sampling noise, independent from record to record, averages out, while the light,
-// smooth between points that see each other, stays. Neighbours and weights are geometry: a fixed
-// sparse matrix. Deterministic. One invocation = one record. In: records, lists of (neighbour,
-// weight) whose weights sum to 1. Out: blended records.
+// Replaces each record by a weighted mean of its neighbours, which their gradients extrapolate to
+// its position. The records' sampling noise is independent and averages out. The light is smooth
+// between points that see each other and stays. Neighbours and weights depend on geometry alone: a
+// constant sparse matrix. Deterministic. One invocation = one record. In: records, lists of
+// (neighbour, weight) whose weights sum to 1. Out: blended records.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -19,7 +19,7 @@ struct BlendPush {
 };
 
 layout(binding = 0) uniform usamplerBuffer CachePoints;
-layout(scalar, binding = 1) readonly buffer NeighbourOffsets { uint neighbour_offsets[]; };  // of each record, and the end
+layout(scalar, binding = 1) readonly buffer NeighbourOffsets { uint neighbour_offsets[]; };  // CSR offsets: one for each record, and the end
 layout(scalar, binding = 2) readonly buffer Neighbours { Neighbour neighbours[]; };
 layout(binding = 3) uniform usamplerBuffer Records;  // `Record`s
 layout(scalar, binding = 4) writeonly buffer Blended { Record blended[]; };
@@ -37,8 +37,8 @@ void main() {
     for (uint i = neighbour_offsets[index]; i < neighbour_offsets[index + 1u]; ++i) {
         Record record = record_at(Records, neighbours[i].record);
         float weight = neighbours[i].weight;
-        // Half of the way by the gradient at the neighbour; below, half by that at the record
-        // itself: curvature cancels.
+        // Trapezoidal rule: half of the offset by the neighbour's gradient here, half by the
+        // record's own gradient below, so that the curvature terms cancel.
         vec3 moved = point.position - record.position;
         vec3 change = 0.5 * moved * record.translation + point.normal * record.rotation;
         irradiance += weight * max(record.irradiance + change, vec3(0.0));
@@ -47,8 +47,8 @@ void main() {
         rotation += weight * record.rotation;
     }
     irradiance = max(irradiance + 0.5 * offset * translation, vec3(0.0));
-    // A rotation counts from the record's own normal; what the neighbours' mean says along it is no
-    // rotation.
+    // A rotational gradient lies in the tangent plane of the record. The component of the mean
+    // along the record's normal is no rotation.
     rotation -= outerProduct(point.normal, point.normal * rotation);
     blended[index] = Record(point.position, irradiance, translation, rotation);
 }

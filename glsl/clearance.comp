@@ -1,7 +1,7 @@
-// Clearance of candidate cache points: distance to the nearest surface that their gather hemisphere
-// sees, the R_i of the error metric. [Tabellion] Deterministic. One workgroup = one candidate; rays
-// within 10° of the tangent plane do not count. In: candidates. Out: metres, or the scene's size
-// where no ray hits, or INTERIOR or UNKNOWN; and the wall that was hit.
+// Clearance of candidate cache points: the distance to the nearest surface in their gather
+// hemisphere, the R_i of the error metric. [Tabellion] Rays within 10° of the tangent plane do not
+// count. Deterministic. One workgroup = one candidate. In: candidates. Out: metres, or the scene's
+// size if no ray hits, INTERIOR or UNKNOWN; and the nearest occluder plane.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -19,10 +19,10 @@ layout(constant_id = 1) const uint SECTORS = 0;
 
 struct Clearance {
     float distance;  // metres; INTERIOR in a solid
-    vec3 wall;       // plane of the nearest hit as in CachePoint, if it faces 45° or more away from the surface; else zero
+    vec3 wall;       // nearest occluder plane as in CachePoint, if it faces 45° or more away from the surface; else zero
 };
 const float INTERIOR = -1.0;
-const float UNKNOWN = -2.0;  // the device ended the loops
+const float UNKNOWN = -2.0;  // truncated loop
 
 struct ClearancePush {
     uint candidate_count;
@@ -54,7 +54,8 @@ void main() {
     vec3 origin = offset_origin(point.position, normal);
     mat3 frame = frame_around(point.normal);
 
-    // The point itself names its rays: what is measured must not depend on how the work was cut up.
+    // The seed comes from the point's own bits, so the result is independent of the chunk
+    // that holds it.
     uvec3 bits = floatBitsToUint(point.position);
     uint name = hash(bits.x, hash(bits.y, hash(bits.z, point.side)));
 
@@ -86,10 +87,11 @@ void main() {
     if (nearest[0] != UNKNOWN && nearest_ray[0] != NO_TARGET && trace(Ray(origin, direction, push.scene_size), false, hit)) {
         vec3 plane = surface_at(hit.triangle).normal;
         float distance = dot(plane, hit_position(hit) - point.position);
-        // A wall, or what covers the surface: behind both the world looks different.
+        // A standing wall or a covering surface: the view of the scene changes behind either.
         bool back = dot(plane, direction) > 0.0;
         if (dot(back ? -plane : plane, point.normal) < 0.7071 && distance != 0.0) wall = plane / distance;
-        // What is nearest to the inside of a solid is that inside, which takes no part.
+        // The nearest hit of a candidate inside a solid is an inner side, which takes no
+        // part in transport.
         if (!side_is_active(surface_at(hit.triangle).sides, back)) nearest[0] = INTERIOR;
     }
     if (nearest[0] == UNKNOWN || !loops_completed(push.candidate_count)) clearances[index] = Clearance(UNKNOWN, vec3(0.0));

@@ -1,7 +1,7 @@
-// Directional proxies of clusters: what a coarse cluster shows in directions from which part of it
-// is hidden is the weighted mean of the clusters below it that can be seen. [Yue §2, Figure 1]
-// Deterministic. One invocation = one proxy. In: irradiance of clusters, W/m². Out: irradiance of
-// proxies, behind them in the same buffer.
+// Directional proxies: a coarse cluster that is partly hidden from a direction gets the weighted
+// mean of its visible finer clusters there. [Yue §2, Figure 1] Deterministic. One invocation = one
+// proxy. In: irradiance of clusters, W/m². Out: irradiance of proxies, W/m², behind the clusters in
+// the same buffer.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -12,10 +12,10 @@ layout(local_size_x = 64) in;
 struct ClusterProxiesPush {
     uint cluster_count;
     uint proxy_count;
-    uint weight_bits;  // of a part
+    uint weight_bits;  // width of the weight field in an entry of `proxy_parts`
 };
 
-layout(scalar, binding = 0) readonly buffer PartOffsets { uint part_offsets[]; };  // of each proxy, and the end
+layout(scalar, binding = 0) readonly buffer PartOffsets { uint part_offsets[]; };  // CSR offsets: one for each proxy, and the end
 layout(scalar, binding = 1) readonly buffer ProxyParts { uint proxy_parts[]; };  // cluster << weight_bits | (steps - 1)
 layout(scalar, binding = 2) buffer Irradiance { vec3 irradiance[]; };
 layout(scalar, push_constant) uniform Push { ClusterProxiesPush push; };
@@ -23,7 +23,7 @@ layout(scalar, push_constant) uniform Push { ClusterProxiesPush push; };
 void main() {
     uint proxy = flat_invocation();
     if (proxy >= push.proxy_count) return;
-    uint steps = 1u << push.weight_bits;  // of all parts together
+    uint steps = 1u << push.weight_bits;  // sum of the weights of a proxy, in steps
     vec3 sum = vec3(0.0);
     for (uint i = part_offsets[proxy]; i < part_offsets[proxy + 1u]; ++i) {
         uint part = proxy_parts[i];

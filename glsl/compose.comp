@@ -1,8 +1,9 @@
-// Radiance towards the camera: albedo times direct and indirect irradiance, summed over the slots
-// of samples where a pixel shows an edge. Deterministic. One invocation = one pixel, or, in a
-// second dispatch, one edge pixel: there are few, and side by side none waits for another's slots.
-// In: irradiances (W/m²; direct ones of the pixels, then of the slots, times their weights),
-// reflectances, slots of edge pixels. Out: radiance, W/m²/sr; black where a ray left the scene.
+// Radiance towards the camera: albedo times direct and indirect irradiance. An edge pixel sums this
+// over the slots of its samples. A second dispatch handles the few edge pixels, so that no pixel
+// waits for a neighbour with slots. Deterministic. One invocation = one pixel, or one edge pixel in
+// the second dispatch. In: irradiances (W/m²; direct irradiance of the pixels, then of the slots
+// with their weights applied), reflectances, slots of edge pixels. Out: radiance, W/m²/sr; black
+// where a ray left the scene.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -17,14 +18,14 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: some surfaces may be glossy
-layout(constant_id = 1) const uint AT_EDGES = 0;  // 1: only pixels that show an edge, over what they had
+layout(constant_id = 1) const uint AT_EDGES = 0;  // 1: the dispatch over edge pixels, which overwrites their radiance
 
 struct ComposePush {
     uint pixel_count;
     uint width;            // pixels
     EdgeCapacity capacity;
-    vec3 emission_scale;             // what all light is to be multiplied with
-    float direct_share;    // 1, or 0 for a picture without direct light
+    vec3 emission_scale;             // factor of all light: the colour of the only active light
+    float direct_share;    // 1, or 0 for an image without direct light
     float indirect_share;  // the same for indirect light
 };
 
@@ -46,8 +47,9 @@ layout(scalar, push_constant) uniform Push { ComposePush push; };
 
 uint material_of(uint side) { return surface_at(side >> 1).material; }
 
-// `colour` is the image's there, `source` the pixel whose indirect irradiance it takes,
-// `gloss_source` the one with the same gloss. All but `direct` is times `weight`.
+// `colour` is the colour of the material's image. The indirect irradiance comes from pixel
+// `source`, the gloss from pixel `gloss_source`. `weight` applies to these two; `direct`
+// includes it already.
 vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint gloss_source, float weight) {
     if (side == NO_SIDE) return vec3(0.0);
     vec3 irradiance = push.direct_share * direct + push.indirect_share * weight * indirect_irradiance[source];
@@ -60,21 +62,21 @@ vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint gloss_sour
     return radiance;
 }
 
-// The gloss of a pixel is averaged over all that it shows of its centre's material: so do samples
-// of that. Others take the gloss of their sources.
+// The gloss of a pixel is a mean over its samples on the centre's material. A sample of that
+// material takes this mean; any other sample takes the gloss of its source pixel.
 uint gloss_source_of(uint side, uint source, uint index) {
     uint centre = pixel_surface_at(Pixels, index).side;
     if (side == NO_SIDE || centre == NO_SIDE) return source;
     return material_of(side) == material_of(centre) ? index : source;
 }
 
-// What the centre of a pixel sees.
+// Radiance of the surface at the centre of a pixel.
 vec3 centre(uint index) {
     vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(pixel_colours[index]) : vec3(1.0);
     return reflected(pixel_surface_at(Pixels, index).side, colour, direct_irradiance[index], index, index, 1.0);
 }
 
-// What the samples of the edge pixel that is number `edge` of all see on average.
+// Mean radiance over the samples of an edge pixel; `edge` is its index in the list of edge pixels.
 vec3 mean_of_samples(uint edge, uint count, uint slots, uint index) {
     uvec2 size = uvec2(push.width, push.pixel_count / push.width);
     vec3 sum = vec3(0.0);

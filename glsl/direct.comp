@@ -1,6 +1,6 @@
 // Direct illumination: irradiance at surface points per unit of a light's emission. [Yue §4, Tdi]
 // Deterministic. One invocation = one point, one workgroup = one batch. In: points that camera rays
-// met, a light, its shafts. Out: its layer, see light_factor for units.
+// met, a light, its shafts. Out: the per-light irradiance buffer; light_factor gives the units.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -51,7 +51,8 @@ void main() {
     PixelSurface point = pixel_surface_at(SeenPoints, index);
     LightSource light = of_kind(light_at(Lights, push.light));
     float found = push.first_sample == 0u ? 0.0 : light_layer[index];
-    // A loop of at most one iteration: where no point of a group sees a surface, lavapipe skips it.
+    // A loop of at most one iteration: lavapipe (Mesa 22.3.6) skips its body if no point of a group
+    // sees a surface.
     for (bool is_due = point.side != NO_SIDE; is_due; is_due = false) {
         vec3 normal = facing_normal(point.side);
         found += light_factor_in(batch, light, push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,

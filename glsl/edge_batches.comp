@@ -1,5 +1,5 @@
-// Batches of edge samples. Deterministic. One invocation = one batch. In: what the samples see.
-// Out: where their shadow rays leave.
+// Batches of edge samples: bounds of the origins of their shadow rays. Deterministic. One
+// invocation = one batch. In: surfaces at the samples. Out: batches (metres).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,6 +1,6 @@
-// Colours of images at edge pixels: the mean over the samples of each slot. No ray is traced.
-// Deterministic. One invocation = one slot. In: what the samples see, images. Out: packed colours.
-// Only in scenes with images.
+// Colours of images at edge pixels: the mean over the samples of each slot. The kernel traces no
+// ray and runs only in scenes with images. Deterministic. One invocation = one slot. In: surfaces
+// at the samples, images. Out: packed colours.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -50,7 +50,7 @@ void main() {
     for (uint i = 0u; i < count; ++i) {
         EdgeSample found = edge_samples[edge * count + i];
         if (found.side == NO_SIDE || slot_of(found) != number.x) continue;
-        // The very point that `edge_samples` asked.
+        // The image point that `edge_samples` traced.
         vec2 point = corner + sample_3d(i + point_of(found) * count, pixel).xy;
         sum += float(eighths_of(found)) * colour_through(view, point, found.side >> 1).xyz;
         weight += float(eighths_of(found));

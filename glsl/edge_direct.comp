@@ -1,7 +1,7 @@
-// Direct illumination at the samples of edge pixels, as `direct` has it at pixels, times the share
-// of a sample's points that met a surface. Deterministic. One invocation = one sample, one
-// workgroup = one batch. In: the samples, a light, its shafts. Out: their light, see light_factor
-// for units.
+// Direct illumination at the samples of edge pixels, by the method of `direct`, times the fraction
+// of a sample's image points that met a surface. Deterministic. One invocation = one sample, one
+// workgroup = one batch. In: the samples, a light, its shafts. Out: their light; light_factor
+// gives the units.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -60,8 +60,8 @@ void main() {
     EdgeSample seen = edge_sample_of(pair_at(EdgeSamples, index));
     LightSource light = of_kind(light_at(Lights, push.light));
     float found = push.first_sample == 0u ? 0.0 : edge_light[index];
-    // A loop of at most one iteration: where no sample of a group sees a surface, lavapipe skips
-    // it.
+    // A loop of at most one iteration: lavapipe (Mesa 22.3.6) skips its body if no sample of a
+    // group sees a surface.
     for (bool is_due = seen.side != NO_SIDE; is_due; is_due = false) {
         PixelSurface point = edge_point(view, edge_pixels[number.y], seen, number.x, count);
         vec3 normal = facing_normal(point.side);

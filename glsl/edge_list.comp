@@ -1,9 +1,9 @@
-// Antialiasing, step 2: lists the edge pixels, in the order of tiles, so that samples of a batch
-// lie close together, and counts them and the workgroups that take them: 64 samples each and 64
-// pixels each; those that sum light of all pixels and of the edges' slots; and those of 64 batches
-// of samples. Deterministic. One invocation = one place of that order. In: edge pixels before each,
-// and the end. Out: their indices; the number that each pixel has among them; how many there are
-// (word 3) and, behind it, sizes of dispatches.
+// Antialiasing, step 2: lists the edge pixels in tile order, so that the samples of a batch are
+// close together. Also sizes the dispatches that follow: workgroups of 64 samples, of 64 edge
+// pixels, of GROUP_POINTS values of light (pixels and slots), and of 64 batches. Deterministic. One
+// invocation = one position in tile order. In: exclusive prefix sum of the edge marks, and the
+// total. Out: indices of the edge pixels; for each pixel its index in that list; their number (word
+// 3), followed by dispatch sizes.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -12,7 +12,7 @@
 #include "include/antialias.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint GROUP_POINTS = 256;  // whose light a workgroup sums
+layout(constant_id = 0) const uint GROUP_POINTS = 256;  // values of light that a workgroup sums
 layout(constant_id = 1) const uint BATCH = 64;          // samples that share a shaft
 
 struct EdgeListPush {

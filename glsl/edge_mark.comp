@@ -1,6 +1,6 @@
-// Antialiasing, step 1: marks the pixels that show an edge of geometry or of a material.
-// Deterministic. One invocation = one pixel, one workgroup = one tile of them. In: what the pixels
-// see. Out: in the order of tiles 1 for an edge pixel, else 0.
+// Antialiasing, step 1: marks the pixels at an edge of geometry or of a material. Deterministic.
+// One invocation = one pixel, one workgroup = one tile of them. In: surfaces at the pixels. Out: in
+// tile order, 1 for an edge pixel, else 0.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -30,8 +30,8 @@ bool is_edge(PixelSurface a, PixelSurface b) {
     if (a.side == NO_SIDE || b.side == NO_SIDE) return a.side != b.side;
     if (surface_at(a.side >> 1).material != surface_at(b.side >> 1).material) return true;
     if (dot(a.normal, b.normal) < uintBitsToFloat(CREASE)) return true;
-    // Smooth shading hides a sharp edge, but not from indirect light, which has the facet's
-    // horizon.
+    // Smooth shading hides a sharp edge from direct light. Indirect light depends on the facet's
+    // horizon and still shows it.
     if (dot(facet_of(surface_at(a.side >> 1), a.side), facet_of(surface_at(b.side >> 1), b.side)) < FACETS_ALIKE) return true;
     vec3 apart = b.position - a.position;
     float off_plane = min(abs(dot(apart, a.normal)), abs(dot(apart, b.normal)));

@@ -1,8 +1,9 @@
-// Antialiasing, step 3: what samples spread over the edge pixels see, and for each the pixel around
-// it whose surface it most resembles: indirect light is smooth on a surface, so that pixel's will
-// do. Along the scene's outline a sample asks several points, shows the first surface that one of
-// them meets, and counts for the share that do. Deterministic. One invocation = one sample. In:
-// camera, scene, pixels. Out: the samples; their slots are to come.
+// Antialiasing, step 3: traces samples spread over the edge pixels. Each sample takes the indirect
+// light of one of the nine pixels around it, the one with the most similar surface: indirect light
+// is smooth on a surface. Along the scene's outline a sample traces several image points. It shows
+// the first surface that one of them meets, with the fraction of points that meet one as its
+// weight. Deterministic. One invocation = one sample. In: camera, scene, pixels. Out: the samples;
+// step 4 adds their slots.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -17,7 +18,7 @@
 #include "include/records.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint OUTLINE_POINTS = 1;  // of a sample, where a pixel around it sees no surface; a divisor of 8
+layout(constant_id = 0) const uint OUTLINE_POINTS = 1;  // image points of a sample if a pixel around it sees no surface; a divisor of 8
 
 struct EdgeSamplesPush {
     View view;
@@ -69,7 +70,7 @@ void main() {
     float least = 1e30;
     uint place = 4u;
     vec3 facet = facing_normal(found.side);
-    // The pixel itself first: if it will do, the others need not be asked.
+    // The pixel itself comes first: if it is similar enough, the loop ends.
     for (uint i = 4u; i < 13u && found.side != NO_SIDE && least > 0.01; ++i) {
         PixelSurface candidate = pixel_surface_at(Pixels, pixel_at(size, pixel, i % 9u));
         float cost = candidate.side == NO_SIDE ? 1e30 : dissimilarity(found, facet, candidate);

@@ -1,7 +1,7 @@
-// Antialiasing, step 4: gives samples of an edge pixel that take indirect light from the same pixel
-// and show the same material a slot of it. Where a pixel has more such sorts than slots, those to
-// come go to the first of their material, else to the last. Deterministic. One invocation = one
-// edge pixel. In: its samples. Out: its slots; the samples know theirs.
+// Antialiasing, step 4: gives each sample of an edge pixel a slot. Samples that take indirect light
+// from the same pixel and show the same material share one. If the slots run out, a sample takes
+// the first slot of its material, else the last slot. Deterministic. One invocation = one edge
+// pixel. In: its samples. Out: its slots, and the slot of each sample.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

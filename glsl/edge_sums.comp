@@ -1,7 +1,7 @@
-// Antialiasing of a light, step 1: adds up its light at the samples of an edge pixel, slot by slot,
-// and finds how many samples such a spread asks for. Deterministic. One invocation = one edge
-// pixel. In: samples, their light. Out: the light's layer at the pixel's slots; how many samples
-// the pixel should have, 0 where those will do.
+// Antialiasing of a light, step 1: sums its light at the samples of an edge pixel, slot by slot,
+// and derives the number of samples from their variance. Deterministic. One invocation = one edge
+// pixel. In: samples, their light. Out: the per-light irradiance buffer at the pixel's slots; the
+// number of samples that the pixel needs, 0 if the present ones suffice.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -12,8 +12,8 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint SPREAD = 0;  // float bits: variance over squared mean from which a pixel takes more samples
-layout(constant_id = 1) const uint DENSITY = 0; // samples then, times that
-layout(constant_id = 2) const uint MAX_SAMPLE_FACTOR = 0;    // but so many at most, times what every edge pixel has
+layout(constant_id = 1) const uint DENSITY = 0; // samples of such a pixel over that ratio
+layout(constant_id = 2) const uint MAX_SAMPLE_FACTOR = 0;    // upper bound, over the samples that every edge pixel has
 
 struct EdgeListPush {
     uint width;
@@ -45,7 +45,7 @@ void main() {
         is_covered = is_covered && eighths_of(found) == 8u;
     }
     for (uint i = 0u; i < slots_each && count > 0u; ++i) light_layer[push.pixel_count + edge * slots_each + i] = sums[i] / float(count);
-    // Along the scene's outline each sample has asked several points already.
+    // Along the scene's outline each sample has traced several image points already.
     float mean = (sums.x + sums.y + sums.z + sums.w) / float(max(count, 1u));
     float variance = squares / float(max(count, 1u)) - mean * mean;
     float spread = mean > 0.0 && is_covered ? variance / (mean * mean) : 0.0;

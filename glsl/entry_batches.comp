@@ -1,5 +1,5 @@
-// Batches of entry points. Deterministic. One invocation = one batch. In: entry points. Out: where
-// their shadow rays leave.
+// Batches of entry points: bounds of the origins of their shadow rays. Deterministic. One
+// invocation = one batch. In: entry points. Out: batches (metres).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,6 +1,6 @@
-// Entry points: stratified over the patches of the active sides, along their running number. [Yue
-// §1] Deterministic. One invocation = one entry point. In: first point of every patch. Out: the
-// first vertex of every light path.
+// Entry points: stratified over the patches of the active sides, in the patches' order. [Yue §1]
+// Deterministic. One invocation = one entry point. In: index of the first point of every patch.
+// Out: the first vertex of every light path.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -16,7 +16,7 @@ struct EntryPatch {
     vec3 p1;
     vec3 p2;
     uint side;     // 2·triangle + (1 if the back side)
-    float weight;  // area that each of its points stands for, over the mean of all
+    float weight;  // area of each of its points, over the mean of all points
 };
 struct EntryPointsPush {
     Grid grid;
@@ -39,7 +39,7 @@ layout(scalar, push_constant) uniform Push { EntryPointsPush push; };
 #include "include/surfaces.glsl"
 #include "include/grid.glsl"
 
-// The patch whose run of points holds `index`: the last one whose first point is not beyond it.
+// The patch whose segment of points holds `index`: the last one that starts at or before it.
 uint find_patch(uint index) {
     uint low = 0u;
     uint high = push.patch_count;
@@ -59,13 +59,13 @@ void main() {
     Surface surface = surface_at(entry_patch.side >> 1);
     bool back = (entry_patch.side & 1u) != 0u;
 
-    // Neighbours in order, which are neighbours on the surface, complement each other.
+    // Consecutive points are neighbours on the surface; the sequence spreads them evenly.
     vec2 u = sample_3d(index, push.seed).xy;
     float along = sqrt(u.x);
     vec3 weights = vec3(1.0 - along, along * (1.0 - u.y), along * u.y);
     vec3 position = weights.x * entry_patch.p0 + weights.y * entry_patch.p1 + weights.z * entry_patch.p2;
-    // Off the triangle's edges by a hair, or a ray may start in the plane of the next wall and
-    // leave a closed room: see `hit_position`.
+    // Slightly off the triangle's edges: a ray from an edge may start in the plane of the next wall
+    // and leave a closed room. See `hit_position`.
     position = mix(position, (triangle.p0 + triangle.p1 + triangle.p2) * (1.0 / 3.0), 1.0 / 32768.0);
 
     vec3 normal = back ? -surface.normal : surface.normal;

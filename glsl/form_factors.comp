@@ -1,6 +1,6 @@
 // Form factors: irradiance at each entry point per unit of a light's emission, visibility included.
 // [Yue §3] Deterministic. One invocation = one entry point, one workgroup = one batch. In: entry
-// points, a light, its shafts. Out: its row, see light_factor for units.
+// points, a light, its shafts. Out: the light's form factors; light_factor gives the units.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -21,7 +21,7 @@ struct FormFactorsPush {
     uint end_sample;
     uint traces_all;    // 1: rays are traced although they cannot bring light
     uint first_batch;   // of the part
-    float area_m2;      // that each entry point stands for
+    float area_m2;      // of an entry point
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;

@@ -1,6 +1,6 @@
-// Final gathering, step 2: irradiance at cache points and its gradients, from the stored rays. [Yue
-// §3; Krivanek] Deterministic. A cache point of a list takes as many invocations as suit the
-// device. In: merged rays of rays, radiance of targets (W/m²/sr). Out: records.
+// Final gathering, step 2: irradiance of cache points and its gradients, from merged rays. [Yue §3;
+// Krivanek] Deterministic. RECORD_LANES invocations = one listed cache point. In: merged rays,
+// radiance of gather targets (W/m²/sr). Out: records.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -19,23 +19,23 @@ struct GatherPush {
     uint end_point;        // its end
     uint target_bits;   // width of the gather target field in a merged ray
     float min_distance;  // unit of gradients under movement, metres
-    float rotation_unit;       // of a merged ray's share in the gradient under rotation
-    float stratum;         // π over the rays of a hemisphere: what each counts for
+    float rotation_unit;       // unit of the packed rotational gradient of a merged ray
+    float stratum;         // π over the rays of a hemisphere: the weight of each ray
 };
 
 layout(binding = 0) uniform usamplerBuffer CachePoints;
-layout(scalar, binding = 1) readonly buffer MergedRayOffsets { uint merged_ray_offsets[]; };  // of each point of the part, and the end
-// Two a texel. Rays of a point that meet one gather target: gather target | (number of rays - 1) <<
-// target_bits; their shares in the gradients under movement (two numbers of eight bits, and the
-// exponent of both in five), then under rotation (four, four and three). Invocations of a point
-// read neighbours here, and, because its merged rays are in the order of their targets, close
-// places of the radiances.
+layout(scalar, binding = 1) readonly buffer MergedRayOffsets { uint merged_ray_offsets[]; };  // CSR offsets: one for each point of the bound buffer, and the end
+// Two merged rays a texel. The first word holds gather target | (number of rays - 1) <<
+// target_bits. The second holds their weights in the translational gradient (two 8-bit numbers and
+// a common 5-bit exponent), then in the rotational gradient (4, 4 and 3 bits). The invocations of a
+// point read adjacent texels. A point's merged rays are sorted by target, so that the radiances
+// they read are close in memory, too.
 layout(binding = 2) uniform usamplerBuffer MergedRays;
 layout(scalar, binding = 3) readonly buffer MergedRayColours { uint merged_ray_colours[]; };  // packed; only in scenes with images
 layout(binding = 4) uniform usamplerBuffer Radiances;
 layout(scalar, binding = 5) readonly buffer LobeRadiances { vec3 lobe_radiances[]; };
 layout(scalar, binding = 6) writeonly buffer Records { Record records[]; };
-layout(scalar, binding = 7) readonly buffer RecordOffsets { uint record_offsets[]; };  // listed ones before each, and all
+layout(scalar, binding = 7) readonly buffer RecordOffsets { uint record_offsets[]; };  // exclusive prefix sum over the records, and the total
 layout(scalar, binding = 8) readonly buffer ListedRecords { uint listed_records[]; };  // in order
 layout(scalar, push_constant) uniform Push { GatherPush push; };
 
@@ -43,13 +43,13 @@ const uint SUMS = 5u;  // irradiance; translation and rotation along tangent and
 shared vec3 sums[SUMS * RECORD_GROUP];
 const uint MOVEMENT_EXPONENT = 26u;  // its unit is 2 to the minus that
 
-// Two numbers and what they are multiplied with.
+// Two signed integers of `width` bits, times 2^(exponent - 127).
 vec2 unpack_pair(uint bits, int width, uint exponent) {
     ivec2 numbers = ivec2(bitfieldExtract(int(bits), 0, width), bitfieldExtract(int(bits), width, width));
     return uintBitsToFloat(exponent << 23u) * vec2(numbers);
 }
 
-// Of one merged ray; none where it is another point's.
+// Adds one merged ray, or nothing if it belongs to another point.
 void add(inout vec3 sum[SUMS], uint index, uvec2 merged_ray, bool is_ours) {
     uint target_index = merged_ray.x & ((1u << push.target_bits) - 1u);
     vec3 radiance = uintBitsToFloat(texelFetch(Radiances, int(target_index)).xyz);
@@ -65,7 +65,7 @@ void add(inout vec3 sum[SUMS], uint index, uvec2 merged_ray, bool is_ours) {
     sum[4] += rotation.y * radiance;
 }
 
-// Of the invocations of each point, in order, for all of them.
+// Sums over the invocations of each point, in order; each of them gets the total.
 void add_up(inout vec3 sum[SUMS], uint lane) {
     uint first = gl_LocalInvocationIndex - lane;
     for (uint k = 0u; k < SUMS; ++k) sums[k * RECORD_GROUP + gl_LocalInvocationIndex] = sum[k];

@@ -1,6 +1,7 @@
-// Final gathering, step 1: radiance that comes back along the rays that meet a gather target, a
-// cluster with a material, once for all rays that do. [Yue §3] Deterministic. One invocation = one
-// gather target. In: cluster irradiance (W/m²), flux of slots (W), reflectances. Out: W/m²/sr.
+// Final gathering, step 1: radiance that a gather target sends back along its rays, computed
+// once for all of them. A gather target is a cluster with a material. [Yue §3] Deterministic.
+// One invocation = one gather target. In: cluster irradiance (W/m²), flux of slots (W),
+// reflectances. Out: W/m²/sr.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -13,12 +14,12 @@
 #include "include/gloss.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: targets beyond the clusters are slots
+layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: cluster fields beyond cluster_count are slots
 
 struct GatherRadiancePush {
     uint target_count;
     uint cluster_bits;   // width of the cluster field in a target
-    uint cluster_count;  // proxies and parts of clusters included
+    uint cluster_count;  // proxies and near-field patches included
 };
 
 layout(scalar, binding = 0) readonly buffer Targets { uint targets[]; };  // targets of gather rays, in ascending order
@@ -27,8 +28,8 @@ layout(binding = 2) uniform usamplerBuffer Irradiance;  // three floats each
 layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
 layout(scalar, binding = 4) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
 layout(scalar, binding = 5) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };     // of slots, W
-layout(scalar, binding = 6) writeonly buffer Radiances { vec4 radiances[]; };  // reflected evenly; the image's colour is still to come; texels
-layout(scalar, binding = 7) writeonly buffer LobeRadiances { vec3 lobe_radiances[]; };        // by lobes, which images do not colour
+layout(scalar, binding = 6) writeonly buffer Radiances { vec4 radiances[]; };  // diffuse radiance without the image's colour; texels
+layout(scalar, binding = 7) writeonly buffer LobeRadiances { vec3 lobe_radiances[]; };        // radiance of Phong lobes, which images do not colour
 layout(scalar, push_constant) uniform Push { GatherRadiancePush push; };
 
 void main() {

@@ -1,6 +1,7 @@
-// Gather rays: traces the stratified hemisphere of every cache point and keeps, for each ray, the
-// cluster that it will read and its share in the translational gradient; everything but the light.
-// [Yue §3, Figure 2; Krivanek] Deterministic. One workgroup = one cache point.
+// Gather rays: traces the stratified hemisphere of every cache point. Each ray stores the cluster
+// that it reads and its weight in the translational gradient; neither depends on light. [Yue §3,
+// Figure 2; Krivanek] Deterministic. One workgroup = one cache point. In: cache points, scene,
+// clusters. Out: gather rays (gradient weights in 1/min_distance).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -20,12 +21,12 @@ layout(constant_id = 1) const uint SECTORS = 0;
 struct GatherRaysPush {
     Grid grid;
     uint first_point;     // of this chunk
-    uint first_row;       // of this chunk, in the bound part of the table
+    uint first_row;       // of this chunk, in the bound buffer of the split table
     uint point_count;
     uint seed;
     uint cluster_bits;    // width of the cluster field in GatherRay.target
-    float min_entry_points;  // clusters with fewer of them are not used
-    float min_distance; // distances in gradients are bounded from below by this, metres
+    float min_entry_points;  // minimum sample count of a cluster
+    float min_distance; // lower bound of distances in gradients, metres
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -53,8 +54,8 @@ layout(scalar, push_constant) uniform Push { GatherRaysPush push; };
 #include "include/textures.glsl"
 
 const float FAR = 1e30;
-// Width of the cells that are read, in widths of a stratum: light varies within a cell, and not
-// evenly as rays see it.
+// Width of the cells that rays read, in widths of a stratum. Light varies within a cell, and the
+// rays do not sample it evenly.
 const float SHARE = 0.25;
 shared float distances[RINGS * SECTORS];
 
@@ -71,9 +72,9 @@ float ring_sin2(uint ring) { return float(ring) / float(RINGS); }
 // cos²θ sinθ on the lower edge of a ring.
 float ring_edge(uint ring) { return (1.0 - ring_sin2(ring)) * sqrt(ring_sin2(ring)); }
 
-// What the ray's radiance adds to ∂E/∂(tangent, bitangent): the change of its stratum's solid angle
-// as the edges to its four neighbours move. Gradient of stratified hemisphere sampling, its terms
-// regrouped by ray.
+// Weight of the ray's radiance in ∂E/∂(tangent, bitangent): the change of its stratum's solid angle
+// as the edges to its four neighbours move. The gradient of stratified hemisphere sampling
+// [Krivanek], with its terms regrouped by ray.
 vec2 gradient_weight(Stratum s) {
     uint here = s.ring * SECTORS + s.sector;
     uint before = s.ring * SECTORS + (s.sector + SECTORS - 1u) % SECTORS;

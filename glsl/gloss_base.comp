@@ -1,9 +1,10 @@
-// Outgoing directions of glossy clusters: π times what the Phong lobes of their path vertices send
-// there of a light, or of each of four, per unit of its emission: of what comes straight from the
-// light, or from surfaces. [Yue §2] Deterministic: the lists have a fixed order, and a light's bits
-// are the same alone and among four. One invocation = one direction of one cluster. In: beams of
-// the light at entry points, or contributions and what paths carry on of it. Out: W, as much as a
-// Lambertian surface of albedo 1 would have to receive.
+// Outgoing flux of glossy clusters by direction: π times the flux that the Phong lobes of a
+// cluster's path vertices send in a direction, per unit emission of one light or of each of four.
+// One dispatch handles light straight from the light, another light from surfaces. [Yue §2]
+// Deterministic: the lists have a fixed order, and a light's bits are the same alone and among
+// four. One invocation = one direction of one cluster. In: beams of the light at entry points, or
+// contributions and outgoing flux after the first bounce. Out: W, the flux that a Lambertian
+// surface of albedo 1 would have to receive.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -16,7 +17,7 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint ENTRY_POINTS = 0;  // 1: light straight from one light; 0: light from surfaces
-layout(constant_id = 1) const uint LIGHTS = 1;        // 1 or 4; where it is 1, the other lights' buffers are any
+layout(constant_id = 1) const uint LIGHTS = 1;        // 1 or 4; if 1, the buffers of the other lights are arbitrary
 
 layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
 layout(scalar, binding = 1) readonly buffer ContributionRanges { ContributionRange contribution_ranges[]; };  // of each base cluster
@@ -25,7 +26,7 @@ layout(scalar, binding = 3) readonly buffer GlossVertices { GlossVertex gloss_ve
 layout(scalar, binding = 4) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
 layout(scalar, binding = 5) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
 layout(scalar, binding = 6) readonly buffer BaseRanges { uvec2 base_ranges[]; };   // base clusters below each cluster
-layout(scalar, binding = 7) readonly buffer GlossShifts { uint gloss_shifts[]; };  // of each base cluster; NO_ENTRY: is not glossy
+layout(scalar, binding = 7) readonly buffer GlossShifts { uint gloss_shifts[]; };  // NO_ENTRY: not glossy
 layout(scalar, binding = 8) readonly buffer FirstBounceFlux0 { vec3 first_bounce_flux_0[]; };
 layout(scalar, binding = 9) readonly buffer FirstBounceFlux1 { vec3 first_bounce_flux_1[]; };
 layout(scalar, binding = 10) readonly buffer FirstBounceFlux2 { vec3 first_bounce_flux_2[]; };
@@ -39,7 +40,7 @@ layout(scalar, binding = 15) buffer LightSlots3 { vec3 light_slots_3[]; };
 
 struct GlossBasePush {
     GlossPart part;
-    uint slot_count;  // that are not sums of others: the first so many
+    uint slot_count;  // the first slots, which are no sums of other slots
 };
 layout(scalar, push_constant) uniform Push { GlossBasePush push; };
 

@@ -1,7 +1,7 @@
-// Light from one light at the entry points that may be glossy, point sample by point sample: their
-// first reflection depends on where it comes from, so that it cannot be a constant of the path.
-// [Yue §1] Deterministic. One invocation = one point sample at one entry point. In: entry points, a
-// light. Out: beams, free of the light's colour.
+// Beams of one light at the entry points that may be glossy, one for each point sample of the
+// light. The first reflection depends on the direction of incidence, so it cannot be a constant of
+// the path. [Yue §1] Deterministic. One invocation = one point sample at one entry point. In: entry
+// points, a light. Out: beams per unit emission.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -20,14 +20,14 @@ layout(local_size_x = 64) in;
 struct GlossBeamsPush {
     uint entry_count;
     uint light;
-    float area_m2;  // that each entry point stands for, in the mean
+    float area_m2;  // mean area of an entry point
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Lights;
 layout(scalar, binding = 3) readonly buffer GlossEntries { GlossEntry gloss_entries[]; };
-layout(scalar, binding = 4) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // one a point sample, entry by entry
+layout(scalar, binding = 4) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // for each entry point, one a point sample
 layout(scalar, binding = 5) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
 layout(scalar, push_constant) uniform Push { GlossBeamsPush push; };
 

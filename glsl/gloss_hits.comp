@@ -1,9 +1,9 @@
-// Glossy pixels, step 4: what the rays of a sample find on glossy surfaces: π times what these send
-// back by their Phong lobes, summed by the rays' weights; of a light, or of each of four, per unit
-// of its emission: of what comes straight from it, or from surfaces. Rays that read a slot of the
-// gather rays are left out; the others meet lobes that the slots blur, or are too few to prepare
-// directions for them. Deterministic. One invocation = one sample. In: rays, beams of a light, or
-// contributions and what paths carry on of it. Out: W/m².
+// Glossy pixels, step 4: π times the light that glossy surfaces send back along the rays of a
+// sample by their Phong lobes, weighted and summed. Per unit emission of one light or of each of
+// four; one dispatch handles light straight from the light, another light from surfaces. The kernel
+// skips rays that read a slot. The remaining rays meet lobes that slots would blur, or are too few
+// to justify slots. Deterministic. One invocation = one sample. In: rays, beams of a light, or
+// contributions and outgoing flux after the first bounce. Out: W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -17,14 +17,14 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint ENTRY_POINTS = 0;  // 1: light straight from one light; 0: light from surfaces
-layout(constant_id = 1) const uint LIGHTS = 1;        // 1 or 4; where it is 1, the other lights' buffers are any
+layout(constant_id = 1) const uint LIGHTS = 1;        // 1 or 4; if 1, the buffers of the other lights are arbitrary
 
 layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
 layout(scalar, binding = 1) readonly buffer GlossOffsets { uint gloss_offsets[]; };
 layout(scalar, binding = 2) readonly buffer GlossRays { GlossRay gloss_rays[]; };
 layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
 layout(scalar, binding = 4) readonly buffer BaseRanges { uvec2 base_ranges[]; };      // base clusters below each cluster
-layout(scalar, binding = 5) readonly buffer GlossShifts { uint gloss_shifts[]; };     // of each base cluster; NO_ENTRY: is not glossy
+layout(scalar, binding = 5) readonly buffer GlossShifts { uint gloss_shifts[]; };     // NO_ENTRY: not glossy
 layout(scalar, binding = 6) readonly buffer ContributionRanges { ContributionRange contribution_ranges[]; };  // of each base cluster
 layout(scalar, binding = 7) readonly buffer Contributions { Contribution contributions[]; };
 layout(scalar, binding = 8) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };
@@ -44,7 +44,7 @@ struct GlossHitsPush {
     GlossPart part;
     uint pixel_count;   // of the image
     uint max_samples;  // of a pixel
-    uint capacity;      // samples that there is room for
+    uint capacity;      // of the list of samples
     uint cluster_bits;  // width of the cluster field in GlossRay.target
 };
 layout(scalar, push_constant) uniform Push { GlossHitsPush push; };

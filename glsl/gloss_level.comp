@@ -1,6 +1,5 @@
-// Outgoing directions of large clusters: what a cluster sends there is the sum of what its children
-// send. Deterministic. One invocation = one direction of one cluster. In: flux one level down (W).
-// Out: flux (W).
+// Outgoing flux of large clusters by direction: the sum of the children's flux. Deterministic. One
+// invocation = one direction of one cluster. In: flux one level down (W). Out: flux (W).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,5 +1,5 @@
-// Glossy pixels, step 2: lists them, in order. One invocation = one pixel. Deterministic.
-// In: glossy pixels before each pixel, and the end. Out: their indices.
+// Glossy pixels, step 2: lists the glossy pixels, in order. Deterministic. One invocation = one
+// pixel. In: exclusive prefix sum of the marks, and the total. Out: indices of the glossy pixels.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

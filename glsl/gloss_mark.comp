@@ -1,6 +1,6 @@
-// Glossy pixels, step 1: marks those whose material has a Phong lobe, and clears the radiance of
-// the others. Deterministic. One invocation = one pixel. In: what the pixels see. Out: 1 for a
-// glossy pixel, else 0; radiance of the others: 0.
+// Glossy pixels, step 1: marks the pixels whose material has a Phong lobe, and clears the glossy
+// radiance of all pixels. Deterministic. One invocation = one pixel. In: surfaces at the pixels.
+// Out: 1 for a glossy pixel, else 0; glossy radiance 0.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

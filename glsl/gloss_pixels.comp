@@ -1,6 +1,6 @@
-// Glossy pixels, step 5: radiance that their Phong lobes send to the camera of what surfaces around
-// them send there: all that a light edit under a still camera has to do. Deterministic. One
-// invocation = one glossy pixel. In: rays, irradiance of clusters and what the glossy ones send
+// Glossy pixels, step 5: radiance that the Phong lobes of a pixel reflect towards the camera. After
+// a light edit under a still camera only this step runs for glossy pixels. Deterministic. One
+// invocation = one glossy pixel. In: rays, irradiance of clusters, light that glossy surfaces send
 // back (W/m²). Out: radiance, W/m²/sr.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -21,7 +21,7 @@ layout(local_size_x = 64) in;
 struct GlossPixelsPush {
     uint pixel_count;   // of the image
     uint max_samples;  // of a pixel
-    uint capacity;      // samples that there is room for
+    uint capacity;      // of the list of samples
     uint cluster_bits;  // width of the cluster field in GlossRay.target
 };
 
@@ -32,7 +32,7 @@ layout(scalar, binding = 3) readonly buffer GlossOffsets { uint gloss_offsets[];
 layout(scalar, binding = 4) readonly buffer GlossPixels { uint gloss_pixels[]; };
 layout(scalar, binding = 5) readonly buffer GlossRays { GlossRay gloss_rays[]; };
 layout(scalar, binding = 6) readonly buffer Irradiance { vec3 irradiance[]; };
-layout(scalar, binding = 7) readonly buffer GlossHits { vec3 gloss_hits[]; };  // of each sample: what its rays find on glossy surfaces
+layout(scalar, binding = 7) readonly buffer GlossHits { vec3 gloss_hits[]; };  // of each sample: light of glossy surfaces on its rays
 layout(scalar, binding = 8) readonly buffer Highlights { vec3 highlights[]; };  // of each sample, per unit of specular albedo, W/m²/sr
 layout(scalar, binding = 9) writeonly buffer GlossRadiance { PixelGloss gloss_radiance[]; };
 layout(scalar, binding = 10) readonly buffer GlossColours { uint gloss_colours[]; };  // of rays, packed; only in scenes with images

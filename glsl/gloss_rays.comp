@@ -1,7 +1,7 @@
-// Glossy pixels, step 3: samples what each sees over its area, because a curved mirror turns within
-// a pixel; and from each sample traces rays into the Phong lobe towards the camera and keeps the
-// clusters that they will read; everything but the light. Deterministic. One invocation = every
-// so-many-th sample. In: glossy pixels. Out: samples and rays, pixel by pixel.
+// Glossy pixels, step 3: samples the surface over the area of each pixel, because a curved mirror
+// turns within a pixel. From each sample it traces rays into the Phong lobe and stores the clusters
+// that they read; nothing stored depends on light. Deterministic. One invocation = every `stride`th
+// sample. In: glossy pixels. Out: samples and rays, pixel by pixel.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -24,14 +24,14 @@ struct GlossRaysPush {
     View view;
     Grid grid;
     uint max_samples;         // of a pixel
-    uint capacity;             // samples that there is room for
+    uint capacity;             // of the list of samples
     uint stride;               // invocations
     uint seed;
     uint cluster_bits;         // width of the cluster field in GlossRay.target
-    float min_entry_points;  // clusters with fewer of them are not used
-    uint traces;               // 0: the picture is direct light alone, and no ray is traced
-    uint side;                 // outgoing directions of clusters along an edge of their square
-    float max_exponent;       // of a lobe that these resolve
+    float min_entry_points;  // minimum sample count of a cluster
+    uint traces;               // 0: the image shows direct light only, and no ray is traced
+    uint side;                 // direction bins along an edge of the square map
+    float max_exponent;       // of a lobe that the bins resolve
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -49,8 +49,8 @@ layout(scalar, binding = 11) writeonly buffer GlossSamples { PixelSurface gloss_
 layout(scalar, binding = 12) writeonly buffer GlossRays { GlossRay gloss_rays[]; };
 layout(scalar, binding = 13) writeonly buffer GlossColours { uint gloss_colours[]; };  // of the image at each ray's hit, packed
 layout(scalar, binding = 14) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
-layout(scalar, binding = 15) readonly buffer ReadOffsets { uint read_offsets[]; };  // of each cluster in `slot_reads`, and the end
-layout(scalar, binding = 16) readonly buffer SlotReads { uvec2 slot_reads[]; };   // direction and slot, in order
+layout(scalar, binding = 15) readonly buffer ReadOffsets { uint read_offsets[]; };  // CSR offsets into `slot_reads`: one for each cluster, and the end
+layout(scalar, binding = 16) readonly buffer SlotReads { uvec2 slot_reads[]; };   // (direction bin, slot), sorted
 layout(scalar, binding = 17) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 18) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 19) readonly buffer Texels { uint texels[]; };
@@ -66,14 +66,14 @@ layout(scalar, push_constant) uniform Push { GlossRaysPush push; };
 
 uint material_of(uint side) { return surface_at(side >> 1).material; }
 
-// Where a ray begins to look for a slot that gather rays read: at a cluster of that share of its
-// footprint, because theirs may be smaller.
+// A ray looks for a slot first at a cluster of this fraction of its footprint, because gather rays
+// may read finer clusters.
 const float FINER = 0.25;
-// And how many levels it climbs from there.
+// Levels that the search climbs from there.
 const uint CLIMB = 5u;
 
-// The slot of a cluster, or of one above it, that holds what it sends towards a direction; NO_SLOT:
-// there is none.
+// The slot that holds the outgoing flux of a cluster, or of one of its ancestors, in the bin of a
+// direction; NO_SLOT if there is none.
 uint slot_towards(uint cluster, vec3 toward) {
     uint bin = direction_bin(toward, push.side);
     for (uint level = 0u; level <= CLIMB && cluster != NO_CLUSTER; ++level) {
@@ -127,7 +127,7 @@ void main() {
         uint seed = hash(push.seed, pixel);
         vec2 corner = vec2(in_rows(pixel, push.view.width));
         PixelSurface point = seen_through(push.view, corner + sample_3d(number, hash(seed, 1u)).xy);
-        // Where the pixel shows an edge: what is beyond is not the glossy surface here.
+        // At an edge the sample may meet another material. It then takes the centre's surface.
         PixelSurface centre = pixel_surface_at(Pixels, pixel);
         bool is_other = point.side == NO_SIDE;
         if (!is_other) is_other = material_of(point.side) != material_of(centre.side);

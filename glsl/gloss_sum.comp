@@ -1,7 +1,7 @@
-// Sums lights where surfaces are glossy: what each light makes them send per unit of its emission,
-// weighted by the emissions, in the lights' order, one to eight to a dispatch. Deterministic, and
-// the same bits whichever place a light has. One invocation = one direction of one cluster, or one
-// sample of a pixel. In: rows. Out: sums.
+// Sums lights on glossy surfaces: outgoing flux per unit emission, weighted by the emissions, in
+// the lights' order, one to eight lights a dispatch. Deterministic; a light's index does not change
+// the rounding. One invocation = one direction of one cluster, or one sample of a pixel. In:
+// buffers of the lights. Out: sums.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -21,7 +21,7 @@ layout(scalar, binding = 7) readonly buffer Row7 { vec3 row_7[]; };
 layout(scalar, binding = 8) buffer LightSums { vec3 light_sums[]; };
 layout(scalar, push_constant) uniform Push { LightSumPush push; };
 
-// `precise` keeps products and sums apart: every place rounds alike.
+// `precise` forbids fused multiply-add, so that every row rounds alike.
 void add(inout vec3 sum, vec3 value, vec3 emission) {
     precise vec3 added = sum + value * emission;
     sum = added;

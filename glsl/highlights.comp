@@ -1,8 +1,8 @@
-// Highlights: what the samples of glossy pixels send to the camera of one light, straight from it,
-// per unit of its emission and of the specular albedo: by a shadow ray to each of its point samples
-// that the lobe reaches, or, where an area light looks larger than the lobe, by directions from the
-// lobe that meet it. Deterministic. One invocation = one sample. In: samples, a light. Out: its
-// layer, radiance.
+// Highlights: light of one light that the lobes of glossy pixels' samples reflect to the camera,
+// per unit of emission and of specular albedo. A shadow ray goes to each point sample inside the
+// lobe. If an area light looks larger than the lobe, directions sampled from the lobe replace the
+// shadow rays. Deterministic. One invocation = one sample. In: samples, a light. Out: the
+// highlights of the light (radiance).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -22,7 +22,7 @@ struct HighlightsPush {
     vec3 eye;            // the camera, metres
     uint pixel_count;    // of the image
     uint max_samples;   // of a pixel
-    uint capacity;       // samples that there is room for
+    uint capacity;       // of the list of samples
     uint light;
     uint first_sample;   // of the light, in this dispatch; later ones add to what the first wrote
     uint end_sample;
@@ -48,10 +48,10 @@ layout(scalar, push_constant) uniform Push { HighlightsPush push; };
 #include "include/lights.glsl"
 #include "include/direct.glsl"
 
-// A lobe ends where it has fallen to this share of its peak: no ray is spent on what is beyond.
+// Fraction of its peak below which a lobe counts as zero and takes no ray.
 const float DARK = 1e-5;
 
-// Solid angle that an area light takes up, seen from a point, as if all of it were at its middle;
+// Solid angle of an area light as seen from a point, with all its area at its middle;
 // zero from behind.
 float seen_size(LightSource light, vec3 position) {
     vec3 to_light = light.position + 0.5 * (light.edge_u + light.edge_v) - position;
@@ -81,7 +81,7 @@ void main() {
     if ((point.side & 1u) != 0u) normal = -normal;
     float exponent = materials[surface_at(point.side >> 1).material].exponent;
     vec3 mirror = reflect(normalize(point.position - push.eye), point.normal);
-    // Compared to the lobe's own solid angle.
+    // Compares with the lobe's own solid angle, 2π/(n+1).
     bool is_large = light.kind == LIGHT_AREA && seen_size(light, point.position) * (exponent + 1.0) > 2.0 * PI;
     float sum = 0.0;
     uint end = is_large ? push.first_sample : push.end_sample;
@@ -97,7 +97,8 @@ void main() {
     sum = weighed(light, light.samples, sum, point.position, point.normal, point.footprint);
     uint pixel_seed = hash(push.seed, gloss_pixels[index / samples]);
     uint first = LOBE_RAYS * (index % samples);
-    // Once, whatever the number of point samples.
+    // The lobe's directions are traced in the first dispatch only, whatever the number
+    // of point samples.
     uint last = is_large && push.first_sample == 0u ? first + LOBE_RAYS : first;
     for (uint i = first; i < last; ++i) {
         vec3 direction = sample_phong_lobe(mirror, exponent, sample_3d(i, pixel_seed).xy);

@@ -1,11 +1,10 @@
-// Layers of the base level of the volumetric hierarchy: each cluster adds up what the light paths
-// contribution in it of one light, or of four, per unit of the light's emission: light that comes
-// straight from the light apart from light that comes from surfaces. [Yue §2] Vertices count as
-// they show to readers from afar, but not in unweighted clusters. Where surfaces may be glossy,
-// what a path carries on from its entry point is not the form factor there, but a colour.
-// Deterministic: the lists have a fixed order, and a light's bits are the same alone and among
-// four. One invocation = one listed base cluster. In: contributions, form factors, what paths carry
-// on. Out: layers.
+// Per-light irradiance buffers of the base level: each cluster sums its contributions of one light,
+// or of four, per unit emission. Light straight from the light and light from surfaces have
+// separate sums. [Yue §2] A vertex is weighted by its ambient accessibility, except in unweighted
+// clusters. If surfaces may be glossy, the outgoing flux after the first bounce is a colour and
+// replaces the form factor. Deterministic: the lists have a fixed order, and a light's bits are the
+// same alone and among four. One invocation = one listed base cluster. In: contributions, form
+// factors, outgoing flux after the first bounce. Out: per-light irradiance buffers.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -15,15 +14,15 @@
 #include "include/hvds.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint LIGHTS = 1;  // 1 or 4; where it is 1, the other lights' buffers are any
-layout(constant_id = 1) const uint IS_GLOSSY = 0;  // 0: paths carry on their factors
+layout(constant_id = 0) const uint LIGHTS = 1;  // 1 or 4; if 1, the buffers of the other lights are arbitrary
+layout(constant_id = 1) const uint IS_GLOSSY = 0;  // 0: the form factor is the outgoing flux after the first bounce
 
 struct HvdsLayerPush {
     uint first_place;  // of the base level, in the list
     uint cluster_count;
-    uint first_contribution;  // that is added; layers hold what those before it brought
-    uint end_contribution;    // end of those that are
-    uint first_bound;    // of the bound part of the contributions
+    uint first_contribution;  // first one of this dispatch; the buffers hold the sum of those before it
+    uint end_contribution;    // one past the last of this dispatch
+    uint first_bound;    // of the bound buffer of the contributions
 };
 
 layout(binding = 0) uniform usamplerBuffer Factors0;
@@ -43,7 +42,7 @@ layout(scalar, binding = 13) buffer Layer2 { ClusterLayer layer_2[]; };
 layout(scalar, binding = 14) buffer Layer3 { ClusterLayer layer_3[]; };
 layout(scalar, push_constant) uniform Push { HvdsLayerPush push; };
 
-// `precise` keeps products and sums apart: one light and four round alike.
+// `precise` forbids fused multiply-add, so that one light and four round alike.
 void add(inout ClusterLayer layer, vec3 throughput, vec3 first_bounce) {
     precise vec3 sum = layer.indirect + throughput * first_bounce;
     layer.indirect = sum;
@@ -73,7 +72,7 @@ void main() {
     uint first = max(run.first, push.first_contribution), end = min(run.first_other, push.end_contribution);
     for (uint i = first; i < end; ++i) {
         Contribution contribution = contribution_at(Contributions, i - push.first_bound);
-        // Nothing has reflected the path yet: its channels are alike.
+        // No surface has reflected the path yet: its channels are equal.
         float throughput = share_of(contribution, is_unweighted) * contribution.throughput.x;
         uint path = path_of(contribution);
         add_direct(sum_0, throughput, number_at(Factors0, path));

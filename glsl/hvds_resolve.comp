@@ -1,6 +1,7 @@
-// Irradiance of the clusters: flux over area. Light from surfaces is noisier than light from the
-// lights, and smoother: it is taken from the smallest cluster around that enough paths have met.
-// Deterministic. One invocation = one listed cluster. In: flux (W). Out: irradiance, W/m².
+// Irradiance of the clusters: flux over area. Light from surfaces is noisier and smoother
+// than light from the lights. It comes from the smallest enclosing cluster that reaches the
+// minimum sample count. Deterministic. One invocation = one listed cluster. In: flux (W).
+// Out: irradiance, W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,7 +1,7 @@
-// Base level of the volumetric hierarchy: sums what clusters receive of each light per unit of its
-// emission, weighted by the emissions, in the lights' order, one to eight to a dispatch: a change
-// of colour visits no path. Deterministic, and the same bits whichever place a light has. One
-// invocation = one base cluster. In: layers. Out: flux (W).
+// Base level of the volumetric hierarchy: sums the lights' irradiance buffers, weighted by the
+// emissions, in the lights' order, one to eight lights a dispatch. A change of colour therefore
+// visits no path. Deterministic; a light's index does not change the rounding. One invocation = one
+// base cluster. In: per-light irradiance buffers. Out: flux (W).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -23,7 +23,7 @@ layout(scalar, binding = 8) buffer LightSums { ClusterFlux light_sums[]; };
 layout(scalar, push_constant) uniform Push { LightSumPush push; };
 
 ClusterFlux added(ClusterFlux sum, ClusterLayer layer, vec3 emission) {
-    // `precise` keeps products and sums apart: every place rounds alike.
+    // `precise` forbids fused multiply-add, so that every row rounds alike.
     precise vec3 direct = sum.direct + layer.direct * emission;
     precise vec3 indirect = sum.indirect + layer.indirect * emission;
     return ClusterFlux(direct, indirect);

@@ -1,8 +1,8 @@
-// Indirect irradiance at cache points by path tracing: an exact reference of what the gather finds.
-// [Kajiya 1986] Deterministic. One invocation = some strata of points' gather hemispheres, one
-// after another, so that few wait for the longest path of their neighbours; their paths go on for
-// so many rounds, a vertex a round. In: cache points, scene, lights. In and out: the paths and the
-// radiance that they have brought (W/m²/sr), a row a cache point.
+// Indirect irradiance at cache points by path tracing: an exact reference for the gather pass.
+// [Kajiya 1986] Deterministic. One invocation = STRATA strata of the points' gather hemispheres,
+// one after another, so that few lanes wait for a neighbour's longest path. A dispatch extends the
+// paths by `rounds` vertices. In: cache points, scene, lights. In and out: the paths and their
+// accumulated radiance (W/m²/sr), one segment a cache point.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -21,14 +21,14 @@ layout(constant_id = 1) const uint SECTORS = 0;
 layout(constant_id = 2) const uint ROULETTE_THRESHOLD = 0;  // float bits: roulette starts below this throughput
 layout(constant_id = 3) const uint STRATA = 0;  // of an invocation
 
-// A path under way, and what those before it have found.
+// A path in progress, and the radiance of the finished ones.
 struct ProbePath {
     vec3 origin;
     vec3 direction;
     vec3 throughput;    // product of brdf·cosθ/pdf since the first hit, roulette included
     vec3 radiance;      // sum over the paths, W/m²/sr
-    uint depth;         // vertices so far; 0: about to leave the cache point
-    uint sample_index;  // names its random numbers; the paths that are done
+    uint depth;         // vertices so far; 0: starts at the cache point
+    uint sample_index;  // index of its random numbers: the number of finished paths
 };
 struct IrradianceProbePush {
     uint first_point;
@@ -36,7 +36,7 @@ struct IrradianceProbePush {
     uint light_count;
     uint seed;              // of the paths
     uint gather_seed;       // of the gather rays
-    uint has_gather_rays;   // 1: paths leave along the gather rays; 0: each along a new direction in the stratum
+    uint has_gather_rays;   // 1: paths start along the gather rays; 0: each in a new direction of the stratum
     uint goal;              // paths of each stratum
     uint rounds;
 };
@@ -48,7 +48,7 @@ layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[];
 layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 5) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 6) buffer ProbePaths { ProbePath probe_paths[]; };
-layout(scalar, binding = 7) buffer Unfinished { uint unfinished[]; };  // how many invocations have not reached the goal; or LOOP_TRUNCATED
+layout(scalar, binding = 7) buffer Unfinished { uint unfinished[]; };  // number of invocations that have not reached the goal; or LOOP_TRUNCATED
 layout(scalar, binding = 8) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 9) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 10) readonly buffer Texels { uint texels[]; };
@@ -86,7 +86,8 @@ void main() {
         uint point_seed = hash(push.seed, index);
         uint ray_seed = hash(point_seed, ray);
         bool alive = true;
-        // A loop of one iteration, which lavapipe skips where a branch would be taken by all.
+        // A loop of at most one iteration, which lavapipe (Mesa 22.3.6) skips; it would execute a
+        // branch for all lanes.
         for (bool starts = path.depth == 0u; starts; starts = false) {
             CachePoint point = cache_points[index];
             vec3 normal = surface_at(point.side >> 1).normal;

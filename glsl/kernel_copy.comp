@@ -1,5 +1,5 @@
-// Copies a list, and nothing else: what a kernel that moves data can come to. Deterministic. One
-// invocation = four words, or one.
+// Copies a list: the throughput limit of kernels that move data. Deterministic. One invocation =
+// four words, or one. In: words. Out: words.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,8 +1,8 @@
-// Light paths: extends every live path by up to STEPS vertices, by importance sampling of the
-// reflection, by the cosine alone where a material may be edited or the light is not known yet, and
-// Russian roulette. [Yue §1] Deterministic. One invocation = one live path. In and out: path
-// states; out: vertices and how many there are. Directions and roulette come from one scrambled
-// Sobol sequence over the path index, a fresh scramble a bounce.
+// Light paths: extends every live path by up to STEPS vertices, with Russian roulette. Directions
+// are importance sampled by the reflection, or by the cosine alone if the material is editable or
+// the light is not known yet. [Yue §1] Deterministic: directions and roulette come from one
+// scrambled Sobol sequence over the path index, with a fresh scramble a bounce. One invocation =
+// one live path. In and out: path states. Out: vertices and their number.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -19,7 +19,7 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint STEPS = 0;                 // vertices per path and dispatch
 layout(constant_id = 1) const uint ROULETTE_THRESHOLD = 0;    // float bits: roulette starts below this throughput
-layout(constant_id = 2) const uint EDITABLE_ALBEDO = 0;       // float bits: what roulette takes editable materials to reflect
+layout(constant_id = 2) const uint EDITABLE_ALBEDO = 0;       // float bits: albedo of editable materials in the roulette
 layout(constant_id = 3) const uint IS_GLOSSY = 0;                // 1: a material of the scene has a Phong lobe or may get one
 
 struct PathState {
@@ -27,7 +27,7 @@ struct PathState {
     uint side;
     vec3 throughput;  // product of f·cosθ/pdf so far, roulette included
     vec3 incoming;    // unit direction of travel when it arrived; zero at an entry point
-    uint path;        // path index: names its random numbers
+    uint path;        // path index: its random stream index
     uint depth;       // vertices so far
     uint is_alive;
 };
@@ -95,10 +95,10 @@ void main() {
                 lobe = off_mirror(reflect(state.incoming, normal), direction);
             }
         }
-        // Also where a sampled lobe reaches below the surface.
+        // True also if a sampled lobe direction points below the surface.
         if (!(max(reflected.x, max(reflected.y, reflected.z)) > 0.0)) { alive = false; break; }
-        // The walk goes on with a probability that falls with its throughput; dividing by it keeps
-        // the estimate right.
+        // Russian roulette: the survival probability falls with the throughput; dividing by it
+        // keeps the estimate unbiased.
         state.throughput *= reflected;
         float peak = max(state.throughput.x, max(state.throughput.y, state.throughput.z));
         float survival = min(1.0, peak / threshold);

@@ -1,6 +1,6 @@
-// Sums lights: rows of what each light sends per unit of its emission, weighted by the emissions,
-// in the lights' order, one to eight to a dispatch. Deterministic, and the same bits whichever
-// place a light has. One invocation = one value of a row. In: rows. Out: sums, a colour each.
+// Sums lights: irradiance per unit emission, weighted by the emissions, in the lights' order, one
+// to eight lights a dispatch. Deterministic; a light's index does not change the rounding. One
+// invocation = one value. In: per-light irradiance buffers. Out: sums (RGB).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -20,7 +20,7 @@ layout(scalar, binding = 7) readonly buffer Row7 { float row_7[]; };
 layout(scalar, binding = 8) buffer LightSums { vec3 light_sums[]; };
 layout(scalar, push_constant) uniform Push { LightSumPush push; };
 
-// `precise` keeps products and sums apart: every place rounds alike.
+// `precise` forbids fused multiply-add, so that every row rounds alike.
 void add(inout vec3 sum, float value, vec3 emission) {
     precise vec3 added = sum + value * emission;
     sum = added;

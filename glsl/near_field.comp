@@ -1,9 +1,9 @@
-// Near field: clusters that are smaller than what path vertices resolve, and parts of them that a
-// near cache point sees, take their indirect light from the record that was gathered beside them,
-// ahead of all others, moved to their middle by its gradient; what the picture shows is gathered
-// behind. A record's rays see the narrow surroundings that a cluster averages away. Before there
-// are records, parts are like their clusters. Deterministic. One invocation = one such cluster or
-// part. In: cluster flux (W), records. Out: irradiance, W/m².
+// Near field: indirect light of clusters that path vertices do not resolve, and of near-field
+// patches. Both take it from the nearest record, extrapolated to their middle by its gradient:
+// the record's rays see narrow surroundings that a cluster averages away. These records are
+// gathered first; the records of the image follow. Before the first gather a patch copies its
+// cluster. Deterministic. One invocation = one such cluster or patch. In: cluster flux (W),
+// records. Out: irradiance, W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -16,9 +16,9 @@ layout(local_size_x = 64) in;
 
 struct NearCluster {
     uint cluster;
-    uint record;  // that speaks for it
-    vec3 offset;  // from the record to the middle of the cluster, or of its part, metres
-    uint target;  // whose irradiance it is: the cluster's, or behind all clusters a part's
+    uint record;  // the record beside it
+    vec3 offset;  // from the record to the middle of the cluster or patch, metres
+    uint target;  // index of the result: the cluster, or the patch behind all clusters
 };
 struct NearFieldPush {
     uint near_count;

@@ -1,6 +1,6 @@
-// A light's form factors beside a surface that it is nearer to than entry points are apart: what
-// rays from the light found takes the place of what entry points did. Deterministic. One invocation
-// = one entry point. In: what becomes of each. Out: the light's row.
+// Near-light correction: form factors near a light that is closer to a surface than the spacing of
+// entry points. Rays from the light replace the estimate of the entry points. Deterministic. One
+// invocation = one entry point. In: corrections. Out: the light's form factors.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -9,8 +9,8 @@
 layout(local_size_x = 64) in;
 
 struct NearFactor {
-    uint point;   // which entry point's
-    float kept;   // of what it found
+    uint point;   // index of the entry point
+    float kept;   // fraction of its own form factor that stays
     float added;  // 1/m²
 };
 

@@ -1,7 +1,7 @@
-// Needed records, step 3: lists them in order, takes them for current, and counts the workgroups of
-// the dispatches that gather them: one dispatch for each part of the table of gather rays.
-// Deterministic. One invocation = one record. In: needed records before each record, and all. Out:
-// their indices, marks of current records, sizes of dispatches.
+// Needed records, step 3: lists the needed records in order, marks them as current, and sizes the
+// dispatches that gather them, one for each buffer of the split table of gather rays.
+// Deterministic. One invocation = one record. In: exclusive prefix sum of the marks, and the total.
+// Out: indices of needed records, marks of current records, dispatch sizes.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -13,13 +13,13 @@ layout(local_size_x = 64) in;
 
 struct NeededListPush {
     uint record_count;
-    uint rows_per_part;  // records of a part of the table
+    uint rows_per_part;  // records of one buffer of the table
 };
 
 layout(scalar, binding = 0) readonly buffer RecordOffsets { uint record_offsets[]; };
 layout(scalar, binding = 1) writeonly buffer ListedRecords { uint listed_records[]; };
 layout(scalar, binding = 2) writeonly buffer IsCurrent { uint is_current[]; };
-layout(scalar, binding = 3) writeonly buffer GatherGroups { uint gather_groups[]; };  // three words a part
+layout(scalar, binding = 3) writeonly buffer GatherGroups { uint gather_groups[]; };  // three words for each buffer of the table
 layout(scalar, push_constant) uniform Push { NeededListPush push; };
 
 void main() {

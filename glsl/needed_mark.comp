@@ -1,6 +1,6 @@
-// Needed records, step 1: marks those that the splat weights of some pixel name. Deterministic: all
-// who write a mark write the same. One invocation = one pixel. In: weights of a view. Out: marks of
-// records.
+// Needed records, step 1: marks the records that the splat weights of a view use. Deterministic:
+// all writers of a mark write the same value. One invocation = one pixel. In: weights of a view.
+// Out: marks of records.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,7 +1,7 @@
-// Needed records, step 2: marks what blending reads for the records that a view sees; or every
-// record. Of these, those that are not current. Deterministic: all who write a mark write the same.
-// One invocation = one record. In: marks of seen records, lists of neighbours. Out: marks of
-// records that must be gathered.
+// Needed records, step 2: marks the stale records among the neighbours that blending reads for
+// the seen records, or for all records. Deterministic: all writers of a mark write the same
+// value. One invocation = one record. In: marks of seen records, lists of neighbours. Out: marks
+// of records to gather.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -12,14 +12,14 @@ layout(local_size_x = 64) in;
 
 struct NeededNeighboursPush {
     uint record_count;
-    uint takes_all;  // 1: whatever the view sees
+    uint takes_all;  // 1: takes all records as seen
 };
 
 layout(scalar, binding = 0) readonly buffer IsSeen { uint is_seen[]; };
 layout(scalar, binding = 1) readonly buffer IsCurrent { uint is_current[]; };
-layout(scalar, binding = 2) readonly buffer NeighbourOffsets { uint neighbour_offsets[]; };  // of each record, and the end
+layout(scalar, binding = 2) readonly buffer NeighbourOffsets { uint neighbour_offsets[]; };  // CSR offsets: one for each record, and the end
 layout(scalar, binding = 3) readonly buffer Neighbours { Neighbour neighbours[]; };
-layout(scalar, binding = 4) writeonly buffer IsNeeded { uint is_needed[]; };  // zero so far
+layout(scalar, binding = 4) writeonly buffer IsNeeded { uint is_needed[]; };  // initially zero
 layout(scalar, push_constant) uniform Push { NeededNeighboursPush push; };
 
 void main() {

@@ -1,6 +1,6 @@
-// Light-path energy scan, last of three: vertices ahead of the first path start in a block take
-// what enters it from the left. Deterministic. One invocation = one block. In: entering products.
-// Out: throughput of every vertex.
+// Light-path energy scan, last of three: multiplies the vertices before the first path start of a
+// block by the product that enters the block. Deterministic. One invocation = one block. In:
+// entering products. Out: throughput of every vertex.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -13,10 +13,10 @@ layout(local_size_x = 64) in;
 
 struct PathScanApplyPush {
     uint step_count;   // in all
-    uint first_step;   // of the bound part of the steps
+    uint first_step;   // of the bound buffer of the steps
     uint first_block;  // of this dispatch
     uint end_block;
-    uint first_slot;   // of the bound part of the contributions
+    uint first_slot;   // of the bound buffer of the contributions
     uint end_slot;     // its end
 };
 

@@ -1,7 +1,7 @@
 // Light-path energy scan, first of three: segmented inclusive product over blocks of the vertex
-// array. [Yue §3] Deterministic. One workgroup = one block, one invocation = a run of its steps, as
-// many as suit the device. In: steps, reflectances. Out: throughput of every vertex as far as its
-// block knows it, in cluster order, as far as it is bound; each block's own product.
+// array. [Yue §3] Deterministic. One workgroup = one block, one invocation = a segment of its
+// steps; the device determines their number. In: steps, reflectances. Out: throughput of every
+// vertex of the bound buffer within its block, in cluster order; the product of each block.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -19,10 +19,10 @@ layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: some steps are reflecte
 
 struct PathScanPush {
     uint step_count;   // in all
-    uint first_step;   // of the bound part of the steps
+    uint first_step;   // of the bound buffer of the steps
     uint first_block;  // of this dispatch
     uint end_block;
-    uint first_slot;   // of the bound part of the contributions
+    uint first_slot;   // of the bound buffer of the contributions
     uint end_slot;     // its end
 };
 
@@ -36,7 +36,7 @@ layout(scalar, push_constant) uniform Push { PathScanPush push; };
 
 shared Segment segments[gl_WorkGroupSize.x];
 
-// What a step multiplies the path's throughput with.
+// The factor of a step in the path's throughput.
 vec3 factor_of(PathStep path_step, uint place) {
     if (path_step.material >= FROM_ENTRY) return vec3(path_step.weight);
     Reflectance material = reflectance_at(Materials, path_step.material);
@@ -57,7 +57,7 @@ void main() {
     uint end = max(min(first + items, push.step_count), first) - push.first_step;
     first -= push.first_step;
 
-    // From the first start of a path on, all is known that there is to know.
+    // From the first path start in the segment on, products are final.
     Segment running = Segment(vec3(1.0), 0u);
     for (uint i = first; i < end; ++i) {
         PathStep path_step = path_step_at(Steps, i);
@@ -73,7 +73,7 @@ void main() {
         segments[thread] = joined;
         barrier();
     }
-    // What stands ahead of it goes on with what enters from the left.
+    // Steps before the first path start continue the product of the invocations before.
     vec3 product = thread > 0u ? segments[thread - 1u].product : vec3(1.0);
     for (uint i = first; i < end; ++i) {
         PathStep path_step = path_step_at(Steps, i);

@@ -1,8 +1,8 @@
 // Path tracing with next-event estimation to every light and Russian roulette: the reference.
-// [Kajiya 1986] Deterministic. One invocation = one pixel, whose paths go on for so many rounds, a
-// vertex a round. In: camera, scene, lights. In and out: sums of radiance (W/m²/sr) over samples,
-// and where the paths stand. A lane whose path ends begins its next sample in the next round, so
-// that neighbours with longer paths do not leave it idle.
+// [Kajiya 1986] Deterministic. One invocation = one pixel; a dispatch extends its paths by `rounds`
+// vertices. A lane whose path ends starts its next sample in the next round, so that it does not
+// wait for neighbours with longer paths. In: camera, scene, lights. In and out: sums of radiance
+// (W/m²/sr) over samples, and the state of the paths.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -20,7 +20,7 @@ layout(constant_id = 0) const uint ROULETTE_THRESHOLD = 0;  // float bits: roule
 
 const uint TILE = 8u;  // a workgroup is a square of TILE × TILE pixels
 
-// A sum and what rounding took from it.
+// A compensated sum: the rounded value and the rest.
 struct RadianceSum {
     vec3 high;
     vec3 low;
@@ -29,15 +29,15 @@ struct SampleMoments {
     vec3 squares;  // sum over the samples of their squared distance from the mean of all
     uint rays;     // camera, shadow and reflected rays so far
 };
-// A path under way.
+// A path in progress.
 struct TracedPath {
     vec3 origin;
     vec3 direction;
     vec3 throughput;    // product of brdf·cosθ/pdf so far, roulette included
     vec3 direct;        // radiance found so far: reflected once
-    vec3 indirect;      // and more often
+    vec3 indirect;      // reflected several times
     uint depth;         // vertices so far
-    uint sample_index;  // names its random numbers; the samples of the pixel that are done
+    uint sample_index;  // index of its random numbers: the number of finished samples
 };
 struct PathTracePush {
     View view;
@@ -45,8 +45,8 @@ struct PathTracePush {
     uint seed;
     uint first_tile;    // tiles are numbered row by row
     uint tile_count;
-    uint first_sample;  // where paths are to begin; RESUME: they go on from where they stand
-    uint goal;          // the sample before which to stop
+    uint first_sample;  // first sample; RESUME: paths continue from their state
+    uint goal;          // one past the last sample
     uint rounds;
 };
 
@@ -61,7 +61,7 @@ layout(scalar, binding = 5) buffer DirectSums { RadianceSum direct_sums[]; };
 layout(scalar, binding = 6) buffer IndirectSums { RadianceSum indirect_sums[]; };
 layout(scalar, binding = 7) buffer Moments { SampleMoments sample_moments[]; };
 layout(scalar, binding = 8) buffer TracedPaths { TracedPath traced_paths[]; };
-layout(scalar, binding = 9) buffer Unfinished { uint unfinished[]; };  // how many pixels have not reached the goal; or LOOP_TRUNCATED
+layout(scalar, binding = 9) buffer Unfinished { uint unfinished[]; };  // number of pixels that have not reached the goal; or LOOP_TRUNCATED
 layout(scalar, binding = 10) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
@@ -75,7 +75,7 @@ layout(scalar, push_constant) uniform Push { PathTracePush push; };
 #include "include/textures.glsl"
 #include "include/path.glsl"
 
-// Keeps twice the digits: `high` is the sum rounded, `low` the rest. [Knuth §4.2.2]
+// Adds with twice the digits: `high` is the rounded sum, `low` the rest. [Knuth §4.2.2]
 void add(inout RadianceSum sum, vec3 value) {
     precise vec3 total = sum.high + value;
     precise vec3 added = total - sum.high;
@@ -85,8 +85,8 @@ void add(inout RadianceSum sum, vec3 value) {
     sum = RadianceSum(high, rest);
 }
 
-// Enters a sample into the running spread; `sum` holds the `before` samples before it. [Welford
-// 1962]
+// Updates the sum of squared deviations; `sum` is that of the `before` samples
+// before. [Welford 1962]
 void add_to_spread(inout vec3 squares, vec3 value, vec3 sum, float before) {
     vec3 apart = value - sum / max(before, 1.0);
     squares += apart * apart * (before / (before + 1.0));

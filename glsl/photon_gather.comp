@@ -1,7 +1,7 @@
-// Final gathering: radiance of the pixels by one gather ray a sample, which ends where the photon
-// map knows the irradiance. [Jensen 1996] Deterministic. One invocation = one pixel. In: camera,
-// irradiance points. Out: sums over samples, W/m²/sr. A ray too short for the map's resolution, or
-// that met no point of the map, is scattered on; so is what a Phong lobe reflects.
+// Final gathering of the photon map: one gather ray a sample, which ends at an irradiance point.
+// [Jensen 1996] A ray is scattered again if it is too short for the map's resolution or finds no
+// irradiance point; so is light that a Phong lobe reflects. Deterministic. One invocation = one
+// pixel. In: camera, irradiance points. Out: sums over samples, W/m²/sr.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -18,7 +18,7 @@
 
 layout(local_size_x = 64) in;
 
-// Sums with what rounding lost of them.
+// Sums and their rounding errors.
 struct GatherSums {
     vec3 direct;
     vec3 direct_lost;
@@ -63,15 +63,15 @@ struct Vertex {
     vec3 position;
     vec3 normal;    // geometric, on the visible side
     vec3 shading;   // the normal to shade with
-    vec3 outgoing;  // towards where light goes
+    vec3 outgoing;  // towards the viewer
     Reflectance material;
 };
 
 float largest(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
-// The nearest irradiance point on a surface point's surface, or NO_ENTRY: among the eight nearest
-// cells, then one further on each side. Leaving the plane counts four times, and so does turning
-// the normal.
+// The nearest irradiance point on a surface point's surface, or NO_ENTRY. Searches the eight
+// nearest cells, then one cell further on each side. A distance off the plane counts four times; a
+// turned normal adds to the distance.
 uint nearest_point(vec3 position, vec3 normal) {
     ivec3 corner = photon_cell(push.grid, position - 0.5 / push.grid.inverse_cell);
     uint nearest = NO_ENTRY;
@@ -87,7 +87,7 @@ uint nearest_point(vec3 position, vec3 normal) {
                 float above = dot(offset, normal);
                 float apart = dot(offset, offset) + 16.0 * above * above + push.radius * push.radius * turned;
                 if (turned > 0.75 || apart >= least) continue;
-                // Cells that share a bucket are told apart: a far one's points are no neighbours.
+                // A bucket may hold points of several cells; skips those of far ones.
                 if (photon_cell(push.grid, point.position) != cell) continue;
                 if (!is_within_reach(reaches[j], point.normal, offset, push.radius)) continue;
                 least = apart;
@@ -98,10 +98,10 @@ uint nearest_point(vec3 position, vec3 normal) {
     return nearest;
 }
 
-// Light that comes straight from the lights and leaves along `outgoing`, by a shadow ray a light.
+// Reflected direct light along `outgoing`, with one shadow ray a light.
 vec3 direct_light(Vertex vertex, Reflectance material, uint ray, uint seed) {
     vec3 sum = vec3(0.0);
-    // Black reflects nothing: no light is asked.
+    // A black material reflects nothing and takes no shadow ray.
     uint count = largest(material.diffuse + material.specular) > 0.0 ? push.light_count : 0u;
     for (uint i = 0u; i < count; ++i) {
         LightSource light = lights[i];
@@ -128,7 +128,7 @@ Vertex vertex_at(Hit hit, vec3 direction, bool smooth_normal) {
     return Vertex(hit_position(hit), normal, shading, -direction, material);
 }
 
-// What the surface seen reflects of light that other surfaces reflect.
+// Radiance that the visible surface reflects of light from other surfaces.
 vec3 indirect_light(Vertex vertex, uint ray, uint seed) {
     vec3 sum = vec3(0.0);
     vec3 throughput = vec3(1.0);
@@ -153,7 +153,7 @@ vec3 indirect_light(Vertex vertex, uint ray, uint seed) {
     return sum;
 }
 
-// Adds with what was lost before, and notes what is lost now. [Kahan 1965]
+// Adds with compensation of the rounding error. [Kahan 1965]
 void add(inout vec3 sum, inout vec3 lost, vec3 value) {
     precise vec3 term = value - lost;
     precise vec3 total = sum + term;

@@ -1,7 +1,7 @@
-// Density estimate at the irradiance points: Σ flux·kernel over the photons around, by the kernel's
-// mass there. [Christensen 1999] Deterministic. One invocation = one point. In: points with their
-// reach, photon map, masses (m²). Out: irradiance, W/m². The mass is this very sum over points that
-// stand for equal areas: edges of surfaces and walls on them take nothing away.
+// Density estimate at the irradiance points: Σ flux·kernel over the photons around, over the
+// kernel's mass there. [Christensen 1999] The mass is the same sum over points of equal area, so
+// that edges of surfaces and walls on them lose no light. Deterministic. One invocation = one
+// point. In: points with their reach, photon map, masses (m²). Out: irradiance, W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -12,7 +12,7 @@
 #include "include/photons.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint MAX_PHOTONS = 0;  // of one bucket that are looked at
+layout(constant_id = 0) const uint MAX_PHOTONS = 0;  // visited photons of one bucket
 
 struct PhotonIrradiancePush {
     PhotonGrid grid;
@@ -41,8 +41,8 @@ void main() {
         uint bucket = photon_bucket(cell);
         uint first = entry_offsets[bucket];
         uint end = entry_offsets[bucket + 1u];
-        // Where a beam is narrow, one photon in `stride` stands for all: a sum over all of them
-        // would take forever.
+        // In the bucket of a narrow beam one photon in `stride` stands for all: the sum over all
+        // would take too long.
         uint stride = (end - first + MAX_PHOTONS - 1u) / MAX_PHOTONS;
         float weight = float(stride);
         for (uint j = first + (stride > 1u ? hash(index, bucket) % stride : 0u); j < end; j += stride) {
@@ -50,7 +50,7 @@ void main() {
             vec3 offset = entry.position - point.position;
             float kernel = photon_kernel(offset, point.normal, entry.normal, push.radius);
             if (kernel <= 0.0) continue;
-            // Cells that share a bucket are told apart, or a photon counts twice.
+            // A bucket may hold photons of several cells; without this test a photon counts twice.
             if (photon_cell(push.grid, entry.position) != cell) continue;
             if (!is_within_reach(reach, point.normal, offset, push.radius)) continue;
             sum += weight * kernel * entry.flux;

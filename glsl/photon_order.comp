@@ -1,4 +1,4 @@
-// Photon map, last step: photons in the order of their buckets, and where each bucket begins.
+// Photon map, last step: photons in the order of their buckets, and the first entry of each bucket.
 // Deterministic. One invocation = one sorted pair and one bucket. In: photons, sorted pairs. Out:
 // map entries, first entries.
 #version 460
@@ -20,13 +20,13 @@ layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 1) readonly buffer Photons { Photon photons[]; };
 layout(scalar, binding = 2) readonly buffer SortedPairs { TilePair sorted_pairs[]; };
 layout(scalar, binding = 3) writeonly buffer MapEntries { MapEntry map_entries[]; };
-layout(scalar, binding = 4) writeonly buffer EntryOffsets { uint entry_offsets[]; };  // a bucket, and the end twice
+layout(scalar, binding = 4) writeonly buffer EntryOffsets { uint entry_offsets[]; };  // one for each bucket, and the end twice
 layout(scalar, push_constant) uniform Push { PhotonOrderPush push; };
 
 #include "include/surfaces.glsl"
 
-// How many sorted pairs lie in buckets before `bucket`. By halves: some drivers end a loop over all
-// buckets early.
+// Number of sorted pairs in buckets before `bucket`, by bisection: lavapipe (Mesa 22.3.6) ends a
+// loop over all buckets early.
 uint pairs_before(uint bucket) {
     uint low = 0u;
     uint high = push.slot_count;

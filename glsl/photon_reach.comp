@@ -1,6 +1,6 @@
-// How far each irradiance point reaches along its surface before a wall stands in the way, in
-// sixteen directions. Deterministic. One invocation = one point. In: points. Out: a byte a sector,
-// in 1/255 of the radius; 255: no wall that near.
+// Distance from each irradiance point along its surface to the next wall, in sixteen directions.
+// Deterministic. One invocation = one point. In: points. Out: a byte a sector, in 1/255 of the
+// radius; 255: no wall that near.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -36,7 +36,7 @@ void main() {
     if (index >= push.end_point) return;
     MapEntry point = points[index];
     mat3 frame = frame_around(point.normal);
-    // As high above the surface as what still counts as the same plane: a hollow is no wall.
+    // The ray runs at the height up to which points count as the same plane: a hollow is no wall.
     vec3 origin = offset_origin(point.position, point.normal) + SAME_PLANE * push.radius * point.normal;
     uvec4 reach = uvec4(0u);
     for (uint sector = 0u; sector < 16u; ++sector) {

@@ -1,7 +1,7 @@
-// Photon tracing: takes every live photon path STEPS surfaces further, by BRDF sampling and Russian
-// roulette. [Jensen 1996] Deterministic. One invocation = one path. In and out: paths. Out: a
-// photon a surface met, W; slots behind the last stay empty. All decisions come from scrambled
-// Sobol sequences over the light's rays, a fresh scramble a bounce.
+// Photon tracing: extends every live photon path by up to STEPS surfaces, by BRDF sampling and
+// Russian roulette. [Jensen 1996] Deterministic: all decisions come from scrambled Sobol sequences
+// over the light's rays, with a fresh scramble a bounce. One invocation = one path. In and out:
+// paths. Out: one photon for each surface met, W; unused slots are empty.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -24,8 +24,8 @@ struct PhotonPath {
     vec3 origin;
     uint light;
     vec3 direction;  // unit; of no meaning before the first surface
-    uint ray;        // index among the light's rays: names its random numbers
-    vec3 flux;       // W; before the first surface: the share of the light's rays that this one is
+    uint ray;        // index among the light's rays: its random stream index
+    vec3 flux;       // W; before the first surface: this ray's fraction of the light's rays
     uint depth;      // surfaces so far
     uint is_alive;   // 0, 1 or LOOP_TRUNCATED
 };
@@ -85,15 +85,15 @@ void main() {
         bool back = dot(surface.normal, path.direction) > 0.0;
         vec3 normal = back ? -surface.normal : surface.normal;
         vec3 position = hit_position(hit);
-        // Irradiance is asked for where there is an albedo to multiply it by; under a black texel,
-        // by its neighbours.
+        // Irradiance matters only where an albedo multiplies it; neighbours of a black texel
+        // need it, too.
         uint side = largest(material.diffuse) > 0.0 ? 2u * hit.triangle + uint(back) : NO_SIDE;
         photons[slot + count] = Photon(position, side, path.flux);
         if (HAS_TEXTURES != 0u) material.diffuse *= image_at(surface.material, hit.triangle, hit.barycentric);
         ++count;
         ++path.depth;
 
-        // Flux stays nearly the same, and paths end with the share that is absorbed.
+        // Flux stays nearly constant; the absorbed fraction of paths ends.
         vec3 u = sample_3d(path.ray, hash(stream, 1u + path.depth));
         BrdfSample next = sample_brdf(material, normal, -path.direction, u.xy);
         vec3 reflected = path.flux * next.weight;

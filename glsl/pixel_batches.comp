@@ -1,5 +1,5 @@
-// Batches of pixels, a tile of 8×8 each. Deterministic. One invocation = one batch. In: what pixels
-// see. Out: where their shadow rays leave.
+// Batches of pixels, a tile of 8×8 each: bounds of the origins of their shadow rays. Deterministic.
+// One invocation = one batch. In: surfaces at the pixels. Out: batches (metres).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,6 +1,6 @@
-// Colours of images at pixels: their mean over the pixel, as far as it shows one surface. No ray is
-// traced. Deterministic. One invocation = one pixel. In: what the pixels see, images. Out: packed
-// colours. Only in scenes with images.
+// Colours of images at pixels: the mean over the area of a pixel in which it shows the centre's
+// surface. The kernel traces no ray and runs only in scenes with images. Deterministic. One
+// invocation = one pixel. In: surfaces at the pixels, images. Out: packed colours.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -36,7 +36,7 @@ void main() {
     uint side = pixel_surface_at(Pixels, index).side;
     vec2 corner = vec2(in_rows(index, view.width));
     vec4 sum = vec4(0.0);
-    // Beyond the surface's horizon, on the other side of its plane, there is nothing of it.
+    // The mean excludes points beyond the horizon of the surface's plane.
     float sign_seen = (side & 1u) != 0u ? 1.0 : -1.0;
     for (uint i = 0u; i < POINTS * POINTS && side != NO_SIDE; ++i) {
         vec2 point = corner + (vec2(i % POINTS, i / POINTS) + 0.5) / float(POINTS);

@@ -1,7 +1,7 @@
-// What camera rays through a pixel may meet, found once for all of them: the few triangles and
-// nodes that they start from, instead of the root. Deterministic. One invocation = one of the
-// pixels that a light is averaged at. In: those whose samples take a camera ray, the tree. Out:
-// their roots, as shafts have them; no room for a pixel's, and it has none.
+// Frusta of pixels: the few triangles and nodes that camera rays through a pixel may meet, from
+// which they start instead of the root. Deterministic. One invocation = one pixel at which a light
+// is averaged. In: pixels whose samples take a camera ray, the tree. Out: their roots, in the
+// format of shafts; none for pixels beyond the capacity.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -35,14 +35,14 @@ layout(scalar, binding = 6) readonly buffer ShadowPixels { uint shadow_pixels[];
 layout(scalar, binding = 7) writeonly buffer ShaftRoots { uint shaft_roots[]; };
 layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
 
-// How much wider than its pixel a frustum is, in pixels: more than rounding takes.
+// Margin of a frustum around its pixel, in pixels: more than rounding takes.
 const float MARGIN = 1.0 / 64.0;
 
 struct Frustum {
     vec3 apex;
     vec3 corners[4];  // unit directions
     vec3 planes[4];   // unit normals to the outside
-    float clear;      // what rounding may do to a distance from a plane
+    float clear;      // rounding error of a distance from a plane
 };
 
 Frustum frustum;  // of this invocation's pixel
@@ -81,7 +81,7 @@ bool is_beyond(vec3 a, vec3 b, vec3 third) {
     return most < -frustum.clear * (length(a) + length(b)) - 1e-6 * length(a) * length(b);
 }
 
-// False where no ray of the frustum can meet a triangle.
+// False if no ray of the frustum can meet a triangle.
 bool is_inside(Corners triangle) {
     vec3 a = triangle.p0 - frustum.apex;
     vec3 b = triangle.p1 - frustum.apex;
@@ -95,8 +95,8 @@ bool is_inside(Corners triangle) {
 
 #include "include/open_tree.glsl"
 
-// Places that have roots to find, side by side: on a processor eight invocations go through all
-// that one of them has to do.
+// Pixels that need roots, compacted: on a CPU eight invocations execute the work of any
+// one of them.
 shared uint due[64];
 shared uint due_count;
 

@@ -1,7 +1,6 @@
 // Exclusive prefix sum of each block in place, the way down: values[i] = block offset + sum of the
-// block's values before i. In: values, count of them; the offset of each block.  Out: values, and
-// the total behind the last, at values[count]. One workgroup = one block of ITEMS values per
-// invocation. Deterministic.
+// block's values before i. Deterministic. One workgroup = one block of ITEMS values per invocation.
+// In: values, their number, the offset of each block. Out: values, and the total at values[count].
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -24,15 +23,15 @@ void main() {
     const uint thread = gl_LocalInvocationID.x;
     const uint block = flat_workgroup();
     const uint block_length = gl_WorkGroupSize.x * ITEMS;
-    // A workgroup without values leaves as a whole, but for the first: it writes the total of
-    // nothing.
+    // A workgroup without values returns as a whole, except the first one: it writes the total of
+    // an empty list.
     if (block > 0 && block * block_length >= push.count) {
         return;
     }
     const uint first = min(block * block_length + thread * ITEMS, push.count);
     const uint end = min(first + ITEMS, push.count);
 
-    // The sum of this invocation's run of values, then inclusive sums of these over the workgroup.
+    // The sum of this invocation's segment, then an inclusive prefix sum over the workgroup.
     uint sum = 0;
     for (uint index = first; index < end; ++index) {
         sum += values[index];
@@ -46,14 +45,14 @@ void main() {
         barrier();
     }
 
-    // Everything before this invocation's run, carried along the run.
+    // The sum of all values before this invocation's segment.
     uint running = block_offsets[block] + partial[thread] - sum;
     for (uint index = first; index < end; ++index) {
         const uint value = values[index];
         values[index] = running;
         running += value;
     }
-    // The last invocation of the last block has everything behind it.
+    // The last invocation of the last block writes the total.
     if (thread == gl_WorkGroupSize.x - 1 && (block + 1) * block_length >= push.count) {
         values[push.count] = running;
     }

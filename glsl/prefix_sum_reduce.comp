@@ -1,6 +1,6 @@
-// Block sums, the way up of the prefix sum: sums[b] = sum of block b of the values, wrapping. In:
-// values, count of them.  Out: one sum a block of ITEMS values per invocation. One workgroup = one
-// block. Deterministic.
+// Block sums, the way up of the prefix sum: sums[b] = sum of block b of the values, wrapping.
+// Deterministic. One workgroup = one block of ITEMS values per invocation. In: values, their
+// number. Out: one sum a block.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -23,7 +23,7 @@ void main() {
     const uint thread = gl_LocalInvocationID.x;
     const uint block_first = flat_workgroup() * gl_WorkGroupSize.x * ITEMS;
 
-    // Neighbouring invocations read neighbouring values: a sum does not mind the order.
+    // Adjacent invocations read adjacent values: the order of an integer sum is irrelevant.
     uint sum = 0;
     for (uint item = 0; item < ITEMS; ++item) {
         const uint index = block_first + item * gl_WorkGroupSize.x + thread;

@@ -1,5 +1,5 @@
 // Primary visibility: one ray through each pixel's centre. Deterministic. One invocation = one
-// pixel, one workgroup = a tile. In: camera. Out: what the pixel sees.
+// pixel, one workgroup = a tile. In: camera. Out: surfaces at the pixels (metres).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

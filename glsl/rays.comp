@@ -12,7 +12,7 @@
 #include "include/math.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint SEGMENTS = 0;  // 1: from the origin to the end of the direction, where any hit will do
+layout(constant_id = 0) const uint SEGMENTS = 0;  // 1: segments from the origin to origin + direction, any hit
 
 struct RayQuery { vec3 origin; vec3 direction; };
 struct RayAnswer { float t; uint side; };

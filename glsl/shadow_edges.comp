@@ -1,9 +1,9 @@
-// Antialiasing of a light, step 3: at the pixels across which its light changes much, the mean of
-// the light over samples spread over the pixel. Where one flat triangle fills the pixel they lie on
-// its plane and take no camera ray; elsewhere that plane would hide them behind the surface. At
-// edge pixels that need more samples, those, each in the slot that it resembles. Deterministic.
-// Sixteen invocations = one pixel. In: camera, scene, pixels, the light. Out: its layer at these
-// pixels.
+// Antialiasing of a light, step 3: the mean of the light over samples spread over a pixel, at
+// the pixels of step 2. If one flat triangle fills the pixel, the samples are on its plane and
+// take no camera ray; elsewhere that plane would hide them behind the surface. Edge pixels get
+// their further samples here, each in the most similar slot. Deterministic. Sixteen
+// invocations = one pixel. In: camera, scene, pixels, the light. Out: the per-light irradiance
+// buffer at these pixels.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -27,7 +27,7 @@ struct EdgeLightPush {
     uint light;
     uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
     uint end_sample;
-    uint traces_all;    // 1: rays are traced although they cannot bring light, and from the tree's root
+    uint traces_all;    // 1: rays are traced although they cannot bring light, and start at the tree's root
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -57,8 +57,8 @@ layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 shared vec4 sums[64];
 
-// Where the ray of an image point meets the plane that a pixel sees; the pixel's own position where
-// it grazes that plane.
+// Intersection of a camera ray with the plane of a pixel's surface; the pixel's own position if the
+// ray grazes the plane.
 vec3 on_plane(View view, PixelSurface pixel, vec3 normal, vec2 point) {
     vec3 direction = direction_through(view, point);
     vec3 to_pixel = pixel.position - view.position;
@@ -67,8 +67,8 @@ vec3 on_plane(View view, PixelSurface pixel, vec3 normal, vec2 point) {
     return abs(t - depth) < 0.25 * depth ? view.position + t * direction : pixel.position;
 }
 
-// Surface behind an image point of the pixel in that place of the list, by a ray from the roots of
-// its frustum.
+// Surface behind an image point, by a ray from the roots of a pixel's frustum; `place` is the
+// pixel's index in the list.
 PixelSurface seen_in(uint place, View view, vec2 point) {
     uint first = place * SHAFT_WORDS;
     uint counts = 1u << 16;
@@ -89,8 +89,8 @@ PixelSurface seen_in(uint place, View view, vec2 point) {
     return hit.t < ray.t_max ? seen_at(view, ray.direction, hit) : NOTHING_SEEN;
 }
 
-// The slot of an edge pixel, the first of which is `first`, that a further sample belongs to: of
-// its material, where one is, and then the least dissimilar.
+// The slot of a further sample of an edge pixel: the least dissimilar one, of the sample's material
+// if there is one. `first` is the pixel's first slot.
 uint slot_for(PixelSurface found, uint pixel, uint first, uint room) {
     uvec2 size = uvec2(push.view.width, push.view.height);
     Surface surface = surface_at(found.side >> 1);
@@ -117,7 +117,7 @@ void main() {
     uint index = shadow_pixels[min(place, max(listed, 1u) - 1u)];
     uint edge = edge_numbers[index];
     bool is_edge = edge != NO_EDGE;
-    // Samples before the first one, all that count, and where an edge pixel keeps its light.
+    // Index of the first sample, end of the samples, and the slots of an edge pixel.
     uint before = 0u;
     uint count = samples_per_edge(listed, push.capacity);
     uint slots = slots_per_edge(edge_numbers[pixel_count], push.capacity);
@@ -138,8 +138,8 @@ void main() {
         vec3 normal = own_normal;
         vec2 point = corner + sample_3d(i, index).xy;
         if (!is_traced) found.position = on_plane(view, found, normal, point);
-        // A loop of at most one iteration, which lavapipe skips where a branch would be taken by
-        // all.
+        // A loop of at most one iteration, which lavapipe (Mesa 22.3.6) skips; it would execute a
+        // branch for all lanes.
         for (bool is_due = is_traced; is_due; is_due = false) {
             found = seen_in(place, view, point);
             if (found.side != NO_SIDE) normal = facing_normal(found.side);

@@ -1,9 +1,9 @@
-// Antialiasing of a light, step 2: lists the pixels across which its light changes much, an edge of
-// a shadow, where geometry shows none: those pixels are averaged over samples already. And those of
-// them that need more samples. Counts them and the workgroups that take them, four each and 64
-// each. In any order: each is averaged by itself. One invocation = four consecutive pixels, a texel
-// of each list. In: the light's layer, edge pixels and their needs. Out: pixels, their number,
-// sizes of dispatches, from zero.
+// Antialiasing of a light, step 2: lists the pixels at which its light changes much, such as shadow
+// edges, and the edge pixels that need more samples. Other edge pixels are averaged already. Sizes
+// dispatches of four pixels and of 64 pixels a workgroup. The list is unordered, because each pixel
+// is averaged by itself. One invocation = four consecutive pixels, a texel of each list. In: the
+// per-light irradiance buffer, edge pixels and their needs. Out: pixels, their number, dispatch
+// sizes; initially zero.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -26,8 +26,8 @@ layout(scalar, binding = 3) writeonly buffer ShadowPixels { uint shadow_pixels[]
 layout(scalar, binding = 4) buffer ShadowGroups { uint shadow_groups[]; };
 layout(scalar, push_constant) uniform Push { EdgeMarkPush push; };
 
-// The light at pixel `first` and the three behind it, of so many pixels; what it is beyond these,
-// nobody asks.
+// The light at pixel `first` and the next three. Values beyond `pixel_count` are arbitrary; the
+// caller masks them.
 vec4 light_from(int first, int pixel_count) {
     ivec2 texels = clamp((ivec2(first) >> 2) + ivec2(0, 1), 0, (pixel_count - 1) >> 2);
     vec4 a = uintBitsToFloat(texelFetch(LightLayer, texels.x));
@@ -72,7 +72,7 @@ void main() {
         if (!is_listed) continue;
         uint place = atomicAdd(shadow_groups[3], 1u);
         shadow_pixels[place] = uint(first + i);
-        // The first of a group counts it.
+        // The first pixel of a group counts the group.
         if (place % 4u != 0u) continue;
         for (uint axis = 0u; axis < 3u; ++axis) {
             atomicMax(shadow_groups[axis], swizzled(place / 4u + 1u)[axis]);

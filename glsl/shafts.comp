@@ -1,11 +1,11 @@
-// Shafts between a light and batches of points: what may stand between. [Haines] Deterministic. One
-// invocation = one batch. In: batches, the light, the tree. Out: for each batch the nodes and
-// triangles from which its shadow rays start; those with nodes, listed in any order; workgroups
-// that take one each.
+// Shafts: the possible occluders between a light and batches of points. [Haines] Deterministic,
+// except for the order of the list. One invocation = one batch. In: batches, the light, the tree.
+// Out: for each batch the nodes and triangles from which its shadow rays start; an unordered list
+// of the batches with nodes; dispatch sizes of one workgroup each.
 //
-// A shaft is the convex hull of two boxes, that of the rays' origins and that of the light: what
-// lies within the box around both and within the planes through two edges, one of each box, that
-// are parallel to the same axis.
+// A shaft is the convex hull of two boxes, that of the rays' origins and that of the light. It is
+// bounded by the box around both and by planes through two edges, one of each box, parallel to
+// the same axis.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -43,12 +43,12 @@ struct Box {
 struct Shaft {
     Box points;
     Box light;
-    Box around;        // both, and a clear distance more, which is more than rounding takes
+    Box around;        // both boxes and a clear distance more, which exceeds rounding
     vec3 planes[12];   // four for each pair of axes k, k + 1: normal along these, offset; all zero where there is none
     float clear;
 };
 
-// The box of a light as it is seen from others: at infinity it is theirs, moved out of the scene.
+// The box of a light. For a directional light it is the box of the points, moved out of the scene.
 Box light_box(LightSource light, Box points, float far) {
     if (light.kind == LIGHT_DIRECTIONAL) return Box(points.low - far * light.axis, points.high - far * light.axis);
     vec3 low = light.position + min(light.edge_u, vec3(0.0)) + min(light.edge_v, vec3(0.0));
@@ -96,8 +96,8 @@ bool is_outside(vec3 low, vec3 high) {
     return found;
 }
 
-// Least and greatest value of across·(x - origin) in a box, with what rounding may take from or add
-// to it: `blur` a metre, and `slack`.
+// Minimum and maximum of across·(x - origin) in a box, widened by the rounding error: `blur` a
+// metre, and `slack`.
 vec2 extent(Box box, vec3 across, vec3 origin, float blur, float slack) {
     vec3 middle = 0.5 * (box.low + box.high) - origin;
     vec3 reach = 0.5 * (box.high - box.low);
@@ -105,7 +105,7 @@ vec2 extent(Box box, vec3 across, vec3 origin, float blur, float slack) {
     return dot(across, middle) + vec2(-most, most);
 }
 
-// False where no ray from the points to the light can meet a triangle.
+// False if no ray from the points to the light can meet a triangle.
 bool is_inside(Corners corners) {
     vec3 p0 = corners.p0;
     vec3 p1 = corners.p1;
@@ -120,7 +120,7 @@ bool is_inside(Corners corners) {
         float least = min(dot(plane.xy, vec2(p0[k], p0[l])), min(dot(plane.xy, vec2(p1[k], p1[l])), dot(plane.xy, vec2(p2[k], p2[l]))));
         if (least > plane.z) return false;
     }
-    // Nothing passes through its plane where all points and all of the light are on one side.
+    // No ray crosses the triangle's plane if all points and all of the light are on one side.
     // Origins are clear of their own surface.
     vec3 across = cross(p1 - p0, p2 - p0);
     float blur = 5e-7 * length(p1 - p0) * length(p2 - p0);

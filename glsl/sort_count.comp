@@ -1,5 +1,5 @@
-// Stable radix sort of (tile, record) pairs, counting step: how often each digit occurs in each
-// block of 256 pairs. Deterministic (integer counts). One workgroup = one block.
+// Stable radix sort of (tile, record) pairs, counting step: counts each digit in each block of 256
+// pairs. Deterministic (integer counts). One workgroup = one block. In: pairs. Out: digit counts.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

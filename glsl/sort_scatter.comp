@@ -1,6 +1,6 @@
-// Stable radix sort of (tile, record) pairs, scatter step: each pair goes behind those with smaller
-// digits and those with its own digit that stood before it. Deterministic. One workgroup = one
-// block of 256 pairs.
+// Stable radix sort of (tile, record) pairs, scatter step: moves each pair behind the pairs with
+// smaller digits and the earlier pairs with its digit. Deterministic. One workgroup = one block of
+// 256 pairs. In: pairs, digit offsets. Out: sorted pairs.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,7 +1,7 @@
 // Splatting, step 5: indirect irradiance at every pixel, each record extrapolated to it by its
-// gradients. [Yue §4; Krivanek] A sparse matrix–vector product: all that a light edit under a still
-// camera has to do. Deterministic. One invocation = one pixel. In: weights, records. Out:
-// irradiance, W/m².
+// gradients. [Yue §4; Krivanek] A sparse matrix–vector product, and the only splat step that a
+// light edit under a still camera needs. Deterministic. One invocation = one pixel. In: weights,
+// records. Out: irradiance, W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -37,11 +37,11 @@ void main() {
         Record record = record_at(Records, splat.x);
         float share = uintBitsToFloat(splat.y);
         float weight = abs(share);
-        // Half of the way by the gradient at the record; below, half by that at the pixel:
-        // curvature cancels.
+        // Trapezoidal rule: half of the offset by the record's gradient here, half by the mean
+        // gradient at the pixel below, so that the curvature terms cancel.
         vec3 moved = pixel.position - record.position;
         vec3 change = 0.5 * moved * record.translation + pixel.normal * record.rotation;
-        // Beyond its validity a record's gradients say little.
+        // Gradients are unreliable beyond the validity of a record.
         if (share < 0.0) {
             change = clamp(change, -0.5 * record.irradiance, record.irradiance);
             record.translation = mat3(0.0);

@@ -1,4 +1,4 @@
-// Splatting, step 1: which pixels a record's sphere of validity can touch, and so which 16×16
+// Splatting, step 1: the pixels that a record's sphere of validity can touch, and their 16×16
 // tiles. [Yue §4] Deterministic. One invocation = one record. In: cache points, camera. Out: pixel
 // rectangle and the number of its tiles.
 #version 460
@@ -47,8 +47,8 @@ void main() {
     float half_height = length(view.up);
     float depth = dot(d, view.forward);
 
-    // A record whose plane, tilted by the tolerated ten degrees, still faces away serves no visible
-    // pixel: visible shading normals lean at most a few degrees beyond the silhouette.
+    // A record serves no visible pixel if its plane, tilted by the tolerated ten degrees, still
+    // faces away: visible shading normals lean at most a few degrees beyond the silhouette.
     bool faces_away = dot(d, point.normal) > 0.35 * length(d) + point.radius;
     vec2 x = tangent_slopes(dot(d, view.right) / half_width, depth, point.radius) / half_width;
     vec2 y = tangent_slopes(-dot(d, view.up) / half_height, depth, point.radius) / half_height;

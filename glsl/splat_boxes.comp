@@ -1,6 +1,6 @@
-// Splatting, before step 1: the box around all that a tile of pixels shows, so that records behind
-// or in front of it do not ask for the tile. Deterministic. One workgroup = one tile. In: pixels.
-// Out: boxes, metres; empty ones where nothing wants records.
+// Splatting, before step 1: the box around the visible surfaces of each tile, which excludes
+// records in front of them and behind them. Deterministic. One workgroup = one tile. In: pixels.
+// Out: boxes, metres; empty for a tile without surface.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -14,11 +14,11 @@ layout(local_size_x = 64) in;
 struct SplatEmitPush {
     uint record_count;
     uint tile_columns;
-    uint capacity;  // pairs that fit; what does not is seen by the host, which makes room and repeats
+    uint capacity;  // of the list of pairs; the host detects an overflow, enlarges the list and repeats
 };
 
 layout(scalar, binding = 0) readonly buffer Rectangles { PixelRectangle rectangles[]; };
-layout(scalar, binding = 1) readonly buffer PairOffsets { uint pair_offsets[]; };  // of each record, and the total
+layout(scalar, binding = 1) readonly buffer PairOffsets { uint pair_offsets[]; };  // exclusive prefix sum over the records, and the total
 layout(scalar, binding = 2) writeonly buffer Pairs { TilePair pairs[]; };
 layout(binding = 3) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 4) readonly buffer TileBoxes { TileBox tile_boxes[]; };

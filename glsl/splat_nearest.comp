@@ -1,7 +1,7 @@
-// Splatting, step 4: a pixel that no record covers takes the one that fits it best, of all there
-// are. Deterministic: of equal ones the first. Blocks of records that are further away than the
-// best so far, however they are turned, are left out. One workgroup = one pixel. In: uncovered
-// pixels, records, boxes around blocks of them. Out: the pixel's only weight.
+// Splatting, step 4: gives each uncovered pixel the best-fitting record of all. The search skips
+// blocks of records that are further away than the best misfit so far. Deterministic: of equal
+// records the first wins. One workgroup = one pixel. In: uncovered pixels, records, boxes around
+// blocks of records. Out: the pixel's only weight.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -26,11 +26,11 @@ layout(scalar, binding = 5) writeonly buffer Weights { SplatWeight weights[]; };
 layout(scalar, push_constant) uniform Push { SplatNearestPush push; };
 
 const uint NONE = 0xffffffffu;
-shared uint least;  // bits of a float that is not negative: these compare as it does
-shared uint first;  // of those that have it
+shared uint least;  // float bits; non-negative floats compare alike as integers
+shared uint first;  // lowest index with that value
 
-// What the invocation brings, together with all others: afterwards `least` and `first` are known to
-// all.
+// Minimum over the workgroup: afterwards `least` and `first` hold the smallest value and the lowest
+// index that has it.
 void find_least(float value, uint index) {
     barrier();
     if (gl_LocalInvocationIndex == 0u) least = first = NONE;
@@ -41,13 +41,13 @@ void find_least(float value, uint index) {
     barrier();
 }
 
-// How badly a record fits: the further and the more turned, the worse; no better than its distance.
+// Misfit of a record: grows with the distance and the angle, and is at least the distance.
 float misfit(PixelSurface pixel, uint record) {
     CachePoint point = cache_point_at(CachePoints, record);
     return distance(pixel.position, point.position) * (20.0 - 19.0 * dot(pixel.normal, point.normal));
 }
 
-// A hair less than the distance, which no rounding turns into more.
+// A lower bound of the distance, despite rounding.
 float min_distance(vec3 position, TileBox box) {
     return 0.9999 * length(max(max(box.low - position, position - box.high), vec3(0.0)));
 }
@@ -60,7 +60,7 @@ void main() {
     uint index = uncovered_pixels[4u + flat_workgroup()];
     PixelSurface pixel = pixel_surface_at(Pixels, index);
     uint block_count = (push.record_count + RECORD_BLOCK - 1u) / RECORD_BLOCK;
-    // The nearest block, and how well its records fit.
+    // The nearest block gives an upper bound of the misfit.
     float best = 1e30;
     uint chosen = NONE;
     for (uint block = thread; block < block_count; block += gl_WorkGroupSize.x) {
@@ -72,7 +72,7 @@ void main() {
     best = 1e30;
     for (uint i = first * RECORD_BLOCK + thread; i < end_of_block(first); i += gl_WorkGroupSize.x) best = min(misfit(pixel, i), best);
     find_least(best, chosen);
-    // Those of all blocks that may fit as well.
+    // Records of all blocks within that bound.
     float bound = uintBitsToFloat(least);
     best = 1e30;
     for (uint block = thread; block < block_count; block += gl_WorkGroupSize.x) {

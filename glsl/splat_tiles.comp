@@ -1,10 +1,9 @@
-// Splatting, step 3: the records that serve each pixel, and their weights. [Yue §4, Tabellion]
-// Every pixel's run of weights is deterministic, for a tile's records are visited in ascending
-// order; where the run stands is not: tiles take room as they come. A pixel keeps its weights in
-// registers until it knows their number. Tiles where these are too few are listed, and visited once
-// more. One workgroup = one tile of 16×16 pixels. In: pixels, sorted (tile, record) pairs. Out:
-// runs of (record, weight) whose weights sum to 1; pixels that no record covers, each with room for
-// one weight to come.
+// Splatting, step 3: the records that serve each pixel, and their weights. [Yue §4, Tabellion] A
+// pixel's weights are deterministic, because the records of a tile are visited in ascending order;
+// the position of its segment is not, because tiles allocate in any order. A pixel keeps up to KEPT
+// weights in registers until their number is known. Tiles with more are listed and visited again.
+// One workgroup = one tile of 16×16 pixels. In: pixels, sorted (tile, record) pairs. Out: segments
+// of (record, weight) whose weights sum to 1; uncovered pixels, each with space for one weight.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -17,7 +16,7 @@
 #include "include/records.glsl"
 
 layout(local_size_x = 256) in;
-layout(constant_id = 0) const uint CROWDED = 2;  // 0: all tiles, 1: those listed, of these the pixels of more than KEPT weights
+layout(constant_id = 0) const uint CROWDED = 2;  // 0: all tiles; 1: the pixels of listed tiles with more than KEPT weights
 
 struct SplatTilesPush {
     uint width;
@@ -36,8 +35,8 @@ layout(scalar, binding = 5) readonly buffer SortedPairs { TilePair sorted_pairs[
 layout(scalar, binding = 6) buffer WeightRuns { WeightRun weight_runs[]; };  // of each pixel
 layout(scalar, binding = 7) buffer Weights { SplatWeight weights[]; };
 layout(scalar, binding = 8) buffer Tally { SplatTally tally; };
-// Workgroups along each axis that take one each, their number, and these, in any order: each stands
-// for itself.
+// Both lists: workgroups along each axis, one an item; the number of items; the items, in any
+// order, because each is handled by itself.
 layout(scalar, binding = 9) buffer UncoveredPixels { uint uncovered_pixels[]; };
 layout(scalar, binding = 10) buffer CrowdedTiles { uint crowded_tiles[]; };
 layout(scalar, push_constant) uniform Push { SplatTilesPush push; };
@@ -53,7 +52,7 @@ shared uint touching[BATCH];      // the same transposed, for groups of 32 recor
 shared uint tile_range[2];
 shared uint wanting;
 shared uint tile_weights;  // their number
-shared uint tile_first;    // where they stand
+shared uint tile_first;    // index of the first one
 shared uint crowding;      // 1: some pixel has more than KEPT
 
 void list_uncovered(uint pixel) {
@@ -80,7 +79,8 @@ uint lower_bound(uint tile, uint pair_count) {
     return low;
 }
 
-// A record's pixel rectangle cut to the tile at `corner`, as a mask of columns and a mask of rows.
+// A record's pixel rectangle clipped to the tile at `corner`, as a mask of columns and a
+// mask of rows.
 uint bounds_in_tile(PixelRectangle rectangle, uvec2 corner) {
     uvec2 low = uvec2(rectangle.low & 0xffffu, rectangle.low >> 16);
     uvec2 high = uvec2(rectangle.high & 0xffffu, rectangle.high >> 16);
@@ -108,7 +108,7 @@ void main() {
     uint index = xy.y * push.width + xy.x;
     PixelSurface pixel = PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
     if (in_image) pixel = pixel_surface_at(Pixels, index);
-    // A side that sees no surface receives no indirect light, and has no records.
+    // An inactive side receives no indirect light and has no records.
     bool wants_records = false;
     vec3 facet = vec3(0.0);
     if (pixel.side != NO_SIDE) {
@@ -126,7 +126,7 @@ void main() {
     SplatWeight kept[KEPT];
     uint count = 0u;
     float sum = 0.0;
-    // Twice only where some pixel of the tile has no record after the first time.
+    // The second iteration runs only if some pixel of the tile found no record in the first.
     Tolerance tolerance = VALID;
     bool is_relaxed = false;
     for (uint pass = 0u; pass < 2u; ++pass) {
@@ -147,8 +147,8 @@ void main() {
                 batch_bounds[thread] = bounds_in_tile(rectangles[record], corner);
             }
             barrier();
-            // Most records of a tile touch few of its pixels: two words tell a pixel which of 32
-            // records to ask.
+            // Most records of a tile touch few of its pixels: two words give a pixel the candidates
+            // among 32 records.
             uint transposed = 0u;
             for (uint i = 0u; i < 32u; ++i) {
                 transposed |= ((batch_bounds[(thread & ~31u) + i] >> (thread & 31u)) & 1u) << i;
@@ -180,7 +180,8 @@ void main() {
         if (!loops_completed(push.width)) tally.is_truncated = 1u;
         return;
     }
-    // With pairs missing nobody knows who is uncovered; the host makes room and repeats the frame.
+    // If pairs are missing, uncovered pixels cannot be determined; the host enlarges the list and
+    // repeats the frame.
     bool is_complete = pair_offsets[push.record_count] <= push.pair_capacity;
     bool is_uncovered = is_relaxed && count == 0u && push.record_count > 0u && is_complete;
     if (is_uncovered) list_uncovered(index);

@@ -1,6 +1,6 @@
-// Tone map: radiance to sRGB codes. The exact sRGB curve up to SHOULDER, so that mid-grey and what
-// diffuse surfaces show stay where sRGB puts them; above it a shoulder of continuous slope that
-// reaches white only at infinity. Rounding is dithered, so that dark gradients show no bands.
+// Tone map: radiance to sRGB codes. Up to SHOULDER the exact sRGB curve, so that mid-grey and
+// diffuse surfaces keep their sRGB values. Above it a shoulder of continuous slope that reaches
+// white only at infinity. Rounding is dithered, so that dark gradients show no bands.
 // Deterministic. One invocation = one pixel. In: radiance (W/m²/sr), exposure. Out: R | G << 8 | B
 // << 16 | 255 << 24.
 #version 460
@@ -26,7 +26,7 @@ const float SHOULDER = 0.8;
 float display_code(float linear) {
     float beyond = (linear - SHOULDER) / (1.0 - SHOULDER);
     float toned = linear > SHOULDER ? 1.0 - (1.0 - SHOULDER) / (1.0 + beyond) : linear;
-    // White is white, whatever the device's pow makes of 1.
+    // White stays exact, whatever the error of the device's pow.
     if (toned >= 1.0) return 255.0;
     float code = toned <= 0.0031308 ? 12.92 * toned : 1.055 * pow(toned, 1.0 / 2.4) - 0.055;
     return code > 0.0 ? min(255.0 * code, 255.0) : 0.0;
@@ -35,10 +35,10 @@ float display_code(float linear) {
 // Uniform in [0, 1), of 16 bits: a sum with a code is exact.
 float dither_noise(uint pixel, uint channel) { return float(hash(3u * pixel + channel) >> 16) / 65536.0; }
 
-// Rounds a code up or down, so that the mean over pixels is the code. The noise is triangular, the
-// difference of a pixel's uniform number and its right neighbour's: it changes fast from pixel to
-// pixel. Towards black and white, where a triangle's foot would be cut off and shift the mean, it
-// narrows to the uniform number alone; these two are exact.
+// Rounds a code up or down, so that its mean over pixels is the code. The noise is triangular: the
+// difference between a pixel's uniform number and its right neighbour's, which is high-frequency
+// noise. Near black and white it narrows to the uniform number alone, because clamping a triangle
+// would shift the mean; black and white are exact.
 uint dithered(float code, uint pixel, uint channel) {
     float width = clamp(2.0 * min(code, 255.0 - code), 0.0, 1.0);
     float noise = dither_noise(pixel, channel) + width * (0.5 - dither_noise(pixel + 1u, channel));

@@ -1,18 +1,17 @@
-//! Everything that can go wrong for a user, one variant a cause, with the exit code the
-//! command line promises.
+//! Errors that a user can meet, one variant for each cause, and the exit codes of the command line.
 
 use std::path::{Path, PathBuf};
 
 /// Result of every fallible call in this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// A failure that a user caused or can mend. Programmer errors panic instead.
+/// A failure that a user caused or can fix. Programmer errors panic instead.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// An argument that cannot be used: says what was found, what was expected.
+    /// An argument that cannot be used: the value found, and the values expected.
     #[error("{0}")]
     Usage(String),
-    /// An input file, with the line (1-based) where the trouble is, if there is one.
+    /// An error in an input file, with its line (1-based) if there is one.
     #[error("{}{}: {message}", .file.display(), .line.map(|line| format!(":{line}")).unwrap_or_default())]
     Input {
         /// The offending file, as the user named it.
@@ -25,18 +24,19 @@ pub enum Error {
     /// An output file that cannot be written.
     #[error("{}: {message}", .file.display())]
     Output {
-        /// The file that was to be written.
+        /// The file that cannot be written.
         file: PathBuf,
         /// What is wrong, and what to do.
         message: String,
     },
-    /// No Vulkan device can be used: what was found, why it was refused, what to install.
+    /// No Vulkan device can be used: the devices found, the reasons against each, and the driver to
+    /// install.
     #[error("no usable Vulkan device: {0}")]
     NoDevice(String),
-    /// There is no display to open a window on: why, and what to run instead.
+    /// There is no display for a window: the reason, and the command to run instead.
     #[error("no window can be opened: {0}; `lightpaths render` and `lightpaths film` need no display")]
     NoDisplay(String),
-    /// The device lacks room: what was needed, what there is, which setting to lower.
+    /// The device lacks memory: the need, the limit, and the setting to lower.
     #[error("out of device resources: {0}")]
     OutOfMemory(String),
     /// A Vulkan call failed after start-up.
@@ -49,7 +49,7 @@ pub enum Error {
         /// The last pass recorded, when the device was lost.
         pass: Option<String>,
     },
-    /// A picture came out with values that are infinite or no numbers.
+    /// A picture with values that are infinite or not numbers.
     #[error(
         "{count} {} of the picture{} {} not finite, the first at ({}, {}) from the top left: {}, {}, {}; nothing was written. \
          This is a fault of the program: report it with the scene, and try --method path",
@@ -68,16 +68,16 @@ pub enum Error {
         /// The radiance that is not finite.
         value: [f32; 3],
     },
-    /// A comparison that the caller asked to be judged came out above its bound.
+    /// A comparison above the bound that the caller set.
     #[error("{0}")]
     Comparison(String),
 }
 
 impl Error {
-    /// Ends an [`Error::OutOfMemory`] of which no setting in particular is known to help.
+    /// End of an [`Error::OutOfMemory`] without an out-of-memory hint.
     pub(crate) const SMALLER: &str = "a smaller preset or image needs less";
 
-    /// An [`Error::NoDevice`] where drivers are there and find nothing.
+    /// An [`Error::NoDevice`] if drivers are installed and find no device.
     pub(crate) fn no_device_found() -> Self {
         let message = "the drivers found none: install your GPU's driver, or the package mesa-vulkan-drivers to render on the processor";
         Self::NoDevice(message.to_owned())
@@ -93,12 +93,12 @@ impl Error {
         Self::Input { file: file.as_ref().to_owned(), line: Some(line), message: message.into() }
     }
 
-    /// Makes an [`Error::Output`] of a file that cannot be written.
+    /// An [`Error::Output`] about a file that cannot be written.
     pub fn output(file: impl AsRef<Path>, message: impl Into<String>) -> Self {
         Self::Output { file: file.as_ref().to_owned(), message: message.into() }
     }
 
-    /// Whether less would have fitted: the device is as it was, and may be asked for less.
+    /// Whether a smaller request may fit: the device is as it was.
     #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window goes on after it"))]
     pub(crate) fn is_out_of_memory(&self) -> bool {
         use ash::vk::Result as Code;
@@ -128,7 +128,7 @@ pub(crate) fn code(result: ash::vk::Result) -> String {
     format!("VK_{result:?}")
 }
 
-/// What is to be said after the code of a call that failed.
+/// The advice that follows the code of a failed call.
 fn more(result: ash::vk::Result, pass: Option<&str>) -> String {
     use ash::vk::Result as Code;
     let pass = pass.map(|pass| format!(" (last pass: {pass})")).unwrap_or_default();

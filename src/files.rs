@@ -1,5 +1,5 @@
-//! Reading files that somebody else may have made: regular ones alone, and no more of one than
-//! there may be. Decoders of other crates run guarded.
+//! Reads files from unknown authors: only regular files, up to a maximum length. Decoders of other
+//! crates run with their panics caught.
 
 use std::cell::Cell;
 use std::fmt;
@@ -9,12 +9,12 @@ use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
 use std::sync::Once;
 
-/// Why a file was not read. It reads as what follows the file's name.
+/// The reason why a file was not read. The text follows the file's name.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Unread {
-    /// There is none.
+    /// The file does not exist.
     Missing,
-    /// It is there.
+    /// The file exists; the text is the reason.
     Because(String),
 }
 
@@ -36,19 +36,18 @@ impl From<io::Error> for Unread {
     }
 }
 
-/// Why a file is not read that has so many bytes.
+/// The reason why a file of `bytes` bytes is too long to read.
 pub(crate) fn too_long(bytes: impl fmt::Display, max_bytes: u64) -> String {
     format!("has {bytes} bytes, {max_bytes} at most can be read: is it the right file?")
 }
 
-/// Bytes that are read without a look at how much memory is free.
+/// Files up to this length are read without a query of free memory.
 const SMALL_BYTES: u64 = 1 << 30;
 
-/// An empty list with room for so many bytes. A file may have holes: its length costs whoever
-/// made it nothing.
+/// An empty list with capacity for `bytes` bytes. A sparse file can claim any length at no cost.
 ///
 /// # Errors
-/// There is not that much memory, in words that follow the file's name.
+/// There is not enough memory; the text follows the file's name.
 pub(crate) fn room_for(bytes: u64) -> Result<Vec<u8>, String> {
     let refusal = || format!("has {bytes} bytes, more than there is memory for: is it the right file?");
     // Systems give out more memory than they have, and end the process that uses it.
@@ -61,18 +60,18 @@ pub(crate) fn room_for(bytes: u64) -> Result<Vec<u8>, String> {
     Ok(room)
 }
 
-/// Memory that can be used without swapping. `None` where the system does not tell.
+/// Memory that is available without swapping, bytes. `None` if the system does not report it.
 fn free_bytes() -> Option<u64> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
-/// The bytes of a regular file that has `max_bytes` at most.
+/// The bytes of a regular file of at most `max_bytes`.
 ///
 /// # Errors
-/// Anything else is refused: a pipe or a device might never end, and opening a pipe would wait for
-/// whoever writes to it.
+/// Other kinds of files are refused: a pipe or a device may never end, and opening a pipe waits for
+/// its writer.
 pub(crate) fn read(path: &Path, max_bytes: u64) -> Result<Vec<u8>, Unread> {
     let about = fs::metadata(path)?;
     if about.is_dir() {
@@ -85,25 +84,26 @@ pub(crate) fn read(path: &Path, max_bytes: u64) -> Result<Vec<u8>, Unread> {
         return Err(Unread::Because(too_long(about.len(), max_bytes)));
     }
     let mut bytes = room_for(about.len()).map_err(Unread::Because)?;
-    // It may have grown since, and some that the system makes up say that they have no length.
+    // The file may have grown since, and some system files report a length of zero.
     File::open(path)?.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > max_bytes { Err(Unread::Because(too_long("more", max_bytes))) } else { Ok(bytes) }
 }
 
 thread_local! {
-    /// Whether panics of this thread are caught, and so not printed.
+    /// Whether panics of this thread are caught, and therefore not printed.
     static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Characters of a panic's message that are quoted.
+/// Maximum number of quoted characters of a panic's message.
 const PANIC_CHARACTERS: usize = 100;
 
-/// What `work` returns. `work` reads bytes from a stranger through a decoder of another crate,
-/// called `name` in messages ("PNG", "images").
+/// Runs `work` and catches its panics. `work` decodes bytes of unknown origin with a decoder of
+/// another crate; messages call the decoder `name` ("PNG", "images").
 ///
 /// # Errors
-/// As `work`. If the decoder panics, the error says that the file is damaged, in words that follow
-/// its name. The panic of this thread is not printed; those of threads that the decoder starts are.
+/// The errors of `work`. If the decoder panics, the error reports a damaged file; its text follows
+/// the file's name. This thread's panic is not printed; panics of threads that the decoder starts
+/// are.
 pub(crate) fn guarded<T>(name: &str, work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -115,7 +115,7 @@ pub(crate) fn guarded<T>(name: &str, work: impl FnOnce() -> Result<T, String>) -
         }));
     });
     let was_guarded = IS_GUARDED.replace(true);
-    // Whatever `work` had under way is dropped with it: nobody sees it half done.
+    // The unfinished state of `work` is dropped with it.
     let result = panic::catch_unwind(AssertUnwindSafe(work));
     IS_GUARDED.set(was_guarded);
     result.unwrap_or_else(|payload| {
@@ -141,7 +141,7 @@ mod tests {
         let text = guarded("GIF", || -> Result<(), String> { panic!("{}\n\u{1b}", "x".repeat(long)) });
         let text = text.expect_err("it panics");
         assert!(text.len() < 200 && !text.contains(char::is_control), "{text:?}");
-        // One inside another, after which panics are printed again.
+        // Nested calls; the outer one still does not print panics.
         let inner = guarded("GIF", || Ok(guarded("PNG", || Ok([1, 2][long])).is_err() && IS_GUARDED.get()));
         assert_eq!((inner, IS_GUARDED.get()), (Ok(true), false));
     }
@@ -154,17 +154,17 @@ mod tests {
         assert_eq!(read(&file, 100), Ok(vec![7; 100]));
         let refusal = read(&file, 99).expect_err("it is too long").to_string();
         assert_eq!(refusal, "has 100 bytes, 99 at most can be read: is it the right file?");
-        // Without a byte on the disk, yet as long as it says.
+        // A sparse file: it has a length, and no data on the disk.
         File::create(&file).and_then(|file| file.set_len(1 << 40)).expect("files may have holes");
         assert!(read(&file, 1 << 20).is_err());
-        // Where so much may be read, but cannot be held.
+        // The limit allows the length; memory does not.
         let refusal = read(&file, u64::MAX).expect_err("it has a terabyte").to_string();
         assert!(refusal.starts_with("has 1099511627776 bytes, more than there is memory for"), "{refusal}");
         assert_eq!(read(&folder.path().join("b"), 1), Err(Unread::Missing));
         assert!(read(folder.path(), 1).expect_err("no file").to_string().contains("directory"));
     }
 
-    /// What the system makes up may say that it is empty.
+    /// System files may report a length of zero.
     #[cfg(target_os = "linux")]
     #[test]
     fn what_has_no_length_has_an_end() {

@@ -1,9 +1,8 @@
-//! Structures that Rust and GLSL share, and the record of their layout that `tests/interface.rs`
-//! holds against the SPIR-V.
+//! Structures that Rust and GLSL share, and their layouts, which `tests/interface.rs` compares with
+//! the SPIR-V.
 //!
-//! Every buffer and push block of ours uses `scalar` layout, so that `#[repr(C)]` and GLSL agree by
-//! definition as long as the members agree. That they do is checked, never assumed: name, order,
-//! offset, size and scalar type.
+//! Every buffer and push block uses `scalar` layout. `#[repr(C)]` and GLSL then agree if the
+//! members agree. The test compares name, order, offset, size and scalar type of the members.
 
 /// One member of a shared structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

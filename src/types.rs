@@ -1,5 +1,5 @@
-//! Structures that cross passes; mirror images of `glsl/include/types.glsl`. World space in
-//! metres, linear Rec.709.
+//! Structures that passes exchange; `glsl/include/types.glsl` mirrors them. World space in metres,
+//! linear Rec.709.
 
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use bytemuck::Zeroable;
@@ -12,11 +12,11 @@ pub const NO_SIDE: u32 = u32::MAX;
 /// Marks a point that no cluster holds, and the parent of a root cluster.
 pub const NO_CLUSTER: u32 = u32::MAX;
 
-/// Stands for a count, or in it, where the device ended the loops that were to count.
+/// Flag of a count: the device truncated the loops that counted.
 pub const LOOP_TRUNCATED: u32 = 1 << 31;
 
 gpu_struct! {
-    /// One triangle for traversal, in BVH leaf order. Three texels: nothing stands in `w`.
+    /// One triangle for traversal, in BVH leaf order. Three texels; `w` is unused.
     pub struct Triangle {
         pub p0: Vec4,
         pub p1: Vec4,
@@ -25,7 +25,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What a hit on a triangle needs besides its corners.
+    /// Data of a triangle that a hit needs besides its corners.
     pub struct Surface {
         /// Unit geometric normal of the front side.
         pub normal: Vec3,
@@ -46,20 +46,20 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3] Five times four words: a
-    /// processor takes about as long to load one as to load four.
+    /// Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3] It has five times four words: a
+    /// processor loads four words about as fast as one.
     pub struct Node {
         /// Low corner of the node's box, bits of floats; then bytes: exponents of the cell size
         /// along x, y, z, and the mask of inner children.
         pub frame: UVec4,
         /// Index of the first inner child; index of the first triangle of the leaf children; a byte
-        /// a child that says what it is.
+        /// for each child with its kind.
         pub children: UVec4,
-        /// Low x planes, a byte a child, then high x planes.
+        /// Low x planes, a byte for each child, then high x planes.
         pub x_planes: UVec4,
-        /// Those of y.
+        /// The y planes, in the same layout.
         pub y_planes: UVec4,
-        /// Those of z.
+        /// The z planes, in the same layout.
         pub z_planes: UVec4,
     }
 }
@@ -70,7 +70,7 @@ impl Node {
         Vec3::from_array(self.frame.truncate().to_array().map(f32::from_bits))
     }
 
-    /// Children that are nodes themselves, one after another: the first and their number.
+    /// Inner children, which are contiguous: the first and their number.
     pub fn inner_children(&self) -> (u32, u32) {
         (self.children.x, (self.frame.w >> 24).count_ones())
     }
@@ -104,9 +104,9 @@ gpu_struct! {
         pub weight: f32,
         /// Base cluster that it contributes to.
         pub cluster: u32,
-        /// 1 − cosα of the step that led here, α between the direction it took and the
-        /// mirror direction at the vertex before; zero where that vertex is not glossy or is
-        /// an entry point.
+        /// 1 − cosα of the step that led here. α is the angle between the step's direction and the
+        /// mirror direction at the vertex before. Zero if that vertex is not glossy or is an entry
+        /// point.
         pub lobe: f32,
     }
 }
@@ -114,21 +114,21 @@ gpu_struct! {
 gpu_struct! {
     /// What a path vertex adds to its cluster; listed cluster by cluster.
     pub struct Contribution {
-        /// Share of the path's flux that arrives at this vertex, per channel.
+        /// Fraction of the path's flux that arrives at this vertex, per channel.
         pub throughput: Vec3,
-        /// Bits 0–23: index of the path; 24–31: what counts of the vertex for readers from afar, in
-        /// parts of [`OPEN`].
+        /// Bits 0–23: index of the path; 24–31: accessibility, the weight of the vertex for distant
+        /// readers, in units of 1/[`OPEN`].
         pub what: u32,
     }
 }
 
-/// Accessibility of a path vertex all of which counts.
+/// Accessibility of a path vertex that counts fully.
 pub const OPEN: u32 = 255;
 /// Bits of a contribution that name its path.
 const PATH_BITS: u32 = 24;
 
 impl Contribution {
-    /// Of a path whose throughput is still to be found.
+    /// A contribution whose throughput is not yet computed.
     pub fn new(path: u32, accessibility: u32) -> Self {
         Self { throughput: Vec3::ZERO, what: path | accessibility << PATH_BITS }
     }
@@ -138,22 +138,22 @@ impl Contribution {
         self.what & ((1 << PATH_BITS) - 1)
     }
 
-    /// What counts of the vertex for readers from afar, 0..=[`OPEN`].
+    /// Weight of the vertex for distant readers, 0..=[`OPEN`].
     pub fn accessibility(&self) -> u32 {
         self.what >> PATH_BITS
     }
 }
 
 gpu_struct! {
-    /// The contributions of a base cluster: a run of them.
+    /// The contributions of a base cluster: a CSR range of the list.
     pub struct ContributionRange {
-        /// First by an entry point.
+        /// First contribution of an entry point.
         pub first: u32,
-        /// First by another vertex.
+        /// First contribution of another vertex.
         pub first_other: u32,
-        /// Behind the last.
+        /// Index after the last contribution.
         pub end: u32,
-        /// 1: all of each counts, open or not.
+        /// 1: each contribution counts fully, whatever its accessibility.
         pub is_unweighted: u32,
     }
 }
@@ -161,7 +161,7 @@ gpu_struct! {
 gpu_struct! {
     /// A point where indirect irradiance is gathered; its record is splatted to pixels.
     pub struct CachePoint {
-        /// Where it is.
+        /// Position on the surface.
         pub position: Vec3,
         /// Validity radius, metres.
         pub radius: f32,
@@ -169,8 +169,7 @@ gpu_struct! {
         pub normal: Vec3,
         /// 2·triangle + (1 if the back side).
         pub side: u32,
-        /// The nearest wall that stands on its surface: the plane `(x - position)·wall = 1`, 1/m;
-        /// zero where there is none.
+        /// The nearest occluder plane, `(x - position)·wall = 1`, 1/m; zero if there is none.
         pub wall: Vec3,
         /// Unit geometric normal on its side.
         pub facet: Vec3,
@@ -180,38 +179,38 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// One final gather ray: all that a frame needs of it.
+    /// One final gather ray, as frames read it.
     pub struct GatherRay {
         /// `cluster | material << cluster_bits`; [`NO_TARGET`] where the ray left the scene.
         pub target: u32,
-        /// Two halves: its share in the translational gradient along tangent and
-        /// bitangent, 1/least distance.
+        /// Two half floats: the ray's weight in the translational gradient along tangent and
+        /// bitangent, in units of 1/minimum distance.
         pub gradient: u32,
     }
 }
 
 /// Rays of a cache point that meet one gather target, a cluster with a material, in two words that
-/// the device reads as one vector. In scenes with images they have one colour, too.
+/// the device reads as one vector. In scenes with images, merged rays also have the same colour.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct MergedRay {
     /// `gather target | (number of rays - 1) << target_bits`.
     pub target_index: u32,
-    /// Sums of the rays' shares in both gradients along tangent and bitangent, two numbers with an
-    /// exponent for both: bits 0–20 (eight, eight and five) in the translational one, in 2⁻²⁶ of
-    /// what [`GatherRay::gradient`] counts in; 21–31 (four, four and three) in the rotational one:
-    /// tanθ across each azimuth, in `MergedRayPacking::rotation_unit`.
+    /// Sums of the rays' weights in both gradients along tangent and bitangent, two numbers with a
+    /// common exponent. Bits 0–20 (eight, eight and five): the translational gradient, in 2⁻²⁶ of
+    /// the unit of [`GatherRay::gradient`]. Bits 21–31 (four, four and three): the rotational
+    /// gradient, tanθ across each azimuth, in `MergedRayPacking::rotation_unit`.
     pub change: u32,
 }
 
-/// log₂ of the unit of a merged ray's share in the translational gradient.
+/// log₂ of the unit of a merged ray's weight in the translational gradient.
 pub const MOVEMENT_EXPONENT: i32 = -26;
 
 gpu_struct! {
-    /// Irradiance at a cache point and its first-order change, a column for each channel of RGB:
-    /// W/m² and W/m³.
+    /// Irradiance at a cache point and its first-order change, with a column for each channel of
+    /// RGB: W/m² and W/m³.
     pub struct Record {
-        /// Of the cache point: where the extrapolation starts.
+        /// Position of the cache point, where the extrapolation starts.
         pub position: Vec3,
         /// Indirect irradiance, W/m².
         pub irradiance: Vec3,
@@ -224,7 +223,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What a primary ray found.
+    /// The surface that a primary ray meets.
     pub struct PixelSurface {
         /// Point on the surface.
         pub position: Vec3,
@@ -232,7 +231,7 @@ gpu_struct! {
         pub side: u32,
         /// Unit shading normal on the visible side.
         pub normal: Vec3,
-        /// Area that the pixel covers at that depth, facing the camera, m².
+        /// Area that the pixel covers at this depth, facing the camera, m².
         pub footprint: f32,
     }
 }
@@ -267,36 +266,36 @@ gpu_struct! {
     }
 }
 
-/// Flag of a material whose paths are cosine sampled, whatever it reflects.
+/// Flag of an editable material: its paths are cosine sampled for any reflectance.
 pub const EDITABLE: u32 = 1;
-/// Flag of a material that has a Phong lobe or may get one: light paths and clusters keep
-/// what that needs.
+/// Flag of a material that has a Phong lobe or may get one. Light paths and clusters then store the
+/// data for lobes.
 pub const MAY_BE_GLOSSY: u32 = 2;
 
 gpu_struct! {
-    /// Where a material's image is stored.
+    /// Location and size of a material's image.
     pub struct Texture {
-        /// Its upper left texel.
+        /// Index of the upper left texel.
         pub first: u32,
-        /// Texels; 0: the material has no image.
+        /// Width in texels; 0: the material has no image.
         pub width: u32,
         pub height: u32,
-        /// 1: beyond its edges the outermost texels go on; 0: it repeats itself.
+        /// 1: the outermost texels continue beyond the edges; 0: the image repeats.
         pub is_clamped: u32,
     }
 }
 
 gpu_struct! {
-    /// A light of any kind; fields that its kind does not name are zero.
+    /// A light of any kind; fields that its kind does not use are zero.
     pub struct LightSource {
-        /// Point and spot: where it is; area: its corner.
+        /// Point and spot: position; area: corner.
         pub position: Vec3,
         /// One of the `LIGHT_*`.
         pub kind: u32,
         /// Spot: unit axis; area: unit normal of the emitting side; directional: unit
         /// direction of travel.
         pub axis: Vec3,
-        /// Area: its extent, m².
+        /// Area light: area, m².
         pub area: f32,
         /// Point and spot: intensity, W/sr; area: radiance, W/m²/sr; directional: irradiance of a
         /// facing surface, W/m².
@@ -305,15 +304,15 @@ gpu_struct! {
         pub inner_angle: f32,
         /// Area: first edge from the corner.
         pub edge_u: Vec3,
-        /// Spot: half-angle from which on it is zero, radians.
+        /// Spot: half-angle from which the intensity is zero, radians.
         pub outer_angle: f32,
         /// Area: second edge from the corner.
         pub edge_v: Vec3,
-        /// Area: point samples that stand for it in the light paths' method; 1 for other kinds.
+        /// Area: point samples that stand for it in form factors; 1 for other kinds.
         pub samples: u32,
         /// Area: step of the lattice that they form.
         pub stride: u32,
-        /// Area: what the lattice's steps are taken modulo: `samples`, or one more.
+        /// Area: modulus of the lattice's steps: `samples`, or one more.
         pub modulus: u32,
         /// Six whole texels.
         pub unused: UVec2,
@@ -330,7 +329,7 @@ pub const LIGHT_AREA: u32 = 2;
 pub const LIGHT_DIRECTIONAL: u32 = 3;
 
 impl LightSource {
-    /// An isotropic point light of that intensity, W/sr.
+    /// An isotropic point light with this intensity, W/sr.
     pub fn point(position: Vec3, intensity: Vec3) -> Self {
         Self {
             position,

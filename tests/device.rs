@@ -15,7 +15,7 @@ use lightpaths::passes::frame::prefix_sum::PrefixSumPush;
 #[test]
 fn data_comes_back_as_it_went() {
     let context = context();
-    // Larger than the staging buffer of 16 MiB, and no whole number of it.
+    // Larger than the staging buffer of 16 MiB, and no multiple of its size.
     let words = random_words(1, (16 << 18) + 12_345);
     let buffer = Buffer::from_slice(&context, "words", &words).unwrap();
     assert!(buffer.read::<u32>().unwrap() == words);
@@ -50,8 +50,8 @@ fn odd_and_empty_buffers_work() {
 fn work_beyond_the_workgroups_along_x_is_spread_over_the_other_axes() {
     let context = context();
     let most = context.limits().workgroup_count[0];
-    // Devices differ: 65 535 here, and 2^31 - 1 elsewhere, where a plain dispatch is what is
-    // tested.
+    // Devices differ: the limit is 65 535 here and 2^31 - 1 elsewhere, where this tests a plain
+    // dispatch.
     let blocks = most.min(65_535) + 2;
     let count = (blocks - 1) * 256 + 1;
     let words = random_words(2, count as usize);
@@ -75,8 +75,8 @@ fn work_beyond_the_workgroups_along_x_is_spread_over_the_other_axes() {
     assert_silent(&context);
 }
 
-/// Dispatches the sum of two words `count` times, with buffers that are gone before
-/// the commands run.
+/// Dispatches the sum of two words in `passes` passes. The buffers are dropped before the commands
+/// run.
 fn sum_twice(context: &Arc<Context>, passes: u32, threads: u32) -> Vec<lightpaths::gpu::PassTiming> {
     let record = |rec: &mut lightpaths::gpu::Recorder| {
         let pipeline =
@@ -95,7 +95,7 @@ fn sum_twice(context: &Arc<Context>, passes: u32, threads: u32) -> Vec<lightpath
 #[test]
 fn passes_are_timed_whatever_their_number() {
     let context = context();
-    // 256 timestamps a pool: 300 passes take three pools.
+    // A pool has 256 timestamps: 300 passes take three pools.
     let timings = sum_twice(&context, 300, 2);
     assert_eq!(timings.len(), 300);
     assert!(timings.iter().all(|timing| timing.ms > 0.0 && timing.ms < 1e4 && timing.dispatches == 1));
@@ -173,7 +173,7 @@ fn a_device_can_be_chosen_by_index_and_by_part_of_its_name() {
     }
 }
 
-/// `Recorder::only` skips the commands that stand outside of the named passes.
+/// `Recorder::only` skips the commands outside the named passes.
 #[test]
 fn passes_copy_and_clear_and_others_are_left_out() {
     let context = context();
@@ -199,7 +199,7 @@ fn passes_copy_and_clear_and_others_are_left_out() {
     assert_silent(&context);
 }
 
-/// The allocator hands out memory that was used before without clearing it.
+/// The allocator reuses memory without clearing it.
 #[test]
 fn a_host_flag_begins_as_zero() {
     let context = context();
@@ -213,7 +213,7 @@ fn a_host_flag_begins_as_zero() {
     assert_silent(&context);
 }
 
-/// One item more would not fit.
+/// A part with one more item would not fit.
 #[test]
 fn a_part_is_as_long_as_a_binding_may_be() {
     fn check<T>(context: &Context) {

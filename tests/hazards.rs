@@ -1,5 +1,4 @@
-//! Tests of the nets that catch a missing barrier: each must report a fault planted
-//! on purpose, alone.
+//! The checks for missing barriers: each must report a planted fault by itself.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -40,26 +39,26 @@ impl Chain {
         }
     }
 
-    /// Reads the values, writes a sum for each of their four blocks.
+    /// Sums each of the four blocks of the values.
     fn up(&self, rec: &mut Recorder) {
         let bindings = [("Values", &self.values), ("BlockSums", &self.sums)];
         rec.pass("up").dispatch(&self.reduce, [COUNT, 1, 1], &PrefixSumPush { count: COUNT }, &bindings);
     }
 
-    /// Reads the sums.
+    /// Reads the sums of the blocks.
     fn down(&self, rec: &mut Recorder) {
         let bindings = [("Values", &self.other), ("BlockOffsets", &self.sums)];
         rec.pass("down").dispatch(&self.scan, [4, 1, 1], &PrefixSumPush { count: 4 }, &bindings);
     }
 
-    /// As [`Self::up`], with the number of workgroups from word 4 of the values on.
+    /// As [`Self::up`], with the number of workgroups at word 4 of the values.
     fn up_indirect(&self, rec: &mut Recorder) {
         let bindings = [("Values", &self.zero), ("BlockSums", &self.sums)];
         let push = PrefixSumPush { count: 1 };
         rec.pass("up").dispatch_indirect(&self.reduce, (&self.values, 16), &push, &bindings);
     }
 
-    /// Overwrites the values with the counts of one workgroup, from word 4 on.
+    /// Writes the counts of one workgroup to the values, from word 4 on.
     fn count(&self, rec: &mut Recorder) {
         let bindings = [("Values", &self.values), ("BlockOffsets", &self.zero)];
         rec.pass("count").dispatch(&self.scan, [3, 1, 1], &PrefixSumPush { count: 3 }, &bindings);
@@ -110,7 +109,7 @@ fn the_recorder_reports_an_unordered_fill() {
     chain.context.run(record).unwrap();
 }
 
-/// A context with the recorder's check off: what it reports, the validation layer alone has seen.
+/// A context without the recorder's check: only the validation layer reports hazards.
 fn unchecked_context() -> Arc<Context> {
     let options = ContextOptions { validation: true, hazard_check: false, ..ContextOptions::default() };
     Context::new(&options).unwrap()
@@ -124,8 +123,8 @@ fn assert_one_sync_hazard(context: &Context) {
     assert!(messages[0].contains("SYNC-HAZARD") && messages[0].contains("[sums]"), "{messages:#?}");
 }
 
-/// The layer (1.3.239) says nothing of a write after a write by two dispatches, nor of a read
-/// through a binding that is also written: for these there is the recorder alone.
+/// The layer (1.3.239) misses a write after a write by two dispatches, and a read through a binding
+/// that is also written. Only the recorder's check finds these.
 #[test]
 fn the_validation_layer_reports_missing_and_wrong_barriers() {
     let chain = Chain::new(unchecked_context());

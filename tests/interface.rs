@@ -1,5 +1,5 @@
-//! What no compiler checks: that Rust, GLSL and the committed SPIR-V agree, and that layers import
-//! in one direction.
+//! Checks beyond the compiler's: Rust, GLSL and the committed SPIR-V agree, and module layers
+//! import in one direction.
 //!
 //! With the feature `shaderc` and `LIGHTPATHS_BLESS=1` in the environment, `spirv/` is written
 //! instead of compared.
@@ -69,10 +69,10 @@ fn every_binary_has_a_source() {
     );
 }
 
-/// Every Vulkan object has a name for debuggers: files that make objects name as many.
+/// Every Vulkan object has a name for debuggers: each file creates and names the same number.
 #[test]
 fn vulkan_objects_are_named() {
-    // These have no name: they come before what gives names.
+    // These have no name: they are created before the functions that set names.
     const NAMELESS: [&str; 4] = ["instance(", "device(", "debug_utils_messenger(", "surface("];
     let mut made = 0;
     let mut folders = vec![root().join("src/gpu")];
@@ -131,8 +131,7 @@ fn bless() {
     fs::write(spirv.join("MANIFEST"), manifest).unwrap();
 }
 
-/// The first line of the manifest. Bytes are defined only for one version of the compiler,
-/// the locked one.
+/// The first line of the manifest. Only the locked version of the compiler gives the same bytes.
 #[cfg(feature = "shaderc")]
 fn compiler() -> String {
     let lock = fs::read_to_string(root().join("Cargo.lock")).unwrap();
@@ -159,7 +158,7 @@ fn the_reader_sees_what_a_shader_declares() {
     let count = spirv::Member { name: "count".into(), offset: 0, size: 4, scalar: "uint".into() };
     let constant = |id, name: &str| spirv::Constant { id, name: name.into() };
     let expected = Module {
-        // The host says how many.
+        // The host sets the number.
         local_size: [1, 1, 1],
         bindings: vec![
             binding(0, "Values", spirv::Access::ReadWrite),
@@ -215,8 +214,7 @@ fn host_members(layout: &Layout) -> Members {
     members.map(|m| (m.name.into(), m.offset, m.size, scalar(m.rust_type))).collect()
 }
 
-/// The GLSL scalar type at the bottom of a Rust type as written: `[glam::UVec2; 4]` is
-/// made of `uint`.
+/// The GLSL scalar type of a Rust type as written: `[glam::UVec2; 4]` consists of `uint`.
 fn scalar(rust_type: &str) -> String {
     let element = rust_type.trim_start_matches('[').split(';').next().unwrap().trim();
     match element.rsplit("::").next().unwrap() {
@@ -228,7 +226,7 @@ fn scalar(rust_type: &str) -> String {
     .into()
 }
 
-/// Numbers that shaders know by heart and the host, too.
+/// Constants that shaders and the host both define.
 #[test]
 fn constants_have_one_value() {
     use lightpaths::passes::frame::shafts::{BATCH, SHAFT_WORDS};
@@ -269,7 +267,7 @@ fn blocks_wrap_one_array_or_structure() {
             }
             let element =
                 binding.element.as_deref().unwrap_or_else(|| panic!("`{stem}`: `{name}` has one member"));
-            // Arrays of a shared structure step by its size, as slices in Rust do.
+            // The stride of an array of a shared structure is the structure's size, as in Rust.
             if let (Some(stride), Some(size)) = (binding.stride, size(element)) {
                 assert_eq!(stride, size, "`{stem}`: `{name}` steps from one `{element}` to the next");
             }
@@ -303,8 +301,8 @@ fn shaders_keep_to_the_rules() {
     }
 }
 
-/// Rays may meet more than a device goes through: see `glsl/include/loop_limit.glsl`. What finds
-/// roots of shafts opens few nodes, and batches trace nothing.
+/// A ray may meet more than a device's loops traverse: see `glsl/include/loop_limit.glsl`. The
+/// search for roots of shafts visits few nodes, and batches trace no rays.
 #[test]
 fn kernels_that_follow_rays_ask_whether_their_loops_completed() {
     let mut followers = 0;
@@ -327,8 +325,7 @@ fn host_files_name_what_shaders_declare() {
     for (stem, module) in modules() {
         let bindings = module.bindings.iter().map(|binding| &binding.name);
         let constants = module.constants.iter().map(|constant| &constant.name);
-        // A workgroup's size has no name in GLSL.
-        // What follows from the bindings is `Pipeline`'s.
+        // `Pipeline` sets the constant that follows from the bindings.
         let elsewhere =
             |name: &str| spirv::LOCAL_SIZE.contains(&name) || name == spirv::USE_BUFFER_DEVICE_ADDRESS;
         let constants = constants.filter(|name| !elsewhere(name));
@@ -339,8 +336,8 @@ fn host_files_name_what_shaders_declare() {
     }
 }
 
-/// Modules of the library in layers: each imports from the layers above its own in this list, and
-/// from itself. The references see no device.
+/// Modules of the library in module layers. Each imports from the module layers above its own in
+/// this list, and from its own. The reference implementation does not use the device.
 const LAYERS: [&[&str]; 6] = [
     &["error", "files", "layout", "types"],
     &["gpu", "scene"],
@@ -401,8 +398,7 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Code that no compiler vouches for stands in the module of the device, and in tests where there
-/// is no other way.
+/// Unsafe code is allowed in the device module, and in tests that cannot do without it.
 #[test]
 fn unsafe_code_is_where_it_may_be() {
     const MAY: [&str; 3] = ["src/gpu/", "tests/faults/", "tests/readers/memory.rs"];
@@ -423,7 +419,7 @@ fn unsafe_code_is_where_it_may_be() {
         }
     }
     assert_eq!(found.len(), MAY.len(), "all places are found");
-    // What the compiler is told, for every module of the library but one.
+    // The compiler forbids it in every module of the library but one.
     let library = read(&root().join("src/lib.rs"));
     let modules: Vec<&str> =
         library.lines().filter(|line| line.starts_with("pub mod") || line.starts_with("mod ")).collect();

@@ -1,4 +1,4 @@
-//! `render --method path` as scripts see it.
+//! `render --method path`, as scripts use it.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
@@ -59,7 +59,7 @@ fn budgets_are_kept_and_stated() {
     for key in ["seconds", "device_ms", "noise", "mrays_per_s", "memory_bytes"] {
         assert!(number(&few, key) > 0.0, "{key}");
     }
-    // Each sample has a ray from the camera and mostly one to the light.
+    // Each sample has a camera ray and mostly a shadow ray.
     assert!(number(&few, "rays") > 24.0 * 16.0 * 6.0);
 
     render(&folder, "-o b.png --stats b.json");
@@ -71,7 +71,7 @@ fn budgets_are_kept_and_stated() {
     render(&folder, "-o d.exr --stats d.json --seconds 0.5 --aov variance");
     let timed = statistics(&folder, "d.json");
     assert!(number(&timed, "spp") >= 4.0);
-    // The first round compiles, and may take as long as that takes.
+    // The first round includes compilation, so it may take longer.
     assert!(number(&timed, "seconds") > 0.25, "{timed}");
     render(&folder, "-o e.png --stats e.json --seconds 3600 --spp 5");
     assert_eq!(statistics(&folder, "e.json")["spp"], 5, "whichever comes first");

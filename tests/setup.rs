@@ -1,4 +1,4 @@
-//! `scripts/setup.sh` on machines that lack something, played with a folder in place of `/` and
+//! `scripts/setup.sh` on machines with missing programs, simulated by a folder in place of `/` and
 //! programs that do nothing.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
@@ -9,14 +9,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// A machine with Rust, a linker and nothing of Vulkan.
+/// A machine with Rust and a linker, but without Vulkan.
 struct Machine {
     root: tempfile::TempDir,
     _turn: MutexGuard<'static, ()>,
 }
 
-/// A program cannot be started while any process holds it open for writing, and a process that
-/// another thread starts holds open, for a moment, what this one is writing.
+/// A program cannot be started while any process holds it open for writing. A process that another
+/// thread starts briefly holds open the files that this one is writing.
 static TURN: Mutex<()> = Mutex::new(());
 
 impl Machine {
@@ -27,7 +27,7 @@ impl Machine {
         machine.program("rustc", "echo rustc 1.99.0");
         machine.program("cc", "");
         machine.program("id", "echo 0");
-        // The script's own tools are the real ones.
+        // The tools that the script itself uses are the real ones.
         for tool in ["sh", "sed", "uname", "mktemp", "rm", "dirname"] {
             let found =
                 ["/usr/bin", "/bin"].iter().map(|folder| Path::new(folder).join(tool)).find(|p| p.exists());

@@ -1,8 +1,9 @@
-// Which pixel's indirect light will do for a sample. Include after records.glsl; the including
-// shader binds the texels `Surfaces`.
+// Similarity of surfaces, to choose the pixel whose indirect light a sample takes. Include after
+// records.glsl; the including shader binds the texels `Surfaces`.
 
-// How far a pixel's surface is from being that of a sample: turned by so much, off its plane by so
-// many pixel widths, on a facet with another horizon. `facet` is the sample's geometric normal.
+// Cost of taking a pixel's surface for that of a sample: the angle between normals, the distance
+// from the sample's plane in pixel widths, and a facet with another horizon. `facet` is the
+// sample's geometric normal.
 float dissimilarity(PixelSurface found, vec3 facet, PixelSurface pixel) {
     vec3 apart = pixel.position - found.position;
     float facing = dot(facet, facet_of(surface_at(pixel.side >> 1), pixel.side));

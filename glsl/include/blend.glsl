@@ -1,6 +1,5 @@
-// What blending and the search for needed records share.
+// A neighbour of a record, for blending and for the search for needed records.
 
-// A record that speaks for another's place.
 struct Neighbour {
     uint record;
     float weight;  // a record's weights sum to 1

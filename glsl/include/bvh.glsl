@@ -10,7 +10,7 @@ Node node_at(uint index) {
 
 struct Ray {
     vec3 origin;
-    vec3 direction;  // need not be unit; t counts in its length
+    vec3 direction;  // of any length, the unit of t
     float t_max;
 };
 
@@ -20,8 +20,7 @@ struct Hit {
     vec3 barycentric;  // weights of p0, p1, p2
 };
 
-// Deeper trees are refused at load, and those with more nodes than 24 bits tell apart
-// (src/scene/bvh.rs).
+// The loader (src/scene/bvh.rs) refuses deeper trees, and trees whose node indices exceed 24 bits.
 const uint STACK_SIZE = 32u;
 
 // Watertight ray–triangle test: edge functions in a space sheared along the ray. An edge function
@@ -62,15 +61,15 @@ bool intersect_triangle(uint index, vec3 origin, Shear shear, inout Hit hit) {
 
 vec3 node_origin(Node node) { return uintBitsToFloat(node.frame.xyz); }
 
-// Size of the cells that the planes of a node count in.
+// Cell size of the quantised planes of a node.
 vec3 node_cell(Node node) {
     uint exponents = node.frame.w;
     return uintBitsToFloat(uvec3(exponents << 23, exponents << 15, exponents << 7) & 0x7f800000u);
 }
 
-// Which children of a node the ray may enter: bits 24-31 inner children in visiting order, 0-23
-// leaf triangles. The slabs are widened by their rounding error, so that a box never misses what
-// its triangles hit.
+// Children of a node that the ray may enter: bits 24-31 inner children in visiting order, 0-23 leaf
+// triangles. The slabs are widened by their rounding error, so that no ray misses the box of a
+// triangle that it hits.
 uint intersect_children(Node node, vec3 origin, vec3 inverse_direction, uint octant_inverse4, float t_max) {
     vec3 cell = node_cell(node) * inverse_direction;
     vec3 base = (node_origin(node) - origin) * inverse_direction;
@@ -92,8 +91,7 @@ uint intersect_children(Node node, vec3 origin, vec3 inverse_direction, uint oct
         for (uint shift = 0u; shift < 32u; shift += 8u) {
             vec3 t_near = vec3((near >> shift) & 0xffu) * cell + base_near;
             vec3 t_far = vec3((far >> shift) & 0xffu) * cell + base_far;
-            // As integers floats compare alike where none of two is below zero, and without a case
-            // for NaN.
+            // Floats that are not negative compare alike as integers, without a case for NaN.
             ivec3 near_bits = floatBitsToInt(t_near);
             ivec3 far_bits = floatBitsToInt(t_far);
             int enter = max(max(near_bits.x, near_bits.y), max(near_bits.z, 0));
@@ -111,9 +109,10 @@ vec3 without_zeros(vec3 direction) {
     return mix(direction, mix(vec3(1e-20), vec3(-1e-20), lessThan(direction, vec3(0.0))), lessThan(abs(direction), vec3(1e-20)));
 }
 
-// Closest hit in (0, t_max) with what is below a node, or with `any_hit` the first one found.
-// Returns whether there is one. Then below `more` others, which stand in a list from `first` on,
-// the last first: in one walk, so that no lane waits for the others at each root.
+// Closest hit in (0, t_max) below the node `root`, or the first hit found if `any_hit`. Returns
+// whether there is one. Afterwards the same walk visits `more` further roots, which stand in
+// `others` from `first` on, the last one first: one walk, so that no lane waits for the others
+// at each root.
 bool trace_from(uint root, usamplerBuffer others, uint first, uint more, Ray ray, const bool any_hit, out Hit hit) {
     hit = Hit(ray.t_max, 0u, vec3(0.0));
     bool found = false;
@@ -123,8 +122,8 @@ bool trace_from(uint root, usamplerBuffer others, uint first, uint more, Ray ray
     uint octant = (direction.x < 0.0 ? 0u : 4u) | (direction.y < 0.0 ? 0u : 2u) | (direction.z < 0.0 ? 0u : 1u);
     uint octant_inverse4 = octant * 0x01010101u;
 
-    // Nodes (bits 0-23) some of whose children are left, and which (24-31). They are loaded again:
-    // a stack of a word an entry costs less.
+    // Stack entries: a node (bits 0-23) and its unvisited children (24-31). The node is loaded
+    // again when popped: a stack of one word an entry costs less.
     uint stack[STACK_SIZE];
     uint depth = 0u;
     uint index = root;
@@ -158,12 +157,12 @@ bool trace_from(uint root, usamplerBuffer others, uint first, uint more, Ray ray
     return found;
 }
 
-// The same with all of the scene.
+// As `trace_from`, over the whole scene.
 bool trace(Ray ray, const bool any_hit, out Hit hit) { return trace_from(0u, Nodes, 0u, 0u, ray, any_hit, hit); }
 
-// How far ray origins stay off surfaces: some 32 units in the last place of the scene's largest
-// coordinate. A position is rounded in such units wherever it lies, as long as some triangle there
-// reaches out to the scene's edge; and so the distance is right at every scale.
+// Offset of ray origins from surfaces: some 32 units in the last place of the scene's largest
+// coordinate. A position is rounded in such units if its triangle reaches the scene's edge. The
+// offset therefore scales with the scene.
 float clear_distance() {
     Node root = node_at(0);
     vec3 low = node_origin(root);
@@ -174,10 +173,10 @@ float clear_distance() {
 // Moves a ray origin off its surface, towards `normal`.
 vec3 offset_origin(vec3 p, vec3 normal) { return p + clear_distance() * normal; }
 
-// Point on the triangle: interpolated from its corners, so that it lies on the surface whatever the
-// ray's length. Kept off the edges, too: rounding puts a point on an edge now and then behind the
-// surface that meets it there, and a path that goes on from such a point escapes. Four clear
-// distances suffice for walls that meet at 15° or more.
+// Position of a hit, interpolated from the triangle's corners, so that it lies on the surface
+// whatever the ray's length. It also stays off the triangle's edges: rounding may put a point on an
+// edge behind the surface that meets it there, and a path that continues from there escapes. Four
+// clear distances suffice for walls that meet at 15° or more.
 vec3 hit_position(Hit hit) {
     Corners t = corners_of(hit.triangle);
     vec3 edges = vec3(distance(t.p1, t.p2), distance(t.p2, t.p0), distance(t.p0, t.p1));

@@ -1,5 +1,5 @@
-// Colours of images, where the passes of a frame keep them: a material's diffuse albedo stays a
-// factor of its own, so that it can change. Only scenes with images have any.
+// Packed colours of images. The diffuse albedo of a material is a separate factor, so that it stays
+// editable. Only scenes with images have such colours.
 
 layout(constant_id = 9) const uint HAS_TEXTURES = 0;  // 1 in a scene with images
 

@@ -1,22 +1,23 @@
-// Light straight from a light to a surface, free of its colour. Include after types.glsl,
-// math.glsl, bvh.glsl and lights.glsl.
+// Direct irradiance from one light, per unit emission. Include after types.glsl, math.glsl,
+// bvh.glsl and lights.glsl.
 
-// Area lights are integrated in closed form by what is nearer than twice so many of the widest
-// spacings of their samples, and in part from once.
+// Distance in units of the widest sample spacing of an area light. Receivers nearer than NEAR take
+// the closed form; from NEAR to twice NEAR it fades out.
 const float NEAR = 4.0;
-// But for those of a smaller solid angle, sr: f32 has no such sum of arcs.
+// Solid angle, sr, below which the closed form is not used: its sum of arcs loses all
+// digits in f32.
 const float LARGE = 1e-4;
 
-// What the arc between two directions of any length adds to Lambert's sum, for a receiver with that
-// normal.
+// Term of the arc between two directions, of any length, in Lambert's sum for a receiver
+// with that normal.
 float arc(vec3 normal, vec3 from, vec3 to) {
     vec3 across = cross(from, to);
     float sine = length(across);
     return sine > 0.0 ? atan(sine, dot(from, to)) / sine * dot(normal, across) : 0.0;
 }
 
-// As arc, of what of an edge stands above the horizon. Where the outline goes below it is in
-// `leaves`, where it comes back in `returns`.
+// As `arc`, for the piece of an edge above the horizon. The outline crosses the horizon downwards
+// at `leaves`, upwards at `returns`.
 float arc_above(vec3 normal, vec3 from, vec3 to, inout vec3 leaves, inout vec3 returns) {
     float before = dot(normal, from);
     float after = dot(normal, to);
@@ -27,8 +28,8 @@ float arc_above(vec3 normal, vec3 from, vec3 to, inout vec3 leaves, inout vec3 r
     return arc(normal, from, to);
 }
 
-// What a parallelogram of unit radiance brings to a receiver with that normal, sr, if nothing
-// stands between. `corner` is where it begins, as seen from there. [Lambert 1760]
+// Unoccluded irradiance from a parallelogram of unit radiance, sr, for a receiver with that normal.
+// `corner` is relative to the receiver. [Lambert 1760]
 float parallelogram_irradiance(vec3 normal, vec3 corner, vec3 edge_u, vec3 edge_v) {
     vec3 leaves = vec3(0.0);
     vec3 returns = vec3(0.0);
@@ -38,8 +39,8 @@ float parallelogram_irradiance(vec3 normal, vec3 corner, vec3 edge_u, vec3 edge_
     return 0.5 * abs(sum + arc(normal, leaves, returns));
 }
 
-// What point sample `i` of an area light adds to open_samples; nothing behind the last. `row` is
-// the next one's after that.
+// Term of point sample `i` of an area light in `open_samples`; zero beyond the last sample.
+// Advances `row` to the next sample.
 float open_sample(LightSource light, vec3 corner, vec3 shading, uint i, inout uint row) {
     vec2 u = lattice_place(light, i, row);
     row = next_row(light, row);
@@ -49,12 +50,12 @@ float open_sample(LightSource light, vec3 corner, vec3 shading, uint i, inout ui
     return i < light.samples ? brought : 0.0;
 }
 
-// What the point samples of an area light of unit radiance add up to if nothing stands between: see
-// sample_weight.
+// Unoccluded irradiance from the point samples of an area light of unit
+// radiance; see `sample_weight`.
 float open_samples(LightSource light, vec3 corner, vec3 shading) {
     float sum = 0.0;
     uint row = lattice_row(light, 0u);
-    // Four an iteration, because lavapipe limits their number: see loop_limit.glsl.
+    // Four an iteration, because lavapipe (Mesa 22.3.6) limits iterations: see loop_limit.glsl.
     for (uint i = 0u; i < light.samples; i += 4u) {
         sum += open_sample(light, corner, shading, i, row);
         sum += open_sample(light, corner, shading, i + 1u, row);
@@ -64,15 +65,15 @@ float open_samples(LightSource light, vec3 corner, vec3 shading) {
     return light.area * sum / float(light.samples);
 }
 
-// What weighs the point samples of an area light for a receiver of that area (m²): beside the light
-// its irradiance in closed form over what they add up to if nothing stands between, for there they
-// would be spots; further off the bounded form of 1/d². 1 for other lights.
+// Weight of the point samples of an area light for a receiver of `area` m². Near the light, single
+// samples would show as spots: the weight is the closed form over the unoccluded sum of the
+// samples. Further off it bounds 1/d². Returns 1 for other lights.
 float sample_weight(LightSource light, vec3 position, vec3 shading, float area) {
     if (light.kind != LIGHT_AREA) return 1.0;
     vec3 corner = light.position - position;
     float distance = max(length(corner + 0.5 * (light.edge_u + light.edge_v)), 1e-12);
     vec2 edges = vec2(length(light.edge_u), length(light.edge_v));
-    // What is nearest of the light is hardly nearer than that.
+    // A lower bound of the distance to the nearest point of the light.
     float spacings = (distance - 0.5 * (edges.x + edges.y)) * sqrt(float(light.samples)) / max(edges.x, edges.y);
     float share = light.area > LARGE * distance * distance ? clamp(2.0 - spacings / NEAR, 0.0, 1.0) : 0.0;
     // Point to disc of the surface's area. [Wallace]
@@ -80,28 +81,28 @@ float sample_weight(LightSource light, vec3 position, vec3 shading, float area) 
     for (bool is_due = share > 0.0; is_due; is_due = false) {
         float sum = open_samples(light, corner, shading);
         float whole = parallelogram_irradiance(shading, corner, light.edge_u, light.edge_v);
-        // Disc to disc: the receiver takes no more than the light sends, however small that is
-        // beside it.
+        // Disc to disc: a receiver takes no more than the light emits, even from a light much
+        // smaller than itself.
         if (sum > 0.0) weight = mix(weight, whole / (sum * (1.0 + whole * area / (PI * light.area))), share);
     }
     return weight;
 }
 
-// What point samples up to `end` were found to bring, weighed once they are all.
+// Applies `sample_weight` to the sum `found` once it includes the last sample.
 float weighed(LightSource light, uint end, float found, vec3 position, vec3 shading, float area) {
     for (bool is_due = found > 0.0 && end == light.samples; is_due; is_due = false) found *= sample_weight(light, position, shading, area);
     return found;
 }
 
-// What a light's point sample at `u` brings to a surface if nothing stands between, per unit of
-// emission, before its weight: see light_factor. `found` is the direction; its distance is 0 where
-// there is none.
+// Unoccluded irradiance from the point sample at `u` per unit emission, before its weight; see
+// `light_factor`. `found` is the direction to the sample; its distance is 0 if the light has
+// no direction there.
 float open_factor(LightSource light, vec2 u, vec3 position, vec3 normal, vec3 shading, float area, out LightSample found) {
     light.emission = vec3(1.0);
     bool is_glossy = sample_light(light, position, u, found);
     if (found.distance == 0.0) return 0.0;
     float cosine = dot(shading, found.direction);
-    // A light behind the real surface does not reach through, wherever the shading normal points.
+    // A light behind the geometric surface has no effect, whatever the shading normal.
     if (!(is_glossy && cosine > 0.0 && dot(normal, found.direction) > 0.0)) return 0.0;
     float factor = cosine * found.irradiance.x;
     if (light.kind == LIGHT_AREA) return factor;
@@ -110,13 +111,14 @@ float open_factor(LightSource light, vec2 u, vec3 position, vec3 normal, vec3 sh
     return factor / (1.0 + area / PI * inverse * inverse);
 }
 
-// Whether a ray is due to a sample that brings so much.
+// Whether a sample with this factor takes a shadow ray.
 bool is_due(LightSample found, float factor, bool traces_all) { return found.distance != 0.0 && (factor > 0.0 || traces_all); }
 
-// Irradiance per unit of the light's emission, from its point samples `first` to `end`, a shadow
-// ray each: 1/m² of point and spot lights, sr of area lights, 1 of directional ones. `shading` is
-// the surface's shading normal, `area` (m²) its extent. Rays that cannot bring light, from surfaces
-// that face away or stand outside a cone, are left out unless `traces_all`. To be weighed.
+// Irradiance per unit of the light's emission from point samples `first` to `end`, one shadow
+// ray each: 1/m² for point and spot lights, sr for area lights, 1 for directional lights.
+// `shading` is the shading normal of the surface, `area` (m²) its extent. Samples that cannot
+// bring light (behind the surface, outside a cone) take no ray unless `traces_all`. `weighed`
+// completes the result.
 float light_factor(LightSource light, uint first, uint end, bool traces_all, vec3 position, vec3 normal, vec3 shading, float area) {
     float sum = 0.0;
     uint row = lattice_row(light, first);

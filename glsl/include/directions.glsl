@@ -1,5 +1,5 @@
-// The directions that outgoing radiance is discretised in: an equal-area map of the sphere to the
-// unit square. [Clarberg 2008] Mirrors src/scene/directions.rs. Include after math.glsl.
+// Direction bins of outgoing radiance: an equal-area map of the sphere to the unit square.
+// [Clarberg 2008] Mirrors src/scene/directions.rs. Include after math.glsl.
 
 // The bin of a unit direction among side × side.
 uint direction_bin(vec3 direction, uint side) {

@@ -1,6 +1,6 @@
-// Position in a one-dimensional dispatch. The host swizzles its workgroups as suits the device
-// (src/gpu/tuning.rs); the last ones may have nothing to do: compare with a count from the push
-// block. A shader of one-dimensional work asks here and never reads gl_GlobalInvocationID.
+// Position in a one-dimensional dispatch. The host swizzles workgroups to suit the device
+// (src/gpu/tuning.rs). The last ones may be superfluous: compare with a count in the push block.
+// Kernels of one-dimensional work use these functions instead of gl_GlobalInvocationID.
 
 // Strips of workgroups along x go to the layers along z in turn, and then to the next row.
 uint flat_workgroup() { return gl_WorkGroupID.x + gl_NumWorkGroups.x * (gl_WorkGroupID.z + gl_NumWorkGroups.z * gl_WorkGroupID.y); }
@@ -9,9 +9,9 @@ uint flat_workgroup() { return gl_WorkGroupID.x + gl_NumWorkGroups.x * (gl_WorkG
 // shader's `layout(local_size_x = …)`, gl_WorkGroupSize is silently 1.
 #define flat_invocation() (flat_workgroup() * gl_WorkGroupSize.x + gl_LocalInvocationIndex)
 
-// Column and row of a place below 2³¹, in rows of `width` places. Processors divide integers lane
-// by lane, floats all at once. A quotient of floats, divisions off by 2.5 units as Vulkan allows,
-// is off by a row and 2⁻²¹ of all at most, which the columns that are left over tell.
+// Column and row of `place` < 2³¹, in rows of `width`. CPUs divide integers lane by lane, but
+// floats in one instruction. Vulkan allows a float division an error of 2.5 units, so the quotient
+// is off by at most a row and 2⁻²¹ of all rows; the column corrects it.
 uvec2 in_rows(uint place, uint width) {
     float inverse = 1.0 / float(width);
     uint row = uint(float(place) * inverse);
@@ -24,13 +24,12 @@ uvec2 in_rows(uint place, uint width) {
     return uvec2(column - last * int(width), row + uint(last));
 }
 
-// Where workgroups take square tiles of an image so many points wide, row by row: the invocation's
-// place in its tile.
+// The invocation's position in its tile of side × side points, row by row; a workgroup is one tile.
 uvec2 place_in_tile(uint side) { return uvec2(gl_LocalInvocationIndex % side, gl_LocalInvocationIndex / side); }
 
-// Where edge pixels are listed tile by tile of 8×8, row by row, and within along a Morton curve, so
-// that neighbours in the list are neighbours in the image: the place of a pixel of an image so many
-// pixels wide, and the pixel of a place, which may lie outside of it.
+// Tile order: tiles of 8×8 pixels, row by row, with a Morton curve in each, so that neighbours in
+// the list are neighbours in the image. These two functions map a pixel of an image of `width`
+// pixels to its position in that order, and back. A position may map to a pixel outside the image.
 uint place_in_tiles(uvec2 pixel, uint width) {
     uvec2 tile = pixel / 8u, within = pixel % 8u;
     uvec2 spread = (within & 1u) | (within & 2u) << 1 | (within & 4u) << 2;
@@ -46,7 +45,7 @@ uvec2 pixel_in_tiles(uint place, uint width) {
 
 uint tiles_around(uvec2 size) { return ((size.x + 7u) / 8u) * ((size.y + 7u) / 8u); }
 
-// The first point of the tile of that number.
+// The first point of a tile, by its index.
 uvec2 corner_of_tile(uint tile, uint side, uint width) {
     uint tiles = (width + side - 1u) / side;
     return side * in_rows(tile, tiles);

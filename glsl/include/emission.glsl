@@ -1,22 +1,21 @@
 // Rays that leave light sources. Include after types.glsl, math.glsl, sampling.glsl and
 // lights.glsl.
 
-// A ray that leaves a light.
 struct EmittedRay {
     vec3 origin;
     vec3 direction;  // unit
     vec3 flux;       // over the ray's pdf, W: the mean over all rays is the light's power
 };
 
-// Samples a ray: `u` picks its direction, or the place on the disc of a light at infinity; `v` the
-// place on an area light.
+// Samples a ray. `u` selects its direction, or the position on the disc of a directional light; `v`
+// selects the position on an area light.
 EmittedRay emit(LightSource light, vec3 scene_centre, float scene_radius, vec2 u, vec2 v) {
     float azimuth = 2.0 * PI * u.y;
     vec2 around = vec2(cos(azimuth), sin(azimuth));
     if (light.kind == LIGHT_DIRECTIONAL) {
         vec3 on_disc = frame_around(light.axis) * vec3(sqrt(u.x) * around, -1.0);
-        // Power of a light at infinity: what passes through the disc of the scene's bounding
-        // sphere.
+        // The power of a directional light is what passes through the disc of the
+        // scene's bounding sphere.
         vec3 flux = PI * scene_radius * scene_radius * light.emission;
         return EmittedRay(scene_centre + scene_radius * on_disc, light.axis, flux);
     }

@@ -1,13 +1,14 @@
-// The gather hemisphere of a cache point: RINGS rings of equal cosine-weighted solid angle, SECTORS
-// sectors each, one jittered ray a stratum. The including shader declares RINGS and SECTORS.
+// The gather hemisphere of a cache point: RINGS rings of equal cosine-weighted solid angle
+// with SECTORS sectors each, one jittered ray a stratum. The including shader declares
+// RINGS and SECTORS.
 
 struct Stratum { uint ring; uint sector; };
 
 Stratum stratum_of(uint ray) { return Stratum(ray / SECTORS, ray % SECTORS); }
 
-// Local direction (z = normal) of a ray of the hemisphere that `point` names. Each stratum has a
-// scrambled sequence over the points, so that the rays of points that are neighbours in order
-// divide the stratum among them.
+// Local direction (z = normal) of a ray; `point` selects the hemisphere. Each stratum has
+// a scrambled sequence over the points, so that consecutive points divide the stratum
+// among their rays.
 vec3 stratum_direction(Stratum s, uint point, uint seed) {
     vec2 jitter = sample_3d(point, hash(s.ring * SECTORS + s.sector, seed)).xy;
     return sample_cosine((vec2(s.ring, s.sector) + jitter) / vec2(RINGS, SECTORS));

@@ -1,34 +1,34 @@
-// What the vertices of a cluster send towards a direction by their Phong lobes. The including
-// shader declares the constant ENTRY_POINTS and LIGHTS and binds Materials, FirstBounceFlux0 to
-// FirstBounceFlux3, ContributionRanges, Contributions, GlossVertices, GlossBeams, BaseRanges and
-// GlossShifts.
+// Outgoing flux of a cluster's vertices in a direction, by their Phong lobes. The including
+// shader declares the constants ENTRY_POINTS and LIGHTS. It binds Materials, FirstBounceFlux0
+// to FirstBounceFlux3, ContributionRanges, Contributions, GlossVertices, GlossBeams,
+// BaseRanges and GlossShifts.
 
-// What an invocation takes in one dispatch of the vertices below a cluster, those of one base
-// cluster after those of another.
+// The vertices below a cluster that an invocation handles in one dispatch, base cluster
+// after base cluster.
 struct GlossPart {
-    float area_m2;    // that each entry point stands for, in the mean
+    float area_m2;    // mean area of an entry point
     uint beam_count;  // entry points: of each
     uint first;       // vertex
-    uint end;         // vertex; bounds the work of an invocation
-    uint adds;        // 1: to what was found so far
-    uint most;        // vertices below a cluster at most; where it has more, some of them stand for all. 0: all are asked
+    uint end;         // one past the last vertex; bounds the work of an invocation
+    uint adds;        // 1: adds to the sum of earlier dispatches
+    uint most;        // maximum of vertices below a cluster; of more, a sample stands for all. 0: all vertices count
 };
 
-// What is sent of one light, or of each of four.
+// Outgoing flux from one light, or from each of four.
 struct GlossFlux {
     vec3 of_light[4];  // W per unit of the light's emission
 };
 
-// `precise` keeps products and sums apart: one light and four round alike.
+// `precise` forbids fused multiply-add, so that one light and four round alike.
 void add(inout vec3 sum, vec3 first, vec3 second) {
     precise vec3 added = sum + first * second;
     sum = added;
 }
 
-// π times the lobes' radiance, times the cluster's area, W per unit of a light's emission: of light
-// straight from it (ENTRY_POINTS == 1) or from surfaces, at every `step`th of a run of
-// contributions, each of which stands for `area_m2`, added up. `shift` turns the index of a
-// contribution into that of its vertex; in an unweighted cluster all of each counts.
+// Adds π times the lobes' radiance times the cluster's area, W per unit of a light's emission: of
+// light straight from the light (ENTRY_POINTS == 1) or from surfaces. Takes every `step`th
+// contribution of the range `run`, with `area_m2` each. `shift` turns the index of a contribution
+// into that of its vertex. In an unweighted cluster all of each contribution counts.
 void add_gloss_flux(inout GlossFlux flux, uvec2 run, uint step, float area_m2, bool is_unweighted, uint shift, vec3 toward, GlossPart part) {
     for (uint i = run.x; i < run.y; i += step) {
         GlossVertex vertex = gloss_vertices[i + shift];
@@ -53,11 +53,11 @@ void add_gloss_flux(inout GlossFlux flux, uvec2 run, uint step, float area_m2, b
     }
 }
 
-// Base clusters that are gone through for each vertex that is asked, where not all are.
+// Base clusters visited for each sampled vertex.
 const uint BASES = 4u;
 
-// The same of the part below a cluster. Where not all vertices are asked, every so manieth is, from
-// a first one that `seed` names.
+// Outgoing flux of the vertices below a cluster. If it samples them, it takes every n-th vertex,
+// and `seed` selects the first one.
 GlossFlux gloss_flux_below(uint cluster, vec3 toward, GlossPart part, uint seed) {
     GlossFlux flux = GlossFlux(vec3[4](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0)));
     uvec2 bases = base_ranges[cluster];
@@ -70,7 +70,7 @@ GlossFlux gloss_flux_below(uint cluster, vec3 toward, GlossPart part, uint seed)
         step = max(1u, contribution_count / (base_step * part.most));
     }
     bool is_sampled = base_step * step > 1u;
-    // They are so few that the first part takes them all.
+    // A sample is small enough for the first dispatch to take all of it.
     if (is_sampled && part.first != 0u) return flux;
     uint first_asked = seed % step;
     float area_m2 = part.area_m2 * float(base_step * step);

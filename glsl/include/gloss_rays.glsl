@@ -1,16 +1,16 @@
 // Rays from glossy pixels into their Phong lobes.
 
-// One of them: all that a frame under a still camera needs of it.
+// A ray from a glossy pixel, as the frame reads it under a still camera.
 struct GlossRay {
     uint target;     // cluster | material << cluster_bits; NO_TARGET where the ray left the scene
     float weight;    // (n+2)/(n+1)·cosθ
     uint direction;  // unit direction back towards the pixel, octahedral, two 16-bit integers
-    uint slot;       // that has what the surface there sends back by its lobe; NO_SLOT: its vertices are asked
+    uint slot;       // slot with the lobe's outgoing flux of the surface there; NO_SLOT: the flux comes from its vertices
 };
 
 const uint NO_SLOT = 0xffffffffu;
 
-// What a pixel reflects glossily, W/m²/sr.
+// Glossy radiance of a pixel, W/m²/sr.
 struct PixelGloss {
     vec3 direct;    // of light straight from the lights
     vec3 indirect;  // of light from surfaces
@@ -19,7 +19,7 @@ struct PixelGloss {
 // Rays from each sample of a glossy pixel.
 const uint LOBE_RAYS = 4u;
 
-// Samples of each glossy pixel: as many as there is room for.
+// Samples of each glossy pixel, within the capacity.
 uint gloss_samples_per_pixel(uint pixel_count, uint most, uint capacity) {
     return min(most, capacity / max(pixel_count, 1u));
 }

@@ -1,12 +1,11 @@
-// From a point on a surface to the base cluster that holds it: the one mapping that every stage
-// shares. The including shader binds `uint cell_offsets[]` and `uint cell_clusters[]` (cluster code
-// << 26 | cluster). A cluster that a wall stands on is two, which are numbered one after the other:
-// behind the first a word with the code SPLIT follows, and the bits of the wall's plane.
+// Maps a point on a surface to its base cluster, alike for all passes. The including shader binds
+// `uint cell_offsets[]` and `uint cell_clusters[]` (cluster code << 26 | cluster). A split plane
+// divides a cluster into two with consecutive indices: after the first follow a word with the code
+// SPLIT and the four floats of the plane.
 const uint SPLIT = 63u;
 
-// Base cell of a point on the side that `normal` faces. The point is pulled inside the surface
-// first, so that the two sides of a wall that lies on a cell boundary fall into the cells behind
-// them, not into one by accident.
+// Base cell of a point on the side that `normal` faces. The point is first pulled inside the
+// surface, so that each side of a wall on a cell boundary falls into the cell behind it.
 uint grid_cell(Grid grid, vec3 position, vec3 normal) {
     precise vec3 inside = position - grid.pull * normal;
     precise vec3 scaled = (inside - grid.low) * grid.inverse_cell;
@@ -14,8 +13,8 @@ uint grid_cell(Grid grid, vec3 position, vec3 normal) {
     return (cell.z * grid.cells.y + cell.y) * grid.cells.x + cell.x;
 }
 
-// Base cluster of a side's cluster code in a cell, or NO_CLUSTER; of two, that on the position's
-// side of the wall.
+// Base cluster of a side's cluster code in a cell, or NO_CLUSTER. Of a divided cluster it returns
+// the one on the position's side of the split plane.
 uint base_cluster(uint cell, uint code, vec3 position) {
     uint end = cell_offsets[cell + 1u];
     for (uint i = cell_offsets[cell]; i < end; ++i) {

@@ -1,5 +1,5 @@
-// How kernels count the workgroups of dispatches to come, so that flat_workgroup() is right in
-// these: as Tuning::swizzled in src/gpu/tuning.rs.
+// Workgroup counts of indirect dispatches, swizzled so that flat_workgroup() is right in them: as
+// Tuning::swizzled in src/gpu/tuning.rs.
 layout(constant_id = 11) const uint STRIP = 1u;
 layout(constant_id = 12) const uint LAYERS = 1u;
 

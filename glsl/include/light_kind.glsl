@@ -1,8 +1,8 @@
-// Kernels that take one light are made for its kind: the code of the others is gone. Include behind
-// types.glsl.
+// Kernels that handle one light are specialised to its kind, so that the compiler removes the code
+// of the other kinds. Include after types.glsl.
 layout(constant_id = 14) const uint LIGHT_KIND = 0u;
 
-// The light, as one of that kind.
+// The light with its kind fixed to LIGHT_KIND.
 LightSource of_kind(LightSource light) {
     light.kind = LIGHT_KIND;
     if (LIGHT_KIND == LIGHT_AREA) return light;
@@ -14,5 +14,5 @@ LightSource of_kind(LightSource light) {
     return light;
 }
 
-// Behind the last of its point samples `first` to `end`.
+// One past the last of its point samples `first` to `end`.
 uint end_of_kind(uint first, uint end) { return LIGHT_KIND == LIGHT_AREA ? end : first + 1u; }

@@ -1,12 +1,12 @@
-// Sums over lights: push constants, and how many rows a dispatch reads.
+// Sums over lights: push constants, and the number of rows that a dispatch reads.
 layout(constant_id = 0) const uint ROWS = 4;  // 1, 2, 4 or 8
 
 struct LightSumPush {
     uint count;       // values of a row
-    uint adds;        // 1: to the sums so far; 0: from zero
-    uint step;        // from one value of a row to the next; 0 where no light is active and the rows are one value long
+    uint adds;        // 1: adds to the sums so far; 0: starts from zero
+    uint step;        // stride of the values of a row; 0 if no light is active and each row has one value
     float scale;      // of the whole
-    vec3 emission_0;  // of each row's light; zero where there is none, then the row is any
+    vec3 emission_0;  // of each row's light; zero for an unused row, whose buffer is arbitrary
     vec3 emission_1;
     vec3 emission_2;
     vec3 emission_3;

@@ -3,24 +3,24 @@
 // A direction in which a light may be seen.
 struct LightSample {
     vec3 direction;   // unit, towards the light
-    float distance;   // metres; LIGHT_FAR where the light is at infinity, 0 where it has no direction
-    vec3 irradiance;  // of a surface that faces the direction, before visibility, over the sample's pdf, W/m²
+    float distance;   // metres; LIGHT_FAR for a directional light, 0 if the light has no direction here
+    vec3 irradiance;  // of a facing surface, before visibility, over the sample's pdf, W/m²
 };
 
 const float LIGHT_FAR = 1e30;
 
-// Share of a spot's intensity at a unit direction of travel: falls linearly in the angle between
+// Fraction of a spot's intensity in a unit direction of travel; linear in the angle between
 // the two half-angles.
 float spot_falloff(LightSource light, vec3 direction) {
-    // Not the arc cosine, which has lost half its digits near the axis.
+    // The arc cosine loses half its digits near the axis.
     float angle = atan(length(cross(light.axis, direction)), dot(light.axis, direction));
     if (angle <= light.inner_angle) return 1.0;
     return angle < light.outer_angle ? (light.outer_angle - angle) / (light.outer_angle - light.inner_angle) : 0.0;
 }
 
-// Samples a light as seen from `position`; `u` picks the point of an area light, uniform over it,
-// and is idle for the other kinds. False where the light does not reach that point. Unbounded
-// towards the light, but never infinite.
+// Samples a light as seen from `position`; `u` selects the point of an area light, uniformly, and
+// is unused for other kinds. Returns false if the light does not reach that point. The irradiance
+// is unbounded towards the light, but finite.
 bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample found) {
     if (light.kind == LIGHT_DIRECTIONAL) {
         found = LightSample(-light.axis, LIGHT_FAR, light.emission);
@@ -40,9 +40,9 @@ bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample foun
     return factor > 0.0;
 }
 
-// Point samples of a light stand in a lattice, every row and column of which holds one: the row of
-// number `i`, counted with those that are left out ahead of the first; and, without a division,
-// that of the next number.
+// Point samples of a light form a lattice with one in every row and every column. `lattice_row`
+// returns the row of sample `i`, counted with the rows that the lattice leaves out ahead of the
+// first; `next_row` returns that of the next sample without a division.
 uint lattice_row(LightSource light, uint i) { return (i + light.modulus - light.samples) * light.stride % light.modulus; }
 
 uint next_row(LightSource light, uint row) {
@@ -58,7 +58,7 @@ vec2 lattice_point(LightSource light, uint i) { return lattice_place(light, i, l
 // From a surface point, on the side that `normal` faces, to a light.
 Ray shadow_ray(vec3 position, vec3 normal, LightSample light) {
     vec3 origin = offset_origin(position, normal);
-    // At infinity, or else at the same point of the light, to which the offset turns the ray.
+    // To infinity, or to the sampled point of the light: the offset origin turns the ray.
     if (light.distance >= LIGHT_FAR) return Ray(origin, light.direction, LIGHT_FAR);
     return Ray(origin, position + light.distance * light.direction - origin, 0.99999);
 }

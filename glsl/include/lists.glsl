@@ -1,11 +1,11 @@
-// The scene's lists may be longer than what the device binds. Then what is bound is a list with one
-// item, whose first words are the address of the others; the host picks the kernel by what it
-// binds. Include behind types.glsl.
+// A scene list may be longer than one binding. The bound list then has one item, whose first
+// words are the address of the real list; USE_BUFFER_DEVICE_ADDRESS selects that kernel.
+// Include after types.glsl.
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-// Nodes, triangles and surfaces are bound as texels of four words: one load, where a member of a
-// structure is a load a word, for which a processor goes from lane to lane.
+// Nodes, triangles and surfaces are bound as texels of four words: one load each. A struct member
+// in storage is one load a word, which a CPU does lane by lane.
 const uint NODE_TEXELS = 5u;
 const uint TRIANGLE_TEXELS = 3u;
 const uint SURFACE_TEXELS = 4u;

@@ -1,12 +1,12 @@
-// Nodes and triangles that reach into a region, a shaft or a frustum, few of them. Include behind
-// bvh.glsl and shafts.glsl. The including shader binds `uint shaft_roots[]` and says what the
-// region is: `bool is_outside(vec3 low, vec3 high)` of a box, `bool is_inside(Corners corners)` of
-// a triangle that may reach into it.
+// Roots of rays in a region (a shaft or a frustum): the few nodes and triangles that overlap it.
+// Include after bvh.glsl and shafts.glsl. The including shader binds `uint shaft_roots[]` and
+// defines the region: `bool is_outside(vec3 low, vec3 high)` for a box, `bool is_inside(Corners
+// corners)` for a triangle that may overlap it.
 
-// Nodes that are opened at most.
+// Maximum number of opened nodes.
 const uint MAX_OPENED = 48u;
 
-// Children of a node that reach into the region: bits 24-31 inner ones, 0-23 leaf triangles.
+// Children of a node that overlap the region: bits 24-31 inner ones, 0-23 leaf triangles.
 uint children_inside(Node node) {
     vec3 origin = node_origin(node);
     vec3 cell = node_cell(node);
@@ -28,13 +28,12 @@ uint children_inside(Node node) {
     return (found & 0xff000000u) | inside;
 }
 
-// Writes roots from which rays through the region start, to the words from `first` on: triangles
-// behind the first word, nodes from the end backwards. Returns their numbers, as the first word has
-// them.
+// Writes the roots of rays through the region to the words from `first` on: triangles after the
+// first word, nodes from the end backwards. Returns their numbers, packed as in the first word.
 uint open_tree(uint first) {
-    uint triangle_roots = 0u;  // that are written
+    uint triangle_roots = 0u;  // written so far
     uint node_roots = 0u;
-    // Nodes to open, the oldest first: all are opened about equally far.
+    // Breadth first, so that all nodes are opened about equally deep.
     uint queue[MAX_ROOTS];
     uint head = 0u;
     uint waiting = 1u;
@@ -46,7 +45,7 @@ uint open_tree(uint first) {
         Node node = node_at(opening);
         uint found = opened < MAX_OPENED ? children_inside(node) : 0u;
         if (opened >= MAX_OPENED || triangle_roots + node_roots + waiting + uint(bitCount(found)) > MAX_ROOTS) {
-            // Rays open it themselves.
+            // Rays start at this node and traverse it themselves.
             shaft_roots[first + MAX_ROOTS - node_roots++] = opening;
             continue;
         }

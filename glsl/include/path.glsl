@@ -1,13 +1,13 @@
-// Vertices of paths that start from the eye or a surface: the light that they reflect, and where
-// the path goes on. Include after bvh.glsl, lights.glsl, brdf.glsl and textures.glsl. The including
-// shader binds the texels `Surfaces`, `Reflectance materials[]` and `LightSource lights[]`; its
-// push block `push` has `light_count`.
+// Vertices of paths from the eye or a surface: their reflected light and the continuation of the
+// path. Include after bvh.glsl, lights.glsl, brdf.glsl and textures.glsl. The including shader
+// binds the texels `Surfaces`, `Reflectance materials[]` and `LightSource lights[]`; its push block
+// `push` has `light_count`.
 
 struct Vertex {
     vec3 position;
     vec3 geometric;  // unit normal on the visible side
     vec3 shading;    // the interpolated one at the first vertex, else the geometric one
-    vec3 outgoing;   // unit, towards where the path came from
+    vec3 outgoing;   // unit, against the direction of travel
     Reflectance material;
 };
 
@@ -21,19 +21,19 @@ Vertex vertex_at(Hit hit, vec3 direction, bool is_first) {
     return Vertex(hit_position(hit), side * surface.normal, side * shading, -normalize(direction), material);
 }
 
-// Radiance that a vertex reflects of what the lights send there directly, W/m²/sr.
+// Radiance that a vertex reflects of direct light, W/m²/sr.
 vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint rays) {
     vec3 radiance = vec3(0.0);
     for (uint i = 0u; i < push.light_count; ++i) {
         LightSource light = lights[i];
         vec2 u = vec2(0.0);
-        // A loop of one iteration, which lavapipe skips where a branch would be taken by all.
+        // A loop of at most one iteration, which lavapipe (Mesa 22.3.6) skips; it would execute a
+        // branch for all lanes.
         for (bool is_due = light.kind == LIGHT_AREA; is_due; is_due = false) u = sample_3d(sample_index, hash(seed, ~i)).xy;
         LightSample found;
         if (!sample_light(light, vertex.position, u, found)) continue;
         float cosine = dot(vertex.shading, found.direction);
-        // A light behind the real surface does not reach through, wherever the shading normal
-        // points.
+        // A light behind the geometric surface has no effect, whatever the shading normal.
         if (cosine <= 0.0 || dot(vertex.geometric, found.direction) <= 0.0) continue;
         vec3 reflected = brdf(vertex.material, vertex.shading, vertex.outgoing, found.direction) * found.irradiance;
         if (reflected == vec3(0.0)) continue;
@@ -43,16 +43,16 @@ vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint ray
     return radiance;
 }
 
-// Chooses where a path goes on. False if it ends here. Afterwards `throughput` includes
-// brdf·cosθ/pdf and the roulette.
+// Samples the continuation of a path. Returns false if the path ends here. Afterwards `throughput`
+// includes brdf·cosθ/pdf and the roulette.
 bool reflect_path(Vertex vertex, vec3 u, float roulette_threshold, inout vec3 throughput, out vec3 direction) {
     BrdfSample next = sample_brdf(vertex.material, vertex.shading, vertex.outgoing, u.xy);
     direction = next.incident;
     // Where the shading normal leans away from the geometric one, part of its hemisphere lies
     // inside the surface.
     throughput *= dot(vertex.geometric, next.incident) > 0.0 ? next.weight : vec3(0.0);
-    // The path goes on with a probability that falls with its throughput; dividing by it keeps the
-    // estimate right.
+    // Russian roulette: the survival probability falls with the throughput; dividing by it keeps
+    // the estimate unbiased.
     float peak = max(throughput.x, max(throughput.y, throughput.z));
     float survival = min(1.0, peak / roulette_threshold);
     throughput /= max(survival, 1e-30);

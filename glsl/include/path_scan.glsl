@@ -1,14 +1,14 @@
-// Segmented product: what the three kernels of the light-path energy scan share. Include behind
-// texels.glsl.
+// Segmented product of the light-path energy scan, shared by its three kernels.
+// Include after texels.glsl.
 
 const uint BLOCK_STEPS = 1024u;  // per workgroup, whose invocations share them
 
-// One step of a light path: how the energy of the vertex before turns into that of this one.
+// One step of a light path: the factor from the energy of the vertex before to that of this one.
 struct PathStep {
     uint material;  // that reflected the path towards this vertex; HEAD where the path starts here, FROM_ENTRY where an entry
                     // point that may be glossy did: what it reflects depends on the light
     float weight;   // cosθ/(π·pdf) over the survival probability; at the head, the path's own weight
-    uint slot;      // where the vertex stands in its cluster's list
+    uint slot;      // index of the vertex's contribution
 };
 const uint HEAD = 0xffffffffu;
 const uint FROM_ENTRY = 0xfffffffeu;
@@ -24,7 +24,7 @@ struct Segment {
     uint has_head;
 };
 
-// `first` followed by `second`: a start in `second` cuts off what went before. Associative.
+// `first` followed by `second`: a path start in `second` discards `first`. Associative.
 Segment join(Segment first, Segment second) {
     return second.has_head != 0u ? second : Segment(first.product * second.product, first.has_head);
 }

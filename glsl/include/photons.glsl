@@ -1,5 +1,5 @@
-// Photon maps: photons sorted by the bucket of their cell, and how surface points find those around
-// them. [Jensen 1996] Include after types.glsl, math.glsl and sampling.glsl.
+// Photon maps: photons sorted by the bucket of their cell, and the lookup of photons around a
+// surface point. [Jensen 1996] Include after types.glsl, math.glsl and sampling.glsl.
 
 // A photon that arrived at a surface.
 struct Photon {
@@ -8,7 +8,6 @@ struct Photon {
     vec3 flux;  // W
 };
 
-// An entry of a map.
 struct MapEntry {
     vec3 position;
     vec3 normal;  // unit geometric normal of its side
@@ -37,8 +36,8 @@ ivec3 photon_neighbour(ivec3 middle, uint index) {
     return middle + ivec3(index % 3u, index / 3u % 3u, index / 9u) - 1;
 }
 
-// Two points count as one surface where normals turn by less than 25° and the offset leaves the
-// plane by less than a tenth of the radius.
+// Two points count as one surface if their normals differ by less than 25° and the offset leaves
+// the plane by less than a tenth of the radius.
 const float SAME_NORMAL = 0.9;
 const float SAME_PLANE = 0.1;
 
@@ -49,8 +48,8 @@ float photon_kernel(vec3 offset, vec3 normal, vec3 other_normal, float radius) {
     return max(0.0, 1.0 - dot(offset, offset) / (radius * radius));
 }
 
-// Which of sixteen equal sectors around the normal an offset points into: bit 0 x < 0, bit 1 y < 0,
-// bit 2 |y| > |x|, bit 3 in the half of that octant which is nearer to the diagonal.
+// The sector of an offset, of sixteen equal ones around the normal: bit 0 x < 0, bit 1 y < 0, bit 2
+// |y| > |x|, bit 3 in the half of that octant nearer to the diagonal.
 uint reach_sector(vec2 along) {
     vec2 size = abs(along);
     bool is_steep = size.y > size.x;
@@ -65,8 +64,8 @@ vec2 sector_direction(uint sector) {
     return mix(direction, -direction, bvec2((sector & 1u) != 0u, (sector & 2u) != 0u));
 }
 
-// Whether no wall parts a point from what lies at `offset` on its surface. The reach is a byte a
-// sector, in 1/255 of the radius; 255: no wall that near.
+// Whether no wall separates a point from the position at `offset` on its surface. The reach is a
+// byte a sector, in 1/255 of the radius; 255: no wall that near.
 bool is_within_reach(uvec4 reach, vec3 normal, vec3 offset, float radius) {
     mat3 frame = frame_around(normal);
     vec2 along = vec2(dot(offset, frame[0]), dot(offset, frame[1]));

@@ -1,9 +1,9 @@
-// Colours of images seen through image points. Include after textures.glsl; the including shader
-// binds the texels `Surfaces`, too.
+// Colours of images at image points. Include after textures.glsl; the including shader also binds
+// the texels `Surfaces`.
 
-// Where the ray of an image point, in pixels from the top left corner, meets a triangle's plane:
-// the triangle's image there. With it the side on which the ray meets the plane, positive or
-// negative.
+// xyz: colour of the triangle's image where the ray of an image point meets the triangle's plane;
+// `point` is in pixels from the top left corner. w: positive or negative, by the side of the plane
+// that the ray meets.
 vec4 colour_through(View view, vec2 point, uint triangle) {
     vec2 ndc = point / vec2(view.width, view.height) * 2.0 - 1.0;
     vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;

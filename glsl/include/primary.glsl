@@ -1,4 +1,4 @@
-// What a camera ray sees. The including shader binds the scene and includes bvh.glsl.
+// Surfaces at camera rays. The including shader binds the scene and includes bvh.glsl.
 
 // Direction through an image point, in pixels from the top left corner; of unit length along the
 // view axis.
@@ -9,7 +9,7 @@ vec3 direction_through(View view, vec2 point) {
 
 const PixelSurface NOTHING_SEEN = PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
 
-// What a camera ray meets.
+// Surface at the hit of a camera ray.
 PixelSurface seen_at(View view, vec3 direction, Hit hit) {
     Surface surface = surface_at(hit.triangle);
     bool back = dot(surface.normal, direction) > 0.0;
@@ -31,8 +31,7 @@ PixelSurface seen_through(View view, vec2 point) {
 const float FLAT = 0.99999;
 bool is_curved(PixelSurface found) { return dot(found.normal, facing_normal(found.side)) < FLAT; }
 
-// Where the ray of an image point meets a triangle's plane, inside the triangle or not. No ray is
-// traced.
+// Intersection of a camera ray with a triangle's plane, inside the triangle or not. Traces no ray.
 Hit hit_on_plane(View view, vec3 direction, uint triangle) {
     Corners corners = corners_of(triangle);
     vec3 across = cross(corners.p1 - corners.p0, corners.p2 - corners.p0);
@@ -43,28 +42,28 @@ Hit hit_on_plane(View view, vec3 direction, uint triangle) {
     return Hit(t, triangle, vec3(1.0 - weights.x - weights.y, weights));
 }
 
-// Whether all rays through a pixel pass through the triangle of a side, by the pixel's corners: a
+// Whether all rays through a pixel meet the triangle of a side. The four corners decide: a
 // triangle is convex.
 bool fills_pixel(View view, vec2 corner, uint side) {
     bool fills = true;
     for (uint i = 0u; i < 4u; ++i) {
         Hit hit = hit_on_plane(view, direction_through(view, corner + vec2(i & 1u, i >> 1)), side >> 1);
         vec3 weights = hit.barycentric;
-        // Not a number, and so false, where the ray runs along the plane.
+        // NaN, and so false, if the ray is parallel to the plane.
         fills = fills && hit.t > 0.0 && min(weights.x, min(weights.y, weights.z)) >= 0.0;
     }
     return fills;
 }
 
-// Whether samples of a pixel that shows no edge take camera rays: where the surface is curved, and
-// where they may see more than one triangle. The plane of one facet runs behind the next where the
-// two meet concavely, and that one would shadow it.
+// Whether samples of a pixel without an edge need camera rays: if the surface is curved, or if the
+// samples may see several triangles. At a concave crease the plane of one facet runs behind the
+// next one, which would shadow the samples.
 bool is_sampled_by_rays(View view, vec2 corner, PixelSurface found) {
     return found.side != NO_SIDE && (is_curved(found) || !fills_pixel(view, corner, found.side));
 }
 
-// The same where it is known which side the ray meets, without a ray: needs nothing of bvh.glsl but
-// hit_position.
+// Surface at an image point if the side is known, without a ray. Of bvh.glsl it
+// needs only hit_position.
 PixelSurface seen_on(View view, vec2 point, uint side) {
     vec3 direction = direction_through(view, point);
     uint triangle = side >> 1;

@@ -1,42 +1,41 @@
-// How far a cache record speaks for a surface point: the error metric of irradiance caching.
-// [Tabellion]
+// Validity of a record at a surface point: the error metric of irradiance caching. [Tabellion]
 
-// Cosine of the angle up to which facets share records: what one sees beyond the horizon of the
-// other is then at most (1 - cos)/2, a twentieth of its hemisphere.
+// Cosine of the angle up to which facets share records. At that angle the hidden part of the
+// other's hemisphere is at most (1 - cos)/2, a twentieth.
 const float FACETS_ALIKE = 0.9;
 
-// What lies less than 1° over or under a record's plane is of its surface, however narrow the place
-// is that the record stands in.
+// sin² of 1°: a point at less than 1° from a record's plane is on its surface, however narrow
+// the record's surroundings.
 const float FLAT_SINE2 = 0.0003;
 
-// How far from its own a point may lie, in height and normals, that a record speaks for.
+// Tolerances of a record in height and normals.
 struct Tolerance {
-    float above2;                // over the plane between both, of the distance, squared
-    float below2;                // under it
+    float above2;                // above the plane between both, over the distance, squared
+    float below2;                // below it
     float facets;                // cosine between facets
     float inverse_normal_error;  // 1 / sqrt(1 - cos) of the angle between normals
 };
-// What a record is valid for: 10° between normals, 12° over the plane and 4° under it: who lies
-// lower may lie in the shadow of what the record stands on, as a table does under the rim of a
-// plate. [Tabellion §4; Ward]
+// Valid records: 10° between normals, 12° above the plane and 4° below it. A lower point may
+// be in the shadow of the record's own support, as a table is under the rim of a plate.
+// [Tabellion §4; Ward]
 const Tolerance VALID = Tolerance(0.04, 0.004, FACETS_ALIKE, 8.1131);
-// Where no other record does: 45° over the plane, 30° under it, 60° between facets, 30° between
-// normals.
+// Relaxed validity, where no record is valid: 45° above the plane, 30° below it, 60° between
+// facets, 30° between normals.
 const Tolerance RELAXED = Tolerance(0.5, 0.25, 0.5, 2.7321);
 
-// Height of a point, by d from a record, over the plane between both: by shading normals none on a
-// sphere, by facets none on a facet whose shading normals lean.
+// Height of a point at offset d from a record above the plane between both. Shading normals give
+// zero on a sphere, facets give zero on a facet whose shading normals lean.
 float height_between(vec3 d, vec3 n, vec3 facet, CachePoint record) {
     vec2 heights = 0.5 * vec2(dot(d, record.normal + n), dot(d, record.facet + facet));
     return abs(heights.x) < abs(heights.y) ? heights.x : heights.y;
 }
 
 // Weight of a record at position x with shading normal n, on a facet with that geometric normal:
-// positive inside its validity, 1 at its centre. Points in front of or behind the record's plane
-// lie on another surface and get none; nor do points behind the nearest wall, from where the world
-// looks different however near they are, and those further off its plane than half of the way to
-// that wall: cloth that hangs before the record's surface, the spine of a book beside the crevice
-// that the record is in.
+// positive inside its validity, 1 at its centre. Zero for points far in front of or behind the
+// record's plane, which are on another surface. Zero for points behind the nearest occluder plane,
+// where the view of the scene differs. Zero for points further off the record's plane than half the
+// distance to that occluder: cloth in front of the record's surface, or the spine of a book beside
+// the crevice of the record.
 float record_weight(vec3 x, vec3 n, vec3 facet, CachePoint record, Tolerance tolerance) {
     vec3 d = x - record.position;
     float distance2 = dot(d, d);

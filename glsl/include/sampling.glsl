@@ -11,8 +11,8 @@ uint hash(uint x) {
 
 uint hash(uint a, uint b) { return hash(a ^ hash(b + 0x9e3779b9u)); }
 
-// Nested uniform scramble of a bit-reversed value: each bit is flipped depending on the bits below
-// it only.
+// Nested uniform scramble of a bit-reversed value: the bits below a bit decide whether
+// it is flipped.
 uint laine_karras(uint x, uint seed) {
     x += seed;
     x ^= x * 0x6c50b47cu;
@@ -40,7 +40,7 @@ uvec3 sobol(uint index) {
     pascal ^= (pascal >> 4) & 0x0f0f0f0fu;
     pascal ^= (pascal >> 8) & 0x00ff00ffu;
     pascal ^= pascal >> 16;
-    // Of fixed length, so that compilers unroll it and the table turns into constants.
+    // A fixed length, so that compilers unroll it and the table turns into constants.
     uint third = 0u;
     for (uint bit = 0u; bit < 32u; ++bit) third ^= SOBOL_2[bit] & (0u - ((index >> bit) & 1u));
     return uvec3(bitfieldReverse(index), bitfieldReverse(pascal), third);
@@ -48,7 +48,7 @@ uvec3 sobol(uint index) {
 
 float unit_float(uint fraction) { return float(fraction >> 8) * (1.0 / 16777216.0); }
 
-// Point `index` of the scrambled sequence that `seed` names, in [0,1)³.
+// Point `index` of the sequence scrambled by `seed`, in [0,1)³.
 vec3 sample_3d(uint index, uint seed) {
     uvec3 point = sobol(owen_scramble(index, hash(seed)));
     return vec3(unit_float(owen_scramble(point.x, hash(seed, 1u))), unit_float(owen_scramble(point.y, hash(seed, 2u))),

@@ -2,9 +2,9 @@
 // light_kind.glsl and direct.glsl. The including shader binds the texels `ShaftRoots` and `uint
 // shaft_list[]`.
 //
-// A kernel runs twice, because a processor's lanes go through all code that one of them may need:
-// over all batches, where triangles are tried and batches with nodes are left out; and over the
-// list of those, where rays go down the tree.
+// A kernel runs twice, because the lanes of a CPU execute all code that one of them needs. The
+// first run tests triangles and skips batches with nodes. The second run takes the list of skipped
+// batches and traverses the tree.
 
 layout(constant_id = 13) const uint OPENS_NODES = 0u;
 
@@ -16,7 +16,7 @@ uint batch_of(uint workgroup) {
     return workgroup < shaft_list[3] ? shaft_list[4u + workgroup] : NO_BATCH;
 }
 
-// As is_lit, for a point of the batch that the shaft belongs to.
+// As is_lit, for a point of the shaft's batch.
 bool is_lit_in(uint shaft, vec3 position, vec3 normal, LightSample light) {
     Ray ray = shadow_ray(position, normal, light);
     Shear shear = shear_along(without_zeros(ray.direction));
@@ -32,7 +32,7 @@ bool is_lit_in(uint shaft, vec3 position, vec3 normal, LightSample light) {
     return !trace_from(word_at(ShaftRoots, last), ShaftRoots, last + 1u - nodes, nodes - 1u, ray, true, hit);
 }
 
-// As light_factor, for a point of the batch that the shaft belongs to, and a light of LIGHT_KIND.
+// As light_factor, for a point of the shaft's batch and a light of LIGHT_KIND.
 float light_factor_in(uint shaft, LightSource light, uint first, uint end, bool traces_all, vec3 position, vec3 normal, vec3 shading, float area) {
     float sum = 0.0;
     uint row = lattice_row(light, first);

@@ -1,15 +1,15 @@
-// What may stand between a light and a batch of points that lie close together, found once for all
-// of them: the few nodes and triangles that their shadow rays start from, instead of the root.
-// [Haines] Include behind bvh.glsl.
+// Possible occluders between a light and a batch of nearby points, found once for the batch:
+// the few nodes and triangles from which its shadow rays start instead of the root. [Haines]
+// Include after bvh.glsl.
 
 const uint BATCH = 64u;        // points that share a shaft; src/passes/frame/shafts.rs
 const uint SHAFT_WORDS = 16u;  // of a shaft: the numbers of its triangles (bits 0-15) and nodes (16-31); triangles; at the end, nodes
 const uint MAX_ROOTS = 15u;
 
-// Where the shadow rays of a batch leave.
+// The origins of a batch's shadow rays.
 struct PointBatch {
     vec3 low;      // bounds of their origins; low > high: none
-    float spread;  // no unit normal there is further from `normal`
+    float spread;  // largest distance of its unit normals from `normal`
     vec3 high;
     vec3 normal;
 };

@@ -1,4 +1,4 @@
-// Structs that the steps of the splat hand to each other.
+// Structs of the splat kernels.
 
 // Pixels that a record may touch.
 struct PixelRectangle {
@@ -9,7 +9,7 @@ struct PixelRectangle {
 // Consecutive records that share a box; as in src/passes/frame/splat.rs.
 const uint RECORD_BLOCK = 64u;
 
-// The box around what a tile of pixels shows, or around a block of records, metres.
+// The box around the surfaces of a tile of pixels, or around a block of records, metres.
 struct TileBox {
     vec3 low;
     vec3 high;
@@ -22,8 +22,7 @@ uvec4 tiles_of(PixelRectangle rectangle) {
     return uvec4(first / 16u, (end + 15u) / 16u);
 }
 
-// Whether a sphere reaches into a box. A hair too large: no weight above zero may be lost to
-// rounding.
+// Whether a sphere overlaps a box. Slightly enlarged: rounding must not lose a positive weight.
 bool reaches(vec3 position, float radius, TileBox box) {
     vec3 apart = max(max(box.low - position, position - box.high), vec3(0.0));
     return dot(apart, apart) <= 1.002 * radius * radius;
@@ -35,23 +34,24 @@ struct TilePair {
     uint record;
 };
 
-// A record that serves a pixel. A pixel's weights sum to 1, or to -1 where no record covers it.
+// A record and its weight at a pixel. The weights of a pixel sum to 1, or to -1 if no valid
+// record covers it.
 struct SplatWeight {
     uint record;
     float weight;
 };
 
-// The weights of a pixel: a run of them.
+// The segment of weights that belongs to a pixel.
 struct WeightRun {
     uint first;
     uint end;
 };
 
-// What a view asks for.
+// Counts of a view.
 struct SplatTally {
     uint weights;    // of all pixels
-    uint relaxed;  // pixels that relaxed records reach
-    uint is_truncated;  // 1: the device ended the loops of some invocation before they were done
+    uint relaxed;  // pixels with relaxed records
+    uint is_truncated;  // 1: some invocation had a truncated loop
 };
 
 // Push block of both sort kernels.

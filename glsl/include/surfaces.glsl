@@ -1,4 +1,4 @@
-// What a triangle has besides its corners. The including shader binds the texels `Surfaces`.
+// Attributes of a triangle besides its corners. The including shader binds the texels `Surfaces`.
 Surface surface_at(uint index) {
     if (USE_BUFFER_DEVICE_ADDRESS != 0u) return SurfaceList(texelFetch(Surfaces, 0).xy).items[index];
     int first = int(SURFACE_TEXELS * index);

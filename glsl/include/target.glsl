@@ -1,16 +1,16 @@
-// The cluster that a ray reads where it hits. Include after bvh.glsl and grid.glsl. The including
-// shader binds `ClusterLink links[]` and `uint unweighted_clusters[]`, of base clusters; its push
+// The cluster that a ray reads at its hit. Include after bvh.glsl and grid.glsl. The including
+// shader binds `ClusterLink links[]` and `uint unweighted_clusters[]` (by base cluster); its push
 // block `push` has `grid` and `min_entry_points`.
 
-// What is so near, in base cells, shows its unweighted cluster.
+// Distance, in base cells, within which a ray reads the unweighted cluster.
 const float NEARBY = 2.0;
-// No light comes to covered surface, and what covers it sees no further than that, in base cells
-// (`exposed_fractions`).
+// Covered surface receives no light. The covering surface is within this distance, in
+// base cells (`exposed_fractions`).
 const float COVERED_SIGHT = 0.5;
 
-// The cluster whose size fits a footprint as wide as that before it is projected to the surface,
-// metres; or coarser, until it is of the minimum count. NO_CLUSTER on a side without light, and for
-// neighbours of covered surface on it.
+// The cluster whose size fits a footprint of that width (metres, before projection to the surface),
+// or a coarser one that reaches the minimum sample count. NO_CLUSTER on an inactive side, and on
+// covered surface seen from beside it.
 uint cluster_for(Hit hit, vec3 direction, float footprint) {
     Surface surface = surface_at(hit.triangle);
     float facing = dot(surface.normal, direction);
@@ -21,7 +21,7 @@ uint cluster_for(Hit hit, vec3 direction, float footprint) {
     uint cell = grid_cell(push.grid, position, normal);
     uint cluster = base_cluster(cell, side_code(surface.sides, back), position);
     if (cluster == NO_CLUSTER) return NO_CLUSTER;
-    // A coarser cluster would be that of surface in the open.
+    // A coarser cluster would have the light of exposed surface.
     bool is_covered = links[cluster].entry_points == 0.0 && hit.t * push.grid.inverse_cell < COVERED_SIGHT;
     if (is_covered) return NO_CLUSTER;
     bool is_near = hit.t * push.grid.inverse_cell < NEARBY;

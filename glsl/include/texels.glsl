@@ -1,10 +1,10 @@
-// Structures of whole texels, four words each, in lists that a kernel only reads: one load a texel,
-// where a member of a structure in storage is a load a word, for which a processor goes from lane
-// to lane. Include behind types.glsl.
+// Structs of whole texels, four words each, in lists that a kernel only reads: one load a
+// texel. A struct member in storage is one load a word, which a CPU does lane by lane.
+// Include after types.glsl.
 
 vec4 numbers(uvec4 words) { return uintBitsToFloat(words); }
 
-// Of lists of single words, and of pairs: the texel that holds them; of triples: both that may.
+// Words and pairs load the texel that holds them; triples load both texels that they may touch.
 uint word_at(usamplerBuffer list, uint index) { return texelFetch(list, int(index >> 2))[index & 3u]; }
 float number_at(usamplerBuffer list, uint index) { return uintBitsToFloat(word_at(list, index)); }
 uvec2 pair_at(usamplerBuffer list, uint index) {

@@ -1,22 +1,22 @@
-// Images that materials take their diffuse albedo from: bilinear, decoded from sRGB before texels
-// are mixed. Include after colour.glsl. The including shader binds the texels `Triangles`, `vec2
-// texture_coordinates[]`, three a triangle, `Texture textures[]`, one a material, and `uint
-// texels[]`: what the 256 codes decode to, as floats, then the images. Without HAS_TEXTURES nothing
-// of it is read.
+// Images of diffuse albedo: bilinear, decoded from sRGB before texels are mixed. Include after
+// colour.glsl. The including shader binds the texels `Triangles`, `vec2 texture_coordinates[]`
+// (three a triangle), `Texture textures[]` (one a material), and `uint texels[]`: the decoded
+// values of the 256 codes as floats, then the images. Without HAS_TEXTURES none of them is read.
 
 vec3 texel_at(Texture image, ivec2 place) {
     ivec2 size = ivec2(image.width, image.height);
-    // `place` is one texel outside at most.
+    // `place` is at most one texel outside.
     ivec2 inside = image.is_clamped != 0u ? clamp(place, ivec2(0), size - 1) : (place + size) % size;
     uint codes = texels[image.first + uint(inside.y) * image.width + uint(inside.x)];
     return uintBitsToFloat(uvec3(texels[codes & 255u], texels[codes >> 8 & 255u], texels[codes >> 16 & 255u]));
 }
 
-// Colour of a material's image at a point of a triangle; white where it has none.
+// Colour of a material's image at a point of a triangle; white if it has no image.
 vec3 image_at(uint material, uint triangle, vec3 barycentric) {
     vec3 colour = vec3(1.0);
     Texture image = textures[material];
-    // A loop of one iteration, which lavapipe skips where a branch would be taken by all.
+    // A loop of at most one iteration, which lavapipe (Mesa 22.3.6) skips; it would execute a
+    // branch for all lanes.
     for (bool is_due = image.width != 0u; is_due; is_due = false) {
         vec2 uv = barycentric.x * texture_coordinates[3u * triangle] + barycentric.y * texture_coordinates[3u * triangle + 1u]
                 + barycentric.z * texture_coordinates[3u * triangle + 2u];

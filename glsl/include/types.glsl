@@ -1,15 +1,14 @@
-// Structs that cross passes; mirror images of src/types.rs, held in lockstep by tests/interface.rs.
-// Scalar layout.
+// Structs shared by passes; they mirror src/types.rs, and tests/interface.rs compares
+// both. Scalar layout.
 
-// One triangle for traversal, in BVH leaf order. World space, metres. Three texels: nothing stands
-// in `w`.
+// One triangle for traversal, in BVH leaf order. World space, metres. Three texels: `w` is padding.
 struct Triangle {
     vec4 p0;
     vec4 p1;
     vec4 p2;
 };
 
-// What a hit on that triangle needs besides its corners.
+// Attributes of that triangle besides its corners.
 struct Surface {
     vec3 normal;    // unit geometric normal of the front side
     uint material;  // index into the material table
@@ -25,8 +24,8 @@ struct Surface {
 uint side_code(uint sides, bool back) { return (sides >> (back ? 6u : 0u)) & 63u; }
 bool side_is_active(uint sides, bool back) { return (sides & (back ? 0x2000u : 0x1000u)) != 0u; }
 
-// Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3] Five times four words: a processor
-// takes about as long to load one as to load four.
+// Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3] Five times four words: a CPU loads
+// four words in about the time of one.
 struct Node {
     uvec4 frame;     // low corner of the node's box, bits of floats; bytes: exponents of the cell size along x, y, z, mask of inner children
     uvec4 children;  // first inner child; first triangle of the leaf children; a byte a child
@@ -53,23 +52,23 @@ struct PathVertex {
     float lobe;     // 1 - cosα of the step that led here, α off the mirror direction at the vertex before; zero where that is not glossy
 };
 
-// What a path vertex adds to its cluster; listed cluster by cluster.
+// Contribution of a path vertex to its cluster; listed cluster by cluster.
 struct Contribution {
-    vec3 throughput;  // share of the path's flux that arrives at this vertex, per channel
-    uint what;        // bits 0-23: path; 24-31: what counts of the vertex for readers from afar, in 255ths
+    vec3 throughput;  // fraction of the path's flux that arrives at this vertex, per channel
+    uint what;        // bits 0-23: path; 24-31: ambient accessibility of the vertex, in 255ths
 };
 
-// The contributions of a base cluster: a run of them.
+// CSR range of the contributions of a base cluster.
 struct ContributionRange {
-    uint first;        // by an entry point
-    uint first_other;  // by another vertex
+    uint first;        // first contribution of an entry point
+    uint first_other;  // first contribution of another vertex
     uint end;
-    uint is_unweighted;     // 1: all of each counts, open or not
+    uint is_unweighted;     // 1: accessibility does not weight the contributions
 };
 
 uint path_of(Contribution contribution) { return contribution.what & 0xffffffu; }
 
-// What the throughput of a contribution counts for in a run.
+// Weight of a contribution's throughput in its cluster.
 float share_of(Contribution contribution, bool is_unweighted) { return is_unweighted ? 1.0 : float(contribution.what >> 24) / 255.0; }
 
 // A point where indirect irradiance is gathered; its record is splatted to pixels.
@@ -78,24 +77,24 @@ struct CachePoint {
     float radius;   // validity radius, metres
     vec3 normal;    // unit shading normal
     uint side;      // 2·triangle + (1 if the back side)
-    vec3 wall;      // the nearest wall on its surface, or what covers it: the plane dot(x - position, wall) = 1; zero: none
+    vec3 wall;      // nearest occluder plane dot(x - position, wall) = 1, of a standing wall or a covering surface; zero: none
     vec3 facet;     // unit geometric normal on its side
     uvec2 unused;   // to whole texels
 };
 
-// Where a cluster stands in the hierarchy.
+// Links of a cluster in the hierarchy.
 struct ClusterLink {
     uint parent;         // cluster one level up; NO_CLUSTER at the root
-    float entry_points;  // on its surface, in expectation
+    float entry_points;  // expected number on its surface
 };
 
-// One final gather ray: all that a frame needs of it.
+// A final gather ray as frames read it.
 struct GatherRay {
     uint target;    // cluster | material << cluster_bits; NO_TARGET where the ray left the scene
-    uint gradient;  // two halves: its share in the translational gradient along tangent and bitangent, 1/least distance
+    uint gradient;  // two halves: its weight in the translational gradient along tangent and bitangent, 1/min_distance
 };
 
-// Irradiance at a cache point and its first-order change, a row for each channel of RGB: world
+// Irradiance at a cache point and its first-order change, one column for each channel of RGB: world
 // axes, W/m² and W/m³.
 struct Record {
     vec3 position;     // of the cache point: where the extrapolation starts
@@ -104,12 +103,12 @@ struct Record {
     mat3 rotation;     // column c: its dot product with a shading normal is the change of channel c under rotation
 };
 
-// What a primary ray found.
+// The surface at a primary ray.
 struct PixelSurface {
     vec3 position;
     uint side;       // 2·triangle + (1 if the back side); NO_SIDE where the ray left the scene
     vec3 normal;     // unit shading normal on the visible side
-    float footprint; // area that the pixel covers at that depth, facing the camera, m²
+    float footprint; // area of the pixel at that depth, facing the camera, m²
 };
 
 // A pinhole camera: the ray of image point (x, y) in [-1, 1]² has direction forward + x·right -
@@ -132,18 +131,18 @@ struct Reflectance {
     uint flags;      // EDITABLE, MAY_BE_GLOSSY
 };
 
-const uint EDITABLE = 1u;   // its paths are cosine sampled, whatever it reflects
+const uint EDITABLE = 1u;   // its paths are cosine sampled, whatever its reflectance
 const uint MAY_BE_GLOSSY = 2u;  // it has a Phong lobe, or may get one
 
-// Where a material's image is stored.
+// Location of a material's image.
 struct Texture {
     uint first;       // its upper left texel
     uint width;       // texels; 0: the material has no image
     uint height;
-    uint is_clamped;  // 1: beyond its edges the outermost texels go on; 0: it repeats itself
+    uint is_clamped;  // 1: clamped to the outermost texels; 0: repeated
 };
 
-// A light of any kind; fields that its kind does not name are zero.
+// A light of any kind; fields that its kind does not use are zero.
 struct LightSource {
     vec3 position;      // point, spot: where it is; area: its corner
     uint kind;          // LIGHT_*
@@ -154,8 +153,8 @@ struct LightSource {
     vec3 edge_u;        // area: edges from the corner
     float outer_angle;
     vec3 edge_v;
-    uint samples;       // area: point samples that stand for it in the light paths' method; 1 for other kinds
-    uint stride;        // area: step and modulus of the lattice that they form
+    uint samples;       // area: its point samples in the light-path method; 1 for other kinds
+    uint stride;        // area: step and modulus of the samples' lattice
     uint modulus;
     uvec2 unused;       // to whole texels
 };

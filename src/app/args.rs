@@ -12,10 +12,10 @@ use crate::renderer::{Progress, Renderer, Store};
 use crate::scene::{LoadOptions, Quality, Scene};
 use crate::stored::{Folder, misnamed};
 
-/// Largest image side in pixels; what a device can hold is asked of the device.
+/// Largest image side in pixels; the device may hold less.
 const SIZE_MAX: u32 = 16_384;
 
-/// Bytes of light paths in a folder, unless something else is asked for.
+/// Default limit of the light paths in a folder, bytes.
 const CACHE_LIMIT: u64 = 4 << 30;
 
 /// How a scene is read.
@@ -52,7 +52,7 @@ pub(super) struct CacheArgs {
 }
 
 impl CacheArgs {
-    /// Where that is, if somewhere.
+    /// The store of light paths. `None` without `--cache`.
     pub(super) fn store(&self) -> Result<Option<Store>> {
         let Some(path) = &self.cache else { return Ok(None) };
         if path.is_file() {
@@ -60,7 +60,7 @@ impl CacheArgs {
                 Some(_) => {
                     Err(Error::Usage("--cache-limit is for a folder, and --cache names a file".into()))
                 }
-                // It would be written over.
+                // The file would be overwritten.
                 None => match misnamed(path) {
                     Some(why) => Err(Error::input(path, format!("--cache: {why}"))),
                     None => Ok(Some(Store::File(path.clone()))),
@@ -92,24 +92,24 @@ pub(super) struct DeviceArgs {
 }
 
 impl SceneArgs {
-    /// Reads a scene: a file or the name of a built-in one.
+    /// Loads a scene file or a built-in scene.
     pub(super) fn load(&self, spec: &str) -> Result<Scene> {
         Scene::load(spec, &self.options())
     }
 
-    /// The size that was asked for.
+    /// The requested image size, if any.
     #[cfg(feature = "window")]
     pub(super) fn size(&self) -> Option<[u32; 2]> {
         self.size
     }
 
-    /// What they change about a scene.
+    /// The scene changes that the arguments request.
     pub(super) fn options(&self) -> LoadOptions {
         let Self { preset, size, camera, set, allow_outside } = self.clone();
         LoadOptions { set, preset, size, camera, allow_outside, memory: None }
     }
 
-    /// These arguments as they would be typed, each after a blank.
+    /// These arguments as typed, each after a blank.
     pub(super) fn typed(&self) -> String {
         let size = self.size.map(|[width, height]| format!("{width}x{height}"));
         let once = [("preset", &self.preset), ("size", &size), ("camera", &self.camera)];
@@ -121,7 +121,7 @@ impl SceneArgs {
 }
 
 impl DeviceArgs {
-    /// Whether nothing is to be said that was not asked for.
+    /// Whether unrequested output is suppressed.
     #[cfg(feature = "window")]
     pub(super) fn is_quiet(&self) -> bool {
         self.quiet
@@ -132,7 +132,7 @@ impl DeviceArgs {
         Context::new(&self.context_options())
     }
 
-    /// How they want the device opened.
+    /// The context options that the arguments request.
     pub(super) fn context_options(&self) -> ContextOptions {
         ContextOptions {
             device: self.device.clone(),
@@ -142,32 +142,31 @@ impl DeviceArgs {
         }
     }
 
-    /// Passes on what the validation layers had to say, which is nothing unless the program
-    /// has a fault.
+    /// Prints the messages of the validation layers. There are none unless the program has a fault.
     pub(super) fn report_validation(&self, context: &Context) {
         for message in context.take_validation_messages() {
             note(&format!("lightpaths: validation: {}", message.replace('\n', " ")));
         }
     }
 
-    /// A progress bar, where somebody can see it.
+    /// A progress bar if stderr is a terminal, else none.
     pub(super) fn progress(&self) -> Box<dyn Progress> {
         progress::for_stderr(self.quiet)
     }
 
-    /// Says on stderr how far the work is.
+    /// Prints the progress of the work to stderr.
     pub(super) fn say(&self, message: &str) {
         if !self.quiet {
             note(&format!("lightpaths: {message}"));
         }
     }
 
-    /// Precomputes a scene, with progress, and passes on what is to be said of it then.
+    /// Precomputes a scene with progress output, and prints its warnings.
     pub(super) fn renderer(&self, context: &Arc<Context>, scene: Scene) -> Result<Renderer> {
         self.renderer_from(None, context, scene)
     }
 
-    /// The same, or takes it from where light paths are kept.
+    /// Precomputes a scene, or reads its light paths from the store.
     pub(super) fn renderer_from(
         &self,
         store: Option<&Store>,
@@ -187,7 +186,7 @@ impl DeviceArgs {
         Ok(renderer)
     }
 
-    /// Says something on stderr that the result does not depend on.
+    /// Prints a warning to stderr that does not affect the result.
     pub(super) fn warn(&self, message: &str) {
         if !self.quiet {
             note(&format!("lightpaths: warning: {message}"));
@@ -211,7 +210,7 @@ fn parse_size(text: &str) -> std::result::Result<[u32; 2], String> {
     }
 }
 
-/// Takes a number of bytes, with K, M or G behind it for powers of 1024.
+/// Parses a number of bytes; K, M or G multiply it by powers of 1024.
 fn parse_bytes(text: &str) -> std::result::Result<u64, String> {
     let (digits, shift) = match text.as_bytes().last() {
         Some(b'k' | b'K') => (&text[..text.len() - 1], 10),
@@ -224,12 +223,12 @@ fn parse_bytes(text: &str) -> std::result::Result<u64, String> {
     bytes.ok_or_else(|| "expected a number of bytes, as in 500M or 8G".to_owned())
 }
 
-/// The name of the device as tables and files show it: nobody shall mistake a processor for a GPU.
+/// The name of the device in tables and files; it marks a CPU, so that it is not taken for a GPU.
 pub(super) fn device_label(context: &Context) -> String {
     format!("{}{}", context.name(), if context.is_cpu() { " (a CPU)" } else { "" })
 }
 
-/// A word as a shell wants it.
+/// A word quoted for a shell.
 pub(super) fn shell_word(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {

@@ -1,4 +1,4 @@
-//! `--capture`: one frame for RenderDoc.
+//! `--capture`: a RenderDoc capture of one frame.
 
 use std::path::Path;
 
@@ -6,18 +6,18 @@ use super::output::OutputFile;
 use crate::error::{Error, Result};
 use crate::gpu::Capture;
 
-/// Refuses a template in whose folder nothing can be written.
+/// Refuses a template whose folder is not writable.
 pub(super) fn check_template(template: &Path) -> Result<()> {
     let Some(stem) = template.file_name() else {
         return Err(Error::output(template, "is a folder; name the beginning of a file in it"));
     };
     let mut name = stem.to_owned();
-    // As RenderDoc will name it, more or less.
+    // RenderDoc names its file about like this.
     name.push("_capture.rdc");
     OutputFile::check(&template.with_file_name(name)).map(|_| ())
 }
 
-/// RenderDoc, told where to put captures. The device must be open.
+/// Attaches to RenderDoc and sets the capture path. The device must be open.
 pub(super) fn attach(template: &Path) -> Result<Capture> {
     let capture = Capture::attached().ok_or_else(|| {
         Error::Usage(

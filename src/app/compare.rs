@@ -1,4 +1,4 @@
-//! `lightpaths compare`: how far one image is from another.
+//! `lightpaths compare`: error metrics of an image against a reference.
 
 use std::path::{Path, PathBuf};
 
@@ -153,7 +153,7 @@ fn read_finite(path: &Path, layer: Option<&str>) -> Result<Picture> {
     }
 }
 
-/// Refuses pictures that do not lie in one window.
+/// Refuses pictures with different windows.
 fn same_window((image, a): (&Path, &Picture), (reference, b): (&Path, &Picture)) -> Result<()> {
     let ([w, h], [rw, rh]) = (a.size, b.size);
     let reference = reference.display();
@@ -172,7 +172,7 @@ fn same_window((image, a): (&Path, &Picture), (reference, b): (&Path, &Picture))
     }
 }
 
-/// The sRGB values that a viewer sees, 0..=1.
+/// The displayed sRGB values, 0..=1.
 pub(super) fn display(picture: &Picture, stops: f32) -> Vec<[f32; 3]> {
     match &picture.display {
         Some(display) => display.clone(),
@@ -180,7 +180,7 @@ pub(super) fn display(picture: &Picture, stops: f32) -> Vec<[f32; 3]> {
     }
 }
 
-/// The same of linear values.
+/// The displayed sRGB values of linear values, 0..=1.
 pub(super) fn displayed(pixels: &[[f32; 3]], stops: f32) -> Vec<[f32; 3]> {
     let code = |value: f32| f32::from(display_value(value * stops.exp2())) / 255.0;
     pixels.iter().map(|pixel| pixel.map(code)).collect()
@@ -202,7 +202,7 @@ fn text(comparison: &Comparison, z_test: Option<&ZTest>) -> String {
     text
 }
 
-/// The figures in the contract's order, further ones after.
+/// The figures in the documented order, further ones after them.
 fn json(comparison: &Comparison, z_test: Option<&ZTest>) -> String {
     let number = |value: f64| serde_json::Value::from(value).to_string();
     let Comparison { relmse, rmse, smape, flip, energy_ratio } = *comparison;

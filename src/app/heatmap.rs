@@ -1,10 +1,10 @@
-//! Errors as colours. Both maps are perceptually uniform and grow brighter with the error, so that
-//! they read without hue.
+//! Errors as colours. Both colour maps are perceptually uniform and grow brighter with the error,
+//! so they are readable without hue.
 
-/// Says how [`of_flip`] is to be read.
+/// Legend of [`of_flip`].
 pub(super) const FLIP_SCALE: &str = "FLIP, linear from 0 (black) to 1 (pale yellow), colours magma";
 
-/// Says how [`of_relative_error`] is to be read.
+/// Legend of [`of_relative_error`].
 pub(super) const RELATIVE_SCALE: &str =
     "relative error, logarithmic from 0.1 % (dark violet) to 100 % (yellow), colours viridis";
 
@@ -13,7 +13,7 @@ pub(super) fn of_flip(errors: &[f64]) -> Vec<[u8; 4]> {
     errors.iter().map(|&error| color(colorous::MAGMA, error)).collect()
 }
 
-/// Colours of relative errors, 1 being 100 %.
+/// Colours of relative errors; 1 is 100 %.
 pub(super) fn of_relative_error(errors: &[f64]) -> Vec<[u8; 4]> {
     const DECADES: f64 = 3.0;
     errors.iter().map(|&error| color(colorous::VIRIDIS, 1.0 + error.log10() / DECADES)).collect()

@@ -1,4 +1,4 @@
-//! `lightpaths info`: what there is to work with.
+//! `lightpaths info`: lists devices and the contents of a scene.
 
 use std::fmt::Write;
 
@@ -14,7 +14,7 @@ use crate::scene::{Quality, Scene};
 pub(super) struct Info {
     /// A scene, as for render [default: devices only]
     scene: Option<String>,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Scene")]
     scene_args: SceneArgs,
 }
 
@@ -25,8 +25,8 @@ impl Info {
         let mut text = String::new();
         match &devices {
             Ok(devices) => devices.iter().for_each(|device| describe_device(&mut text, device)),
-            // A scene can be looked at without a device; the missing device is then news, not a
-            // failure.
+            // A scene can be inspected without a device, so a missing device is a note,
+            // not a failure.
             Err(error) if scene.is_some() => line(&mut text, format_args!("{error}")),
             Err(_) => {}
         }
@@ -83,18 +83,18 @@ fn describe_scene(text: &mut String, scene: &Scene) {
     scene.warnings.iter().for_each(|warning| row(text, "warning", warning.clone()));
 }
 
-/// What a scene will need on the device, from what it holds of each thing; within a factor
-/// of about 1.5.
+/// Estimated device memory of a scene from its counts; within a factor of about 1.5.
 fn memory_need_bytes(scene: &Scene, [width, height]: [u32; 2]) -> u64 {
-    /// Corners, normals, material and a share of the BVH.
+    /// Corners, normals, material and the triangle's fraction of the BVH.
     const TRIANGLE: u64 = 160;
-    /// An entry point and the four or so vertices of its path, with their energies.
+    /// An entry point and about four vertices of its path, with their energies.
     const PATH: u64 = 128;
-    /// A cache point with its gradients, beside its gather rays.
+    /// A cache point with its gradients, without its gather rays.
     const CACHE_POINT: u64 = 128;
-    /// Index of the cell entry that a ray reads, and its share of the list that reads it.
+    /// Index of the cell entry that a ray reads, and its entry in the list of readers.
     const GATHER_RAY: u64 = 8;
-    /// Visible surface, direct and indirect light, and the list of records that reach the pixel.
+    /// Visible surface, direct and indirect light, and the list of records that contribute
+    /// to the pixel.
     const PIXEL: u64 = 160;
     let quality = &scene.quality;
     let cache_point = CACHE_POINT + GATHER_RAY * u64::from(quality.gather_rays);
@@ -104,7 +104,7 @@ fn memory_need_bytes(scene: &Scene, [width, height]: [u32; 2]) -> u64 {
         + u64::from(width) * u64::from(height) * PIXEL
 }
 
-/// 10⁶ bytes.
+/// Converts bytes to 10⁶ bytes.
 fn megabytes(bytes: u64) -> f64 {
     bytes as f64 / 1e6
 }

@@ -1,24 +1,24 @@
-//! Being told to end: temporary files go, what was started goes, and the process ends as the signal
-//! would have ended it.
+//! Handling of signals that end the process: removes temporary files, ends the started program,
+//! then ends the process by the same signal.
 
 use std::io::{self, Read};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The program that was started and is being waited for, if any.
+/// The started program that the process waits for.
 static CHILD: Mutex<Option<Child>> = Mutex::new(None);
 
-/// What there is to be kept before the process ends.
+/// Work to do before the process ends.
 type Keep = Box<dyn FnOnce() + Send>;
 static KEEP: Mutex<Option<Keep>> = Mutex::new(None);
 
-/// Has that done once before a signal ends the process, which waits for it.
+/// Registers work that runs once before a signal ends the process.
 pub(super) fn before_end(keep: impl FnOnce() + Send + 'static) {
     *KEEP.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(keep));
 }
 
-/// From now on, an interrupted process leaves no half of a file behind, whatever it is doing; and a
-/// file that grows longer than the shell allows (`ulimit -f`) is an error like any other.
+/// Installs the signal handlers. An interrupted process then leaves no partial file. A file longer
+/// than the shell allows (`ulimit -f`) becomes an ordinary error.
 #[cfg(unix)]
 pub(super) fn watch() {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
@@ -26,7 +26,7 @@ pub(super) fn watch() {
 
     let ignored = ignored_signals();
     let wanted = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
-    // Where this fails the system's own way to end a process remains.
+    // On failure the system's default action remains.
     let _ = signal_hook::flag::register(SIGXFSZ, std::sync::Arc::default());
     let Ok(mut signals) = signal_hook::iterator::Signals::new(wanted) else { return };
     let end = move || {
@@ -46,12 +46,12 @@ pub(super) fn watch() {
     let _ = std::thread::Builder::new().name("signals".into()).spawn(end);
 }
 
-/// Ends are as the system has them.
+/// Keeps the system's default behaviour.
 #[cfg(not(unix))]
 pub(super) fn watch() {}
 
-/// Signals that whoever started the process wants to be ignored (`nohup`), a bit each; none where
-/// the system does not tell.
+/// Signals that the parent process set to be ignored (`nohup`), one bit each. Zero if the system
+/// does not report them.
 #[cfg(unix)]
 fn ignored_signals() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -59,11 +59,10 @@ fn ignored_signals() -> u64 {
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
 }
 
-/// Runs another program, which ends with this one. Returns how it ended, and what it
-/// wrote to stderr.
+/// Runs another program, which ends with this process. Returns its exit status and stderr.
 ///
 /// # Errors
-/// What the system said.
+/// The system's error.
 pub(super) fn run(command: &mut Command) -> io::Result<(ExitStatus, Vec<u8>)> {
     let mut said = Vec::new();
     let stderr = {

@@ -1,4 +1,5 @@
-//! The command line: one file a subcommand, exit codes and one-line errors as promised to scripts.
+//! The command line: one file per subcommand, with stable exit codes and one-line
+//! errors for scripts.
 
 use std::borrow::Cow;
 use std::ffi::OsString;
@@ -6,7 +7,7 @@ use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::error::{Error, Result};
 
@@ -17,6 +18,7 @@ mod compare;
 mod demo;
 mod film;
 mod heatmap;
+mod help;
 mod info;
 mod interrupt;
 mod numbers;
@@ -33,7 +35,7 @@ mod time;
 
 /// Interactive relighting with full global illumination from precomputed light paths.
 #[derive(Debug, Parser)]
-#[command(name = "lightpaths", version, arg_required_else_help = true)]
+#[command(name = "lightpaths", version, arg_required_else_help = true, disable_help_subcommand = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -52,14 +54,15 @@ enum Command {
     Info(info::Info),
     #[cfg(feature = "window")]
     Demo(demo::Demo),
+    Help(help::Help),
 }
 
-/// Runs the command that `args` (the program's name first) ask for and returns the process exit
-/// code: 0 done, 1 a comparison failed as asked, 2 bad arguments or input, 3 no usable Vulkan
-/// device, 4 the device failed. An interrupted process ends by its signal, which shells show as 130
-/// or 143, and leaves no half of a file behind.
+/// Runs the command line `args` (the program's name first) and returns the exit code: 0 success, 1
+/// a requested comparison failed, 2 bad arguments or input, 3 no usable Vulkan device, 4 the device
+/// failed. An interrupted process ends by its signal, which shells show as 130 or 143, and leaves
+/// no partial file.
 ///
-/// Results go to stdout; progress, warnings and the one line that explains a failure go to stderr.
+/// Results go to stdout. Progress, warnings and the error line go to stderr.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     interrupt::watch();
     let result = match Cli::try_parse_from(args) {
@@ -75,11 +78,12 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Info(command) => command.run(),
             #[cfg(feature = "window")]
             Command::Demo(command) => command.run(),
+            Command::Help(command) => command.run(Cli::command()),
         },
         Err(refusal) => match refusal.kind() {
             ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => print(&refusal.render().to_string()),
             ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-                // The program's own text, of many lines.
+                // clap's own help text of several lines.
                 let _ = io::stderr().lock().write_all(refusal.render().to_string().as_bytes());
                 return ExitCode::from(2);
             }
@@ -95,8 +99,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
-/// What clap has to say, on one line: its message and its tips, without the usage
-/// that `--help` prints.
+/// clap's message and tips on one line, without the usage that `--help` prints.
 fn one_line(message: &str) -> String {
     let said = message.split("\n\n").map(str::trim).filter(|part| !part.starts_with("Usage:"));
     let lines = said.map(|part| part.split_whitespace().collect::<Vec<_>>().join(" "));
@@ -105,7 +108,7 @@ fn one_line(message: &str) -> String {
     line.trim_end_matches('.').to_owned()
 }
 
-/// Writes results to stdout. A reader that has gone away (`lightpaths time | head`) is no error.
+/// Writes results to stdout. A closed pipe (`lightpaths time | head`) is no error.
 fn print(text: &str) -> Result<()> {
     let text: String = text.split('\n').map(escaped).collect::<Vec<_>>().join("\n");
     let mut out = io::stdout().lock();
@@ -117,22 +120,21 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Writes one result to stdout: a line, whatever names are in it.
+/// Writes one result to stdout as a single line, with control characters escaped.
 fn print_line(line: &str) -> Result<()> {
     print(&(escaped(line).into_owned() + "\n"))
 }
 
-/// Writes a line to stderr; if that fails there is nobody left to tell.
+/// Writes a line to stderr; a failure cannot be reported and is ignored.
 fn note(line: &str) {
     let line = escaped(line).into_owned() + "\n";
     let _ = io::stderr().lock().write_all(line.as_bytes());
 }
 
-/// The line as a terminal may get it. Names of layers, files, materials and lights come from files
-/// that anybody may have made: a control character in one moves the cursor, renames the window or
-/// hides what follows.
+/// Escapes a line for the terminal. Layers, files, materials and lights may have names from
+/// untrusted files. A control character could move the cursor, rename the window or hide text.
 fn escaped(line: &str) -> Cow<'_, str> {
-    /// Embeddings, overrides and isolates show text in another order than it has.
+    /// Bidirectional embeddings, overrides and isolates reorder the displayed text.
     fn is_unsafe(c: char) -> bool {
         c.is_control() || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
     }

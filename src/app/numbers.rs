@@ -1,12 +1,12 @@
-//! Numbers as arguments. A refusal says what was expected and gives an example; clap puts the value
-//! and the argument before it.
+//! Parsers of numeric arguments. An error states the expected values with an example; clap adds the
+//! value and the argument before it.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 type Parsed<T> = Result<T, String>;
 
-/// Reads a whole number in a range, such as `example`.
+/// Parses a whole number in a range, such as `example`.
 pub(super) fn whole(
     range: RangeInclusive<u32>,
     example: &'static str,
@@ -23,7 +23,7 @@ pub(super) fn whole(
     }
 }
 
-/// Reads one of several whole numbers with commas between them, such as `example`.
+/// Parses an element of a comma-separated list of whole numbers, such as `example`.
 pub(super) fn each_whole(
     range: RangeInclusive<u32>,
     example: &'static str,
@@ -36,7 +36,7 @@ pub(super) fn each_whole(
     }
 }
 
-/// Reads a number with `is_good`, which `what` names.
+/// Parses a number that satisfies `is_good`; `what` describes the condition.
 fn float<T: std::str::FromStr + Copy>(
     text: &str,
     is_good: impl Fn(T) -> bool,
@@ -50,13 +50,13 @@ pub(super) fn parse_finite(text: &str) -> Parsed<f32> {
     float(text, f32::is_finite, "a finite number, as in -1.5")
 }
 
-/// Takes a length of time that can be waited for.
+/// Parses a positive, finite time.
 pub(super) fn parse_seconds(text: &str) -> Parsed<f32> {
     let is_good = |seconds: f32| seconds.is_finite() && seconds > 0.0;
     float(text, is_good, "a positive number of seconds, as in 2.5")
 }
 
-/// Takes what an error may be at most.
+/// Parses an upper bound of an error.
 pub(super) fn parse_bound(text: &str) -> Parsed<f64> {
     float(text, |bound: f64| bound.is_finite() && bound >= 0.0, "a finite number, not below 0, as in 1e-3")
 }

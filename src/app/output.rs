@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all.
+//! Output files that are written completely or not at all.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -7,22 +7,21 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result};
 use crate::stored::Temporary;
 
-/// A file to be written later, found writable now.
+/// An output file that was checked to be writable.
 #[derive(Debug)]
 pub(super) struct OutputFile {
-    /// As the user named it.
+    /// The path as the user named it.
     path: PathBuf,
-    /// What is replaced: `path` with symbolic links followed, so that a link stays a link.
+    /// The file to replace: `path` with symbolic links followed, so that a link stays a link.
     target: PathBuf,
 }
 
 impl OutputFile {
-    /// Checks that a file can be created at `path`, so that minutes of work are not lost to
-    /// a typing error.
+    /// Checks that a file can be created at `path`, so that a typing error is found
+    /// before the work.
     ///
     /// # Errors
-    /// [`Error::Output`] when the folder is missing or read-only, or when `path` is
-    /// no regular file.
+    /// [`Error::Output`] if the folder is missing or read-only, or if `path` is no regular file.
     pub(super) fn check(path: &Path) -> Result<Self> {
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let output = Self { path: path.to_owned(), target };
@@ -35,18 +34,17 @@ impl OutputFile {
             let folder = output.folder().display();
             return Err(Error::output(path, format!("there is no folder {folder}; create it first")));
         }
-        // Only trying tells: permissions, read-only mounts and quotas all have a say. Dropped at
-        // once, so that a process that is killed half-way leaves nothing behind.
+        // Permissions, read-only mounts and quotas all matter, so only creating a file
+        // is a reliable test. It is dropped at once: a process that is killed later
+        // leaves nothing behind.
         output.temporary().map_err(|error| output.failed(&error))?;
         Ok(output)
     }
 
-    /// Hands `fill` a writer to a temporary file beside the target and renames it into place when
-    /// all is written.
+    /// Passes a writer of a temporary file to `fill`, then renames the file to the target.
     ///
     /// # Errors
-    /// [`Error::Output`]; the temporary file is then gone and what was at the target
-    /// before is untouched.
+    /// [`Error::Output`]; the temporary file is then removed and the target is unchanged.
     pub(super) fn write(&self, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<()> {
         let write = || -> io::Result<()> {
             let temporary = self.temporary()?;
@@ -54,24 +52,24 @@ impl OutputFile {
             fill(&mut writer)?;
             writer.flush()?;
             drop(writer);
-            // Without this a crash soon after the rename could leave an empty file under the final
-            // name.
+            // Without this a crash soon after the rename could leave an empty file under
+            // the final name.
             temporary.file().sync_all()?;
             temporary.persist(&self.target)
         };
         write().map_err(|error| self.failed(&error))
     }
 
-    /// The same by another program, which is told the absolute name of the temporary file. Nothing
-    /// is written where `fill` says so by returning false.
+    /// Writes the file through another program, which gets the absolute name of the temporary file.
+    /// If `fill` returns false, nothing is written.
     ///
     /// # Errors
-    /// Those of `fill`, and as [`Self::write`].
+    /// Errors of `fill`, and as [`Self::write`].
     pub(super) fn write_by_name(&self, fill: impl FnOnce(&Path) -> Result<bool>) -> Result<()> {
         let temporary = self.temporary().map_err(|error| self.failed(&error))?;
         let path = fs::canonicalize(temporary.path()).map_err(|error| self.failed(&error))?;
         if fill(&path)? {
-            // The other program may have put a new file in the place of ours.
+            // The other program may have replaced our temporary file.
             let finish = || File::open(&path)?.sync_all();
             finish().map_err(|error| self.failed(&error))?;
             temporary.persist(&self.target).map_err(|error| self.failed(&error))?;
@@ -79,7 +77,7 @@ impl OutputFile {
         Ok(())
     }
 
-    /// The file as the user named it.
+    /// The path as the user named it.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
@@ -96,7 +94,7 @@ impl OutputFile {
     }
 
     fn failed(&self, error: &io::Error) -> Error {
-        // The temporary file's name, which some of these errors carry, means nothing to the user.
+        // Some errors contain the temporary file's name, which means nothing to the user.
         let reason = match error.raw_os_error() {
             Some(code) => io::Error::from_raw_os_error(code),
             None if error.kind() == io::ErrorKind::Other => io::Error::other(error.to_string()),
@@ -106,10 +104,10 @@ impl OutputFile {
     }
 }
 
-/// Creates a folder for several files, and those that it is in, where they are not there.
+/// Creates a folder and its missing parents.
 ///
 /// # Errors
-/// [`Error::Output`] when that cannot be, or something else has the name.
+/// [`Error::Output`] if that fails, or if a file has the name.
 pub(super) fn create_folder(folder: &Path) -> Result<()> {
     fs::create_dir_all(folder).map_err(|error| {
         let reason = match folder.exists() {
@@ -196,7 +194,7 @@ mod tests {
             assert_eq!(found(&path), mode, "{mode:o}");
             output
                 .write_by_name(|temporary| {
-                    // As a program that puts a file of its own in the place.
+                    // Imitates a program that replaces the file.
                     fs::remove_file(temporary).unwrap();
                     fs::write(temporary, "2").unwrap();
                     Ok(true)

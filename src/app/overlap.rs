@@ -1,16 +1,16 @@
-//! Refuses outputs that would replace an input or each other, whatever names lead to them.
+//! Refuses outputs that would replace an input or each other, even through links.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// What a path leads to. Two paths lead to one file if either part agrees.
+/// Identity of a file. Two paths are one file if either field agrees.
 struct Identity {
-    /// With links followed. Of a file that is not there yet, its folder with links followed,
+    /// The path with links followed. For a missing file, its folder with links followed,
     /// and its name.
     path: PathBuf,
-    /// Device and inode: hard links share them.
+    /// Device and inode, which hard links share.
     node: Option<(u64, u64)>,
 }
 
@@ -36,7 +36,7 @@ fn node(path: &Path) -> Option<(u64, u64)> {
     fs::metadata(path).ok().map(|found| (found.dev(), found.ino()))
 }
 
-/// Elsewhere links are told by their canonical path alone.
+/// Without inodes, only the canonical path identifies a link.
 #[cfg(not(unix))]
 fn node(_: &Path) -> Option<(u64, u64)> {
     None
@@ -89,8 +89,7 @@ pub(super) fn refuse_repeated<'a>(outputs: impl IntoIterator<Item = &'a Path>) -
     Ok(())
 }
 
-/// Refuses a folder of outputs in which a file that would be replaced is an input, or is there
-/// under two of the names.
+/// Refuses a folder of outputs in which an existing file is an input, or has two of the names.
 ///
 /// # Errors
 /// As [`refuse_inputs`] and [`refuse_repeated`].
@@ -99,7 +98,7 @@ pub(super) fn refuse_in_folder(
     is_written: impl Fn(&str) -> bool,
     inputs: &[impl AsRef<Path>],
 ) -> Result<()> {
-    // A file that is not there is no input.
+    // A missing file is no input.
     let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
     let names = entries.flatten().map(|entry| entry.file_name());
     let mut names: Vec<_> = names.filter(|name| name.to_str().is_some_and(&is_written)).collect();
@@ -109,7 +108,7 @@ pub(super) fn refuse_in_folder(
     refuse_links(&outputs)
 }
 
-/// As [`refuse_repeated`], for as many files as a film has frames.
+/// A variant of [`refuse_repeated`] for the many frames of a film.
 #[cfg(unix)]
 fn refuse_links(outputs: &[PathBuf]) -> Result<()> {
     let mut known = std::collections::HashMap::new();

@@ -1,14 +1,13 @@
-//! The one place where commands write pictures that were rendered: none that holds a pixel that
-//! is not finite.
+//! Writes rendered pictures for all commands, and refuses values that are not finite.
 
 use super::output::OutputFile;
 use crate::error::{Error, Result};
 use crate::image::{self, ExrLayer};
 
-/// The layer that is infinite where a ray meets nothing.
+/// The layer that is infinite where a camera ray leaves the scene.
 const DEPTH: &str = "depth";
 
-/// Refuses a picture of which a value is infinite or no number.
+/// Refuses a picture with infinite or NaN values.
 ///
 /// # Errors
 /// [`Error::NotFinite`].
@@ -29,10 +28,10 @@ fn refuse(size: [u32; 2], layer: &str, pixels: &[[f32; 3]], is_good: impl Fn(f32
     })
 }
 
-/// Writes a PNG of sRGB codes. `radiance` is what they were made from.
+/// Writes a PNG of sRGB codes; `radiance` is their linear source.
 ///
 /// # Errors
-/// [`Error::NotFinite`]: a file of that name stays as it was. [`Error::Output`].
+/// [`Error::NotFinite`]: an existing file is unchanged. [`Error::Output`].
 pub(super) fn write_png(
     output: &OutputFile,
     size: [u32; 2],

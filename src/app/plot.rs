@@ -1,10 +1,9 @@
-//! Plots with two logarithmic axes, as SVG that stands alone or inside a page, on light and
-//! on dark ground.
+//! Plots with two logarithmic axes as SVG, for a file or a page, with light and dark backgrounds.
 
 use std::fmt::Write;
 
-/// Colours told apart by colour-blind readers (those of Okabe and Ito), lighter on dark ground;
-/// each goes with a marker of its own.
+/// Colours that colour-blind readers can distinguish (Okabe and Ito), lighter on a dark background.
+/// Each series also has its own marker.
 const STYLE: &str = ".plot{--ink:#1a1a1a;--faint:#d5d5d5;--c0:#0072b2;--c1:#d55e00;--c2:#007a5a;--c3:#a3497a;--c4:#8a6d00;--c5:#555}\
 @media(prefers-color-scheme:dark){.plot{--ink:#e8e8e8;--faint:#444;--c0:#56b4e9;--c1:#ff9b57;--c2:#2fc79a;--c3:#e79ac5;--c4:#f0e442;--c5:#aaa}}\
 .plot text{font:12px system-ui,sans-serif;fill:var(--ink)}.plot .grid{stroke:var(--faint)}\
@@ -18,19 +17,19 @@ const LEFT: f64 = 58.0;
 const RIGHT: f64 = 388.0;
 const TOP: f64 = 14.0;
 const BOTTOM: f64 = 262.0;
-/// Height of a row of the legend.
+/// Height of a legend row.
 const ROW: f64 = 18.0;
 
-/// Something with a value on each axis.
+/// A data point with its marks and tooltip.
 #[derive(Clone, Debug)]
 pub(in crate::app) struct Point {
     pub(in crate::app) x: f64,
     pub(in crate::app) y: f64,
-    /// On the Pareto front: gets a ring.
+    /// On the Pareto front: drawn with a ring.
     pub(in crate::app) is_ringed: bool,
-    /// Reckoned, not measured: is drawn hollow.
+    /// Extrapolated, not measured: drawn hollow.
     pub(in crate::app) is_hollow: bool,
-    /// What a pointer that rests on it is told.
+    /// Tooltip of the point.
     pub(in crate::app) says: String,
 }
 
@@ -39,23 +38,23 @@ pub(in crate::app) struct Point {
 pub(in crate::app) struct Series {
     pub(in crate::app) label: String,
     pub(in crate::app) points: Vec<Point>,
-    /// Joined in the order of x.
+    /// Whether lines join the points in the order of x.
     pub(in crate::app) is_joined: bool,
 }
 
 /// A plot; values must be positive.
 #[derive(Clone, Debug)]
 pub(in crate::app) struct Plot {
-    /// For readers who do not see it.
+    /// Text alternative for screen readers.
     pub(in crate::app) title: String,
     pub(in crate::app) x_label: String,
     pub(in crate::app) y_label: String,
     pub(in crate::app) series: Vec<Series>,
-    /// A horizontal line and what it stands for.
+    /// A horizontal line and its label.
     pub(in crate::app) level: Option<(f64, String)>,
 }
 
-/// A logarithmic axis from data to the page.
+/// A logarithmic axis that maps data to the page.
 struct Axis {
     low: f64,
     high: f64,
@@ -76,7 +75,7 @@ impl Axis {
         self.from + (value.log10() - self.low) / (self.high - self.low) * (self.to - self.from)
     }
 
-    /// Round values within: 1, or 1, 2 and 5 of each decade where that is not too many.
+    /// Round values in the range: powers of ten, with 2 and 5 in short ranges.
     fn ticks(&self) -> Vec<f64> {
         let steps: &[f64] = if self.high - self.low > 2.2 { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let decades = self.low.floor() as i32..=self.high.ceil() as i32;
@@ -86,12 +85,12 @@ impl Axis {
 }
 
 impl Plot {
-    /// As a file of its own.
+    /// The plot as a separate SVG file.
     pub(in crate::app) fn file(&self) -> String {
         self.svg(" xmlns=\"http://www.w3.org/2000/svg\"")
     }
 
-    /// For a page; `file` adds the name space that only a file needs.
+    /// The plot for a page; `file` adds the name space that only a file needs.
     pub(in crate::app) fn svg(&self, attributes: &str) -> String {
         let points = || self.series.iter().flat_map(|series| &series.points);
         let x = Axis::new(points().map(|point| point.x), LEFT, RIGHT);
@@ -193,7 +192,7 @@ fn draw_series(svg: &mut String, series: &Series, index: usize, x: &Axis, y: &Ax
     put(svg, format_args!("</g>"));
 }
 
-/// A shape for each series: colour is never the only difference.
+/// A marker shape per series: series do not differ in colour alone.
 fn marker(svg: &mut String, index: usize, x: f64, y: f64, class: &str) {
     let path = match index % 6 {
         0 => "m-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z",
@@ -206,7 +205,7 @@ fn marker(svg: &mut String, index: usize, x: f64, y: f64, class: &str) {
     put(svg, format_args!("<path class=\"{class}\" d=\"M{x:.1} {y:.1}{path}\"/>"));
 }
 
-/// A number for a tick: plain between a thousandth and ten thousand, else by its power of ten.
+/// Tick label: plain between a thousandth and ten thousand, else a power of ten.
 fn short(value: f64) -> String {
     let decade = value.log10().floor() as i32;
     match decade {
@@ -216,7 +215,7 @@ fn short(value: f64) -> String {
     }
 }
 
-/// Text as it may stand in HTML and in attributes.
+/// Escapes text for HTML and attributes.
 pub(in crate::app) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,4 +1,4 @@
-//! `lightpaths precompute`: a scene's light paths as a file.
+//! `lightpaths precompute`: writes a scene's light paths to a file.
 
 use std::fs;
 use std::path::PathBuf;
@@ -24,9 +24,9 @@ pub(super) struct Precompute {
     /// The file to write
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Scene")]
     scene_args: SceneArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Device and messages")]
     device_args: DeviceArgs,
 }
 
@@ -41,7 +41,7 @@ impl Precompute {
         }
         let said = scene.warnings.len();
         let context = self.device_args.open()?;
-        // A link stays a link.
+        // A symbolic link stays a link.
         let file = fs::canonicalize(&self.output).unwrap_or_else(|_| self.output.clone());
         let mut progress = self.device_args.progress();
         let (scene, written) = Renderer::store(&context, scene, &file, progress.as_mut())?;

@@ -6,7 +6,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::renderer::{Progress, Silent};
 
-/// A bar if stderr is a terminal and the user has not asked for quiet, else nothing.
+/// A bar if stderr is a terminal and `quiet` is off, else nothing.
 pub(super) fn for_stderr(quiet: bool) -> Box<dyn Progress> {
     if quiet || !std::io::stderr().is_terminal() {
         return Box::new(Silent);

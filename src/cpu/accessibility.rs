@@ -1,11 +1,11 @@
-//! Reference of the accessibility of path vertices.
+//! Reference of the ambient accessibility of path vertices.
 
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::rays::Geometry;
 use crate::cpu::sampling::hash_pair;
 use glam::Vec3;
 
-/// How many rays from a point on a side meet nothing within `reach` metres.
+/// Returns how many rays from a point on a side meet nothing within `reach` metres.
 pub fn open_rays(
     geometry: Geometry<'_>,
     strata: Strata,

@@ -1,4 +1,4 @@
-//! Reference of the antialiasing: which pixels show an edge, and what their samples see.
+//! Reference of the antialiasing: edge pixels, and the surfaces at their samples.
 
 use crate::cpu::primary::{Seen, direction_through, seen_through};
 use crate::cpu::rays::Geometry;
@@ -7,12 +7,12 @@ use crate::cpu::sampling::sample_3d;
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
 use glam::{DVec3, Vec3};
 
-/// What makes an edge between two pixels.
+/// Thresholds of an edge between two pixels.
 #[derive(Clone, Copy)]
 pub struct Thresholds {
-    /// Cosine below which two normals do.
+    /// Cosine of two normals below which they make an edge.
     pub crease: f64,
-    /// Distance off the other's plane that does, in pixel widths.
+    /// Distance from the other's plane that makes an edge, in pixel widths.
     pub step: f64,
 }
 
@@ -38,7 +38,7 @@ pub fn is_edge(thresholds: Thresholds, surfaces: &[Surface], [a, b]: [&PixelSurf
         || off_plane > thresholds.step * width
 }
 
-/// Which pixels of an image, row by row, show an edge of geometry or of a material towards a
+/// Marks the pixels of an image, row by row, at an edge of geometry or of a material towards a
 /// pixel beside them.
 pub fn edges(
     thresholds: Thresholds,
@@ -50,8 +50,8 @@ pub fn edges(
     (0..pixels.len()).map(|index| beside(index, [width, height]).any(|other| is_edge(index, other))).collect()
 }
 
-/// The pixels of an image in the order in which edge pixels are listed: tile by tile of 8×8, row by
-/// row, in each along a Morton curve.
+/// The pixels of an image in tile order: tiles of 8×8 pixels, row by row, with a Morton
+/// curve in each.
 pub fn tile_order([width, height]: [u32; 2]) -> impl Iterator<Item = u32> {
     let tiles = width.div_ceil(8);
     let pixel = move |place: u32| {
@@ -64,8 +64,8 @@ pub fn tile_order([width, height]: [u32; 2]) -> impl Iterator<Item = u32> {
     places.map(pixel).filter(move |[x, y]| *x < width && *y < height).map(move |[x, y]| y * width + x)
 }
 
-/// Which pixels, none of them an edge already, show one of a light's shadow: its layer differs by
-/// more than the share `contrast` from that of a pixel beside them.
+/// Marks the pixels at a shadow edge of a light that are no edge pixels already: the light differs
+/// by more than the fraction `contrast` from that at a pixel beside them.
 pub fn shadow_edges(contrast: f64, size: [u32; 2], edges: &[bool], layer: &[f32]) -> Vec<bool> {
     let differ = |index: usize, other: usize| {
         let [here, there] = [layer[index], layer[other]].map(f64::from);
@@ -87,24 +87,25 @@ fn beside(index: usize, [width, height]: [u32; 2]) -> impl Iterator<Item = usize
     beside.into_iter().flatten()
 }
 
-/// Slots of an edge pixel at most.
+/// Maximum number of slots of an edge pixel.
 const MAX_SLOTS: u32 = 4;
 
-/// Slots of each of so many edge pixels where there is room for `slots` in all.
+/// Slots of each of `edge_count` edge pixels, with a capacity of `slots` in total.
 pub fn slots_per_edge(edge_count: u32, slots: u32) -> u32 {
     MAX_SLOTS.min(slots / edge_count.max(1))
 }
 
-/// Samples that each of so many edge pixels gets: `most`, or what there is room for; none where
-/// that is fewer than four, or where all would share a slot.
+/// Samples of each of `edge_count` edge pixels: `most`, or what the capacity allows. Zero if that
+/// is fewer than four, or if all would share a slot.
 pub fn samples_per_edge(edge_count: u32, most: u32, [samples, slots]: [u32; 2]) -> u32 {
     let count = most.min(samples / edge_count.max(1));
     if count < 4 || slots_per_edge(edge_count, slots) < 2 { 0 } else { count }
 }
 
-/// Which slot of an edge pixel each of its samples belongs to, if it sees anything: samples of one
-/// sort (in order: material, place of the pixel whose indirect light they take) share one. Where a
-/// pixel has more sorts than slots, the first of the material, else the last.
+/// Returns the slot of each sample of an edge pixel. `None` if the sample sees nothing. A sort is
+/// a material and the position of the pixel whose indirect light the sample takes; samples of one
+/// sort share a slot. If the slots run out, a sample takes the first slot of its material, else
+/// the last slot.
 pub fn slots(sorts: &[Option<(u32, u32)>], room: u32) -> Vec<Option<usize>> {
     let mut slots: Vec<(u32, u32)> = Vec::new();
     let mut slot_of = |sort: (u32, u32)| {
@@ -120,19 +121,19 @@ pub fn slots(sorts: &[Option<(u32, u32)>], room: u32) -> Vec<Option<usize>> {
     sorts.iter().map(|sort| sort.map(&mut slot_of)).collect()
 }
 
-/// What makes an edge pixel take more samples of a light.
+/// Thresholds of further samples of a light at an edge pixel.
 #[derive(Clone, Copy)]
 pub struct Needs {
-    /// Variance over squared mean from which it does.
+    /// Variance over squared mean from which a pixel takes more samples.
     pub spread: f64,
-    /// Samples then, times that.
+    /// Samples of such a pixel over that ratio.
     pub density: f64,
-    /// At most so many, times those that it has.
+    /// Upper bound, over the samples that it has.
     pub most: u32,
 }
 
-/// How many samples a pixel needs of a light that is so bright at those it has: a multiple of
-/// sixteen, 0 where these will do.
+/// Number of samples that a pixel needs of a light with these values at its samples: a multiple of
+/// sixteen, or 0 if the samples suffice.
 pub fn need(needs: Needs, light: &[f64]) -> u32 {
     let count = light.len() as u32;
     let mean = light.iter().sum::<f64>() / f64::from(count);
@@ -144,25 +145,25 @@ pub fn need(needs: Needs, light: &[f64]) -> u32 {
     if need > count { need } else { 0 }
 }
 
-/// What sample number `sample` of a pixel sees.
+/// Surface at sample number `sample` of a pixel.
 pub fn sample(geometry: Geometry<'_>, view: &View, pixel: u32, sample: u32) -> Option<Seen> {
     let corner = Vec3::new((pixel % view.width) as f32, (pixel / view.width) as f32, 0.0);
     seen_through(geometry, view, (corner + sample_3d(sample, pixel)).as_dvec3().truncate())
 }
 
-/// What a sample of an edge pixel shows.
+/// A sample of an edge pixel.
 pub struct EdgeSample {
-    /// Nothing where none of its points meets a surface.
+    /// Surface at the sample. `None` if none of its image points meets a surface.
     pub seen: Option<Seen>,
-    /// Number of the pixel's point that it shows.
+    /// Index of the image point that it shows.
     pub number: u32,
-    /// Of its points, those that meet a surface.
+    /// Fraction of its image points that meet a surface.
     pub share: f64,
 }
 
-/// Sample `index` of the `count` of an edge pixel: where a pixel around sees nothing, it asks
-/// every `count`th of the pixel's points, `points` in all, and shows what the first sees that
-/// meets a surface.
+/// Sample `index` of the `count` of an edge pixel. If a pixel around it sees nothing, the sample
+/// traces every `count`th image point of the pixel, `points` in total, and shows the first surface
+/// that one meets.
 pub fn edge_sample(
     geometry: Geometry<'_>,
     view: &View,
@@ -182,8 +183,7 @@ pub fn edge_sample(
     }
 }
 
-/// A pixel and the eight around it, from the pixel itself on. Beyond its edges the
-/// image repeats itself.
+/// A pixel and the eight around it, starting with the pixel itself, clamped to the image.
 fn around(view: &View, pixel: u32) -> impl Iterator<Item = u32> {
     let [x, y] = [pixel % view.width, pixel / view.width].map(i64::from);
     let (width, height) = (i64::from(view.width), i64::from(view.height));
@@ -194,8 +194,7 @@ fn around(view: &View, pixel: u32) -> impl Iterator<Item = u32> {
     })
 }
 
-/// How far a pixel's surface is from being that of a sample; nothing may come from a pixel
-/// that sees none.
+/// Cost of taking a pixel's surface for that of a sample; infinite if the pixel sees no surface.
 pub fn dissimilarity(surfaces: &[Surface], found: &Seen, pixel: &PixelSurface) -> f64 {
     if pixel.side == NO_SIDE {
         return f64::INFINITY;
@@ -209,8 +208,8 @@ pub fn dissimilarity(surfaces: &[Surface], found: &Seen, pixel: &PixelSurface) -
         + if is_alike { 0.0 } else { 1.0 }
 }
 
-/// The pixel whose indirect light a sample of a pixel takes, and its dissimilarity: the first
-/// of the pixel itself and the eight around it, from the right one on, that will do, or else
+/// The dissimilarity and the pixel whose indirect light a sample takes: the first pixel that
+/// is similar enough, of the pixel itself and the eight around it from the right one on, else
 /// the least dissimilar.
 pub fn source(
     surfaces: &[Surface],
@@ -235,7 +234,7 @@ pub fn source(
 /// Cosine between shading and geometric normal below which a surface is curved.
 const FLAT: f64 = 0.99999;
 
-/// Whether all rays through a pixel pass through the triangle of a side, by the pixel's corners.
+/// Whether all rays through a pixel meet the triangle of a side, by the pixel's corners.
 fn fills_pixel(geometry: Geometry<'_>, view: &View, pixel: u32, side: u32) -> bool {
     let [p0, p1, p2] = geometry.triangles[side as usize / 2].positions.map(Vec3::as_dvec3);
     let across = (p1 - p0).cross(p2 - p0);
@@ -251,9 +250,9 @@ fn fills_pixel(geometry: Geometry<'_>, view: &View, pixel: u32, side: u32) -> bo
     })
 }
 
-/// What sample number `sample` of a pixel at a shadow's edge lights: where its ray meets the plane
-/// that the pixel's centre sees (the centre where it grazes that plane), or what the ray sees where
-/// the surface is curved or more than one triangle shows.
+/// Surface of a sample of a pixel at a shadow edge: the intersection of its ray with the plane of
+/// the pixel's surface, or the centre if the ray grazes that plane. If the surface is curved or the
+/// pixel shows several triangles, the sample traces its ray.
 pub fn shadow_sample(
     geometry: Geometry<'_>,
     view: &View,

@@ -3,8 +3,8 @@
 use crate::types::{CachePoint, Record};
 use glam::{DMat3, DVec3};
 
-/// Irradiance, translation and rotation at a point: its neighbours' records, extrapolated to it, in
-/// their shares; along each way by the mean of its gradient at either end.
+/// Irradiance and gradients at a point: the weighted mean of its neighbours' records, each
+/// extrapolated by the mean of the gradients at both ends.
 pub fn blend(point: &CachePoint, shares: &[(Record, f32)]) -> (DVec3, DMat3, DMat3) {
     let normal = point.normal.as_dvec3();
     let (mut irradiance, mut offset) = (DVec3::ZERO, DVec3::ZERO);
@@ -20,13 +20,13 @@ pub fn blend(point: &CachePoint, shares: &[(Record, f32)]) -> (DVec3, DMat3, DMa
         rotation += turned * share;
     }
     irradiance = (irradiance + 0.5 * translation.transpose() * offset).max(DVec3::ZERO);
-    // What the mean rotation says along the point's own normal is no rotation.
+    // The component of the mean rotation along the point's own normal is no rotation.
     let along_normal = rotation.transpose() * normal;
     rotation -= DMat3::from_cols(normal * along_normal.x, normal * along_normal.y, normal * along_normal.z);
     (irradiance, translation, rotation)
 }
 
-/// Whether that falls below zero where nothing keeps it from doing so.
+/// Whether the blend clamps a value at zero.
 pub fn is_limited(point: &CachePoint, shares: &[(Record, f32)]) -> bool {
     let place = point.position.as_dvec3();
     let (mut sum, mut offset, mut translation) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);

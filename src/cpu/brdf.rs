@@ -29,7 +29,7 @@ fn lobe_scale(material: &Reflectance, lobe: f64) -> DVec3 {
     material.specular.as_dvec3() * (0.5 * lobe * (f64::from(material.exponent) + 2.0))
 }
 
-/// π times the Phong lobe's share of the BRDF.
+/// π times the Phong term of the BRDF.
 pub fn lobe_share(material: &Reflectance, mirror: DVec3, toward: DVec3) -> DVec3 {
     lobe_scale(material, phong_lobe(mirror, toward, f64::from(material.exponent)))
 }
@@ -62,7 +62,7 @@ pub fn sample_phong_lobe(mirror: DVec3, exponent: f64, u: DVec2) -> DVec3 {
 pub struct BrdfSample {
     /// Unit, away from the surface.
     pub incident: DVec3,
-    /// Value of the BRDF, 1/sr.
+    /// Probability density, 1/sr.
     pub pdf: f64,
     /// brdf·cosθ/pdf; zero below the surface.
     pub weight: DVec3,

@@ -1,16 +1,16 @@
-//! Reference of the proxies of clusters: what a proxy shows, and what there is to see.
+//! Reference of the directional proxies, and of the visible area that they represent.
 
 use crate::cpu::rays::Geometry;
 use crate::scene::hvds::Hvds;
 use glam::{DVec3, Vec3};
 
-/// Irradiance of a proxy, W/m²: of each part the cluster's irradiance and the weight.
+/// Irradiance of a proxy, W/m²: the sum of its clusters' irradiances times their weights.
 pub fn proxy(parts: impl IntoIterator<Item = (Vec3, f32)>) -> DVec3 {
     parts.into_iter().map(|(irradiance, weight)| f64::from(weight) * irradiance.as_dvec3()).sum()
 }
 
-/// Area of a cluster that faces a point and that the point sees, and all that faces it, m². Looks
-/// at `per_fragment`² points of each triangle of the fragments in the base clusters below it.
+/// Area of a cluster that a point sees, and the area that faces the point, m². Samples
+/// `per_fragment`² points of each triangle of the fragments in the base clusters below it.
 pub fn seen_area(
     geometry: Geometry<'_>,
     hvds: &Hvds,

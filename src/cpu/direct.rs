@@ -6,14 +6,15 @@ use crate::types::{LIGHT_AREA, LightSource, NO_SIDE, PixelSurface};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
-/// Area lights are integrated in closed form by what is nearer than twice so many of the widest
-/// spacings of their samples, and in part from once.
+/// Distance in units of the widest sample spacing of an area light. Receivers nearer than `NEAR`
+/// take the closed form; from `NEAR` to twice `NEAR` it fades out.
 const NEAR: f64 = 4.0;
-/// But for those of a smaller solid angle, sr: f32 has no such sum of arcs.
+/// Solid angle, sr, below which the closed form is not used: on the device its sum of arcs loses
+/// all digits in f32.
 const LARGE: f64 = 1e-4;
 
-/// What a polygon of unit radiance brings to a receiver with that normal, sr, if nothing stands
-/// between: its corners in order, as seen from there. [Lambert 1760]
+/// Unoccluded irradiance from a polygon of unit radiance, sr, for a receiver with that normal;
+/// `corners` in order, relative to the receiver. [Lambert 1760]
 pub fn polygon_irradiance(normal: DVec3, corners: &[DVec3]) -> f64 {
     let mut above = Vec::new();
     for (place, &from) in corners.iter().enumerate() {
@@ -33,9 +34,9 @@ pub fn polygon_irradiance(normal: DVec3, corners: &[DVec3]) -> f64 {
     0.5 * above.iter().enumerate().map(arc).sum::<f64>().abs()
 }
 
-/// What weighs the point samples of an area light for a receiver of that area: beside the light its
-/// irradiance in closed form over what they add up to if nothing stands between; further off the
-/// bounded form of 1/d². 1 for other lights.
+/// Weight of the point samples of an area light for a receiver of that area. Near the light it
+/// is the closed form over the unoccluded sum of the samples; further off it bounds 1/d². 1
+/// for other lights.
 pub fn sample_weight(light: &LightSource, position: DVec3, shading: DVec3, area_m2: f64) -> f64 {
     if light.kind != LIGHT_AREA {
         return 1.0;
@@ -62,8 +63,8 @@ pub fn sample_weight(light: &LightSource, position: DVec3, shading: DVec3, area_
     afar + share * (whole / (sum * (1.0 + whole * area_m2 / (PI * area))) - afar)
 }
 
-/// Of each point sample of a light that lights a surface point of that extent (m²): its number, the
-/// unit direction towards it and its share of the irradiance per unit of the light's emission.
+/// Point samples of a light that illuminate a surface point of that area (m²). Each has its number,
+/// the unit direction towards it and its irradiance per unit of the light's emission.
 pub fn lit_samples(
     geometry: Geometry<'_>,
     light: &LightSource,
@@ -87,7 +88,7 @@ pub fn lit_samples(
     (0..light.samples).filter_map(sample).collect()
 }
 
-/// Irradiance of a surface point of that extent (m²) per unit of a light's emission, from all
+/// Irradiance of a surface point of that area (m²) per unit of a light's emission, from all
 /// its point samples.
 pub fn light_factor(
     geometry: Geometry<'_>,
@@ -120,7 +121,7 @@ pub fn direct(geometry: Geometry<'_>, lights: &[LightSource], pixel: &PixelSurfa
 mod tests {
     use super::*;
 
-    /// By a midpoint rule of so many places along each edge.
+    /// Irradiance by a midpoint rule with `parts` points along each edge.
     fn by_parts(normal: DVec3, [corner, u, v]: [DVec3; 3], parts: u32) -> f64 {
         let area = u.cross(v);
         let part = |index: u32| {

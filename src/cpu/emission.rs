@@ -10,11 +10,11 @@ use std::f64::consts::{PI, TAU};
 /// A ray that leaves a light.
 #[derive(Clone, Copy, Debug)]
 pub struct EmittedRay {
-    /// Where it starts.
+    /// Position on the light, metres.
     pub origin: DVec3,
     /// Unit vector along the ray.
     pub direction: DVec3,
-    /// Over the ray's pdf, W: the mean over all rays is the light's power.
+    /// Flux over the ray's pdf, W: the mean over all rays is the light's power.
     pub flux: DVec3,
 }
 
@@ -27,7 +27,7 @@ fn spot_solid_angle(light: &LightSource) -> f64 {
     TAU * (2.0 * (0.5 * mean).sin().powi(2) + mean.cos() * lost)
 }
 
-/// Power that a light sends into the scene, W. A light at infinity: through the disc of the
+/// Power that a light sends into the scene, W. For a directional light: through the disc of the
 /// scene's bounding sphere.
 pub fn light_power(light: &LightSource, scene_radius: f64) -> DVec3 {
     let factor = match light.kind {
@@ -39,8 +39,8 @@ pub fn light_power(light: &LightSource, scene_radius: f64) -> DVec3 {
     factor * light.emission.as_dvec3()
 }
 
-/// Samples a ray: `u` picks its direction, or the place on the disc of a light at infinity; `v` the
-/// place on an area light.
+/// Samples a ray. `u` selects its direction, or the position on the disc of a directional light;
+/// `v` selects the position on an area light.
 pub fn emit(light: &LightSource, scene_centre: DVec3, scene_radius: f64, u: DVec2, v: DVec2) -> EmittedRay {
     let (sin, cos) = (TAU * u.y).sin_cos();
     let (position, axis) = (light.position.as_dvec3(), light.axis.as_dvec3());

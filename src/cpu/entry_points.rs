@@ -6,10 +6,10 @@ use crate::scene::hvds::Hvds;
 use crate::types::PathVertex;
 use glam::{DVec3, Vec3};
 
-/// A triangle of some fragment of a side: its corners, side, and the weight of its points.
+/// A triangle of a fragment: its corners, its side, and the weight of its points.
 pub type Patch = ([Vec3; 3], u32, f32);
 
-/// Places the points of every patch; `point_offsets` has the first point of each, and the total.
+/// Places the points of every patch; `point_offsets` are the CSR offsets of the patches' points.
 pub fn entry_points(
     geometry: Geometry<'_>,
     hvds: &Hvds,
@@ -27,7 +27,7 @@ pub fn entry_points(
             let middle =
                 geometry.triangles[side as usize / 2].positions.map(Vec3::as_dvec3).iter().sum::<DVec3>()
                     / 3.0;
-            // Off the edges by a hair.
+            // Slightly off the triangle's edges, as in the shader.
             let position = inside.lerp(middle, 1.0 / 32_768.0).as_vec3();
             let cluster = geometry.cluster(hvds, position, side);
             points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight, cluster, lobe: 0.0 });

@@ -5,7 +5,7 @@ use crate::cpu::rays::Geometry;
 use crate::types::LightSource;
 use glam::Vec3;
 
-/// Irradiance at a point of a side, which stands for `area_m2`, per unit of a light's emission.
+/// Irradiance at a point of a side, with an area of `area_m2`, per unit of a light's emission.
 pub fn form_factor(
     geometry: Geometry<'_>,
     position: Vec3,

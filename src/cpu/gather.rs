@@ -17,14 +17,14 @@ pub struct Gathered {
     pub rotation: DMat3,
 }
 
-/// How merged rays of rays are packed, and what they read.
+/// Packing of merged rays, and the lists that they read.
 #[derive(Clone, Copy)]
 pub struct Sources<'a> {
     /// Albedo of each material.
     pub albedos: &'a [Vec3],
-    /// Of each cluster, W/m².
+    /// Irradiance of each cluster, W/m².
     pub irradiance: &'a [Vec3],
-    /// Target of each gather target.
+    /// Cluster and material of each gather target, packed.
     pub targets: &'a [u32],
     /// Bits of the gather target in a merged ray.
     pub target_bits: u32,
@@ -32,15 +32,14 @@ pub struct Sources<'a> {
     pub cluster_bits: u32,
     /// Unit of the rays' gradients, metres.
     pub min_distance: f32,
-    /// Unit of their shares in the rotational gradient.
+    /// Unit of their packed rotational gradients.
     pub rotation_unit: f32,
-    /// Of each slot, which targets beyond the clusters name: its cluster, and its glossy
-    /// flux there, W/m².
+    /// Slots, the targets beyond the clusters: cluster of each, and its glossy flux there, W/m².
     pub slots: &'a [(u32, DVec3)],
 }
 
-/// Gathers the rays of one point with that shading normal. `colours`: packed, of the images that
-/// merged rays met; none at all without images.
+/// Gathers the rays of one point with that shading normal. `colours`: packed colours of the images
+/// at the merged rays' hits; empty without images.
 pub fn gather(
     sources: Sources<'_>,
     strata: Strata,
@@ -84,8 +83,8 @@ pub fn gather(
     }
 }
 
-/// Shares of a merged ray in the gradients: under movement, in 1/least distance, and under
-/// rotation, in rotation units.
+/// Weights of a merged ray in the translational gradient (in 1/min_distance) and in the rotational
+/// gradient (in rotation units).
 pub fn unpack_change(word: u32) -> [DVec2; 2] {
     let signed = |bits: u32, width: u32| f64::from((bits << (32 - width)) as i32 >> (32 - width));
     let pair = |bits: u32, width: u32, exponent: u32| {

@@ -1,4 +1,4 @@
-//! Reference of the gather rays: what each ray reads, and the gradient of
+//! Reference of the gather rays: the cluster that each reads, and the gradient of
 //! stratified hemisphere sampling.
 
 use crate::cpu::hemisphere::{Strata, frame};
@@ -9,16 +9,16 @@ use crate::types::{CachePoint, NO_CLUSTER};
 use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::{PI, SQRT_2};
 
-/// Width of the cells that are read, in widths of a stratum.
+/// Width of the cells that rays read, in widths of a stratum.
 const SHARE: f64 = 0.25;
-/// Covered surface, and what covers it, sees no further than that, in
-/// base cells (`glsl/include/target.glsl`).
+/// Maximum distance between covered and covering surface, in base cells
+/// (`glsl/include/target.glsl`).
 pub const COVERED_SIGHT: f32 = 0.5;
 
-/// What gather rays are traced through, and by which rules.
+/// Inputs of gather rays.
 #[derive(Clone, Copy)]
 pub struct Tracing<'a> {
-    /// What they hit.
+    /// The scene that they hit.
     pub geometry: Geometry<'a>,
     /// The clusters that they read.
     pub hvds: &'a Hvds,
@@ -26,37 +26,37 @@ pub struct Tracing<'a> {
     pub strata: Strata,
     /// Seed of all decisions.
     pub seed: u32,
-    /// Entry points of every cluster, in expectation.
+    /// Expected number of entry points of every cluster.
     pub entry_points: &'a [f32],
-    /// Clusters with fewer of them are not read.
+    /// Minimum sample count of a cluster.
     pub min_entry_points: f32,
 }
 
 /// A ray before it is traced.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    /// Off its surface.
+    /// Origin, offset from its surface.
     pub origin: Vec3,
     /// Unit vector along the ray.
     pub direction: DVec3,
-    /// Width of the cells that it reads, by distance, where it meets a surface that faces it.
+    /// Width of the cells that it reads, over the distance, on a surface that faces it.
     pub width: f64,
 }
 
-/// What one ray found.
+/// The result of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Found {
-    /// Cluster and material that it reads; none where the ray left the scene or met a
-    /// side without light.
+    /// Cluster and material that it reads. `None` if the ray left the scene or met
+    /// an inactive side.
     pub target: Option<(u32, u32)>,
-    /// Of the image that it met; white where it met none.
+    /// Colour of the image at the hit; white if there is none.
     pub colour: DVec3,
-    /// To the hit, metres; infinite where the ray left the scene.
+    /// Distance to the hit, metres; infinite if the ray left the scene.
     pub distance: f64,
 }
 
 impl Tracing<'_> {
-    /// A ray of cache point number `index`; none where it would start into the surface.
+    /// A ray of cache point number `index`. `None` if it would start into the surface.
     pub fn ray(&self, point: &CachePoint, index: u32, ray: u32) -> Option<Ray> {
         let normal = self.geometry.normal(point.side);
         let local = self.strata.direction(ray, index, self.seed);
@@ -81,8 +81,8 @@ impl Tracing<'_> {
         }
     }
 
-    /// Cluster and material that a ray reads where it hits, with that footprint before it is
-    /// projected to the surface, metres.
+    /// Cluster and material that a ray reads at its hit; `footprint` in metres, before projection
+    /// to the surface.
     pub fn target(&self, hit: &Hit, direction: DVec3, footprint: f64) -> Option<(u32, u32)> {
         let surface = &self.geometry.surfaces[hit.triangle as usize];
         let side = self.geometry.side(hit.triangle, direction);
@@ -103,8 +103,8 @@ impl Tracing<'_> {
         (cluster != NO_CLUSTER).then(|| (self.coarsen(cluster, footprint / facing.sqrt()), surface.material))
     }
 
-    /// The cluster of the level whose cells are nearest to the footprint in size, in octaves; or
-    /// coarser, until it is of the minimum count.
+    /// The cluster of the level whose cells are nearest to the footprint in size, in octaves; or a
+    /// coarser one that reaches the minimum sample count.
     fn coarsen(&self, base: u32, footprint: f64) -> u32 {
         let mut cluster = base;
         let mut cell = self.hvds.grid.cell_size();
@@ -118,7 +118,7 @@ impl Tracing<'_> {
     }
 
     /// Distance to the nearest hit of a point's hemisphere, at most `far`, without rays within 10°
-    /// of the tangent plane, and the wall that was hit; mirrors `clearance`.
+    /// of the tangent plane, and the nearest occluder plane; mirrors `clearance`.
     pub fn clearance(&self, point: &CachePoint, far: f32) -> (f64, DVec3) {
         let [x, y, z] = point.position.to_array().map(f32::to_bits);
         let name = hash_pair(x, hash_pair(y, hash_pair(z, point.side)));
@@ -139,8 +139,8 @@ impl Tracing<'_> {
     }
 }
 
-/// ∂E/∂(tangent, bitangent) of rays that found `distances` (m) and bring `radiance`, term by term
-/// as Krivanek has it, distances bounded from below.
+/// ∂E/∂(tangent, bitangent) of rays with these hit `distances` (m) and `radiance`, term by term as
+/// in [Krivanek]; `min_distance` bounds the distances from below.
 pub fn translational_gradient(
     strata: Strata,
     distances: &[f64],

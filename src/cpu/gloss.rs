@@ -7,14 +7,14 @@ use glam::{DVec3, Vec3};
 /// Light that arrives at a path vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Beam {
-    /// Unit direction in which a mirror would send it on.
+    /// Unit mirror direction of the light.
     pub mirror: DVec3,
     /// Flux of the beam, W.
     pub flux: DVec3,
 }
 
-/// Flux that a path carries on from its entry point in the direction `departure`, W; `colour` is
-/// the image's there.
+/// Outgoing flux after the first bounce of a path in the direction `departure`, W; `colour` is that
+/// of the image there.
 pub fn reflected_flux(material: &Reflectance, colour: DVec3, beams: &[Beam], departure: Vec3) -> DVec3 {
     let diffuse = material.diffuse * colour.as_vec3();
     let material = Reflectance { diffuse, ..*material };
@@ -23,8 +23,8 @@ pub fn reflected_flux(material: &Reflectance, colour: DVec3, beams: &[Beam], dep
     beams.iter().map(|beam| beam.flux * share(beam)).sum()
 }
 
-/// π times what the Phong lobes at vertices send towards a unit direction, W; for each vertex its
-/// material and its beam.
+/// π times the flux that the Phong lobes at vertices send in a unit direction, W; each vertex has a
+/// material and a beam.
 pub fn lobe_sum<'a>(vertices: impl IntoIterator<Item = (&'a Reflectance, Beam)>, toward: DVec3) -> DVec3 {
     vertices.into_iter().map(|(material, beam)| beam.flux * lobe_share(material, beam.mirror, toward)).sum()
 }

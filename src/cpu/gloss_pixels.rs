@@ -10,8 +10,8 @@ use crate::types::{LIGHT_AREA, LightSource, PixelSurface, Reflectance, View};
 use glam::{DMat3, DVec2, DVec3, UVec2, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// What sample `number` of pixel `index` shows, if that is of the centre's material; else
-/// the centre itself.
+/// Surface at sample `number` of pixel `index`, if it has the centre's material; else
+/// the centre's surface.
 pub fn sample(
     tracing: &Tracing<'_>,
     view: &View,
@@ -36,18 +36,18 @@ pub fn sample(
 /// A ray into the lobe of a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    /// Cluster and material that it reads; none where it left the scene, met a side without light
-    /// or would start below the surface.
+    /// Cluster and material that it reads. `None` if it left the scene, met an inactive side or
+    /// would start below the surface.
     pub target: Option<(u32, u32)>,
-    /// (n+2)/(n+1)·cosθ; zero where it left the scene or would start below the surface.
+    /// (n+2)/(n+1)·cosθ; zero if it left the scene or would start below the surface.
     pub weight: f64,
-    /// Of the image that it met; white where it met none.
+    /// Colour of the image at the hit; white if there is none.
     pub colour: DVec3,
-    /// Unit, towards what it meets.
+    /// Unit direction of the ray.
     pub direction: DVec3,
 }
 
-/// Ray `number` of `rays` of pixel `index`, from a point that `eye` sees on a surface
+/// Ray `number` of `rays` of pixel `index`, from a point visible from `eye`, on a surface
 /// of that exponent.
 pub fn trace(
     tracing: &Tracing<'_>,
@@ -74,9 +74,9 @@ pub fn trace(
     Ray { target, weight: cosine * (exponent + 2.0) / (exponent + 1.0), colour, direction }
 }
 
-/// Radiance that sample `number` of pixel `index` sends to `eye` of a light, straight from it, by
-/// its Phong lobe: per unit of the light's emission. By the light's point samples, or, where an
-/// area light looks larger than the lobe, by directions from the lobe.
+/// Radiance that sample `number` of pixel `index` reflects to `eye` by its Phong lobe, straight
+/// from a light, per unit of its emission. It uses the light's point samples, or directions from
+/// the lobe if an area light looks larger than the lobe.
 pub fn highlight(
     tracing: &Tracing<'_>,
     point: &PixelSurface,

@@ -5,7 +5,7 @@ use crate::cpu::sampling::{hash_pair, sample_3d, sample_cosine};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use std::f64::consts::TAU;
 
-/// Rings of equal cosine-weighted solid angle, and sectors of each; a row of rays is ring by ring.
+/// Rings of equal cosine-weighted solid angle with sectors; rays are ordered ring by ring.
 #[derive(Clone, Copy, Debug)]
 pub struct Strata {
     /// Rings of equal projected solid angle.
@@ -15,7 +15,7 @@ pub struct Strata {
 }
 
 impl Strata {
-    /// Rays in all.
+    /// Total number of rays.
     pub fn rays(self) -> u32 {
         self.rings * self.sectors
     }
@@ -35,7 +35,7 @@ impl Strata {
         ))
     }
 
-    /// Polar angle of the lower edge of a ring; of the ring that is one too many, the horizon.
+    /// Polar angle of the lower edge of a ring; one past the last ring it is the horizon.
     pub fn polar_edge(self, ring: u32) -> f64 {
         (f64::from(ring) / f64::from(self.rings)).sqrt().asin()
     }

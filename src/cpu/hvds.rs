@@ -4,14 +4,15 @@ use crate::scene::hvds::Hvds;
 use crate::types::{Contribution, ContributionRange, NO_CLUSTER, OPEN};
 use glam::{DVec3, Vec3};
 
-/// What a contribution hands on to its cluster, per unit of the path's flux.
+/// Weighted throughput of a contribution to its cluster.
 fn share(contribution: &Contribution, run: &ContributionRange) -> DVec3 {
     let counts =
         if run.is_unweighted == 1 { 1.0 } else { f64::from(contribution.accessibility()) / f64::from(OPEN) };
     counts * contribution.throughput.as_dvec3()
 }
 
-/// Sums of a run, of entry points and of others; `light` of a path at the former and behind.
+/// Sums of a range over entry points and over other vertices; `light` of a path at its entry point
+/// and behind it.
 fn sums(
     run: &ContributionRange,
     contributions: &[Contribution],
@@ -27,9 +28,8 @@ fn sums(
     [part(run.first..run.first_other, light[0]), part(run.first_other..run.end, light[1])]
 }
 
-/// Flux of every cluster, W, direct and indirect: of a base cluster the sum of its contributions,
-/// of a coarser one the sum of all base clusters below it. `path_flux` of each path at its entry
-/// point, and behind it.
+/// Flux of every cluster, W, direct and indirect: a base cluster sums its contributions, a coarser
+/// one sums all base clusters below it. `path_flux` of each path at its entry point, and behind it.
 pub fn cluster_flux(
     hvds: &Hvds,
     path_flux: [&[Vec3]; 2],
@@ -49,9 +49,9 @@ pub fn cluster_flux(
     flux
 }
 
-/// What each base cluster receives of one light, per unit of its emission and of the area that an
-/// entry point stands for: at entry points, and at other vertices. `factors` of the light at each
-/// path's entry point, and what the path carries on from there.
+/// Flux that each base cluster receives from one light, per unit of its emission and of the mean
+/// area of an entry point: at entry points, and at other vertices. `factors`: form factor of each
+/// path's entry point; `first_bounce`: outgoing flux after the first bounce.
 pub fn cluster_layer(
     factors: &[f32],
     first_bounce: &[Vec3],
@@ -63,9 +63,10 @@ pub fn cluster_layer(
     runs.iter().map(|run| sums(run, contributions, [&direct, &behind])).collect()
 }
 
-/// The smallest cluster around each, itself included, that may be expected to hold `least` vertices
-/// which are no entry points, by its share of the area of the smallest around it that holds
-/// `around` times as many, and holds a `share`th of them; the root if none.
+/// For each cluster, the smallest enclosing one, itself included, that reaches the minimum count
+/// `least` of vertices that are no entry points; the root if none does. The expected count is the
+/// area fraction of the smallest enclosing cluster with `around` times the minimum. The actual
+/// count must also reach 1/`share` of the minimum.
 pub fn indirect_sources(
     hvds: &Hvds,
     runs: &[ContributionRange],
@@ -99,15 +100,15 @@ pub fn indirect_sources(
     (0..hvds.cluster_count()).map(source).collect()
 }
 
-/// What fluxes of a cluster are multiplied with, 1/m²: its inverse area, of a root that of
-/// `min_area_m2` at most. Nothing lies on what has none.
+/// Factor from flux to irradiance of a cluster, 1/m²: its inverse area; the area of a root is at
+/// least `min_area_m2`. Zero for a cluster without area.
 pub fn inverse_area(hvds: &Hvds, cluster: usize, min_area_m2: f32) -> f64 {
     let is_root = hvds.parents[cluster] == NO_CLUSTER;
     let area_m2 = f64::from(hvds.shown_m2[cluster].max(if is_root { min_area_m2 } else { 0.0 }));
     if area_m2 > 0.0 { 1.0 / area_m2 } else { 0.0 }
 }
 
-/// Irradiance of every cluster, W/m²: its own direct flux and its source's indirect flux, each
+/// Irradiance of every cluster, W/m²: its own direct flux and the indirect flux of its source, each
 /// over its area.
 pub fn irradiance(hvds: &Hvds, flux: &[[DVec3; 2]], sources: &[u32], min_area_m2: f32) -> Vec<DVec3> {
     let inverse = |cluster: usize| inverse_area(hvds, cluster, min_area_m2);

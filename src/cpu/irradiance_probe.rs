@@ -7,27 +7,28 @@ use crate::types::CachePoint;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// What paths leave the cache points by.
+/// Inputs of the probe paths.
 #[derive(Clone, Copy)]
 pub struct Probe<'a> {
-    /// Scene, lights, seed and roulette; its camera is idle.
+    /// Scene, lights, seed and roulette; its camera is unused.
     pub paths: Paths<'a>,
     /// Strata of the hemisphere.
     pub strata: Strata,
-    /// Seed of the gather rays whose directions the paths take; none for new directions
+    /// Seed of the gather rays whose directions the paths take. `None`: new directions
     /// in each stratum.
     pub gather_seed: Option<u32>,
 }
 
 impl Probe<'_> {
-    /// Indirect irradiance at cache point number `index` from so many paths of each stratum, W/m².
+    /// Indirect irradiance at cache point number `index` from `samples` paths of
+    /// each stratum, W/m².
     pub fn irradiance(&self, point: &CachePoint, index: u32, samples: u32) -> DVec3 {
         let rays = (0..self.strata.rays()).flat_map(|ray| (0..samples).map(move |sample| (ray, sample)));
         let sum: DVec3 = rays.map(|(ray, sample)| self.radiance(point, index, ray, sample)).sum();
         PI / f64::from(self.strata.rays()) / f64::from(samples) * sum
     }
 
-    /// What path number `sample` of a stratum brings, W/m²/sr.
+    /// Radiance of path number `sample` of a stratum, W/m²/sr.
     fn radiance(&self, point: &CachePoint, index: u32, ray: u32, sample: u32) -> DVec3 {
         let geometry = self.paths.scene.geometry;
         let normal = geometry.normal(point.side);

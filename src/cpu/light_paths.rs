@@ -9,29 +9,29 @@ use crate::types::{EDITABLE, MAY_BE_GLOSSY, PathVertex, Reflectance};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
-/// Where a path stands.
+/// State of a path.
 #[derive(Clone, Copy, Debug)]
 pub struct Walker {
     /// Its last vertex.
     pub position: Vec3,
     /// Of the last vertex: 2·triangle + (1 if the back side).
     pub side: u32,
-    /// Product of what was reflected and of roulette weights so far.
+    /// Product of the reflectances and roulette weights so far.
     pub throughput: DVec3,
     /// Unit direction of travel when it arrived; zero at an entry point.
     pub incoming: DVec3,
-    /// Names its random numbers.
+    /// Random stream index of the path.
     pub path: u32,
     /// Vertices behind the entry point.
     pub depth: u32,
 }
 
-/// What the walks go through, and by which rules.
+/// Inputs of the walks.
 #[derive(Clone, Copy)]
 pub struct Walk<'a> {
-    /// What they hit.
+    /// The scene that they hit.
     pub geometry: Geometry<'a>,
-    /// What it reflects.
+    /// Reflectances of its materials.
     pub materials: &'a [Reflectance],
     /// The clusters that vertices fall into.
     pub hvds: &'a Hvds,
@@ -39,13 +39,12 @@ pub struct Walk<'a> {
     pub seed: u32,
     /// Throughput below which roulette may end a path.
     pub roulette_threshold: f64,
-    /// What roulette takes editable materials to reflect.
+    /// Albedo of editable materials in the roulette.
     pub editable_albedo: f64,
 }
 
 impl Walk<'_> {
-    /// The walker's next vertex; None where the path ends, by roulette or because it
-    /// leaves the scene.
+    /// The walker's next vertex. `None` if the path ends by roulette or leaves the scene.
     pub fn step(&self, walker: &mut Walker) -> Option<PathVertex> {
         let u = sample_3d(walker.path, hash_pair(self.seed, walker.depth));
         let surface = &self.geometry.surfaces[walker.side as usize / 2];

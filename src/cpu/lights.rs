@@ -9,13 +9,13 @@ use glam::{DVec2, DVec3, Vec3};
 pub struct LightSample {
     /// Unit, towards the light.
     pub direction: DVec3,
-    /// Metres; infinite where the light is at infinity.
+    /// Distance in metres; infinite for a directional light.
     pub distance: f64,
-    /// Of a surface that faces the direction, before visibility, over the sample's pdf, W/m².
+    /// Irradiance of a facing surface, before visibility, over the sample's pdf, W/m².
     pub irradiance: DVec3,
 }
 
-/// Share of a spot's intensity at a unit direction of travel: falls linearly in the angle between
+/// Fraction of a spot's intensity in a unit direction of travel; linear in the angle between
 /// the two half-angles.
 pub fn spot_falloff(light: &LightSource, direction: DVec3) -> f64 {
     let axis = light.axis.as_dvec3();
@@ -30,8 +30,8 @@ pub fn spot_falloff(light: &LightSource, direction: DVec3) -> f64 {
     }
 }
 
-/// Samples a light as seen from `position`; `u` picks the point of an area light, uniform over it,
-/// and is idle for the other kinds. None where the light does not reach that point.
+/// Samples a light as seen from `position`; `u` selects the point of an area light, uniformly, and
+/// is unused for other kinds. `None` if the light does not reach that point.
 pub fn sample_light(light: &LightSource, position: DVec3, u: DVec2) -> Option<LightSample> {
     let emission = light.emission.as_dvec3();
     if light.kind == LIGHT_DIRECTIONAL {
@@ -54,8 +54,8 @@ pub fn sample_light(light: &LightSource, position: DVec3, u: DVec2) -> Option<Li
     (factor > 0.0).then_some(LightSample { direction, distance, irradiance })
 }
 
-/// Point sample number `number` of a light, for [`sample_light`]: a lattice, every row and column
-/// of which holds one.
+/// Point sample number `number` of a light, for [`sample_light`], from a lattice with one sample in
+/// every row and every column.
 pub fn lattice_point(light: &LightSource, number: u32) -> DVec2 {
     let skipped = light.modulus - light.samples;
     let row = (number + skipped) * light.stride % light.modulus - skipped;
@@ -63,7 +63,7 @@ pub fn lattice_point(light: &LightSource, number: u32) -> DVec2 {
     (place + 0.5) / f64::from(light.samples)
 }
 
-/// Whether nothing stands between a surface point (on the side that `normal` faces) and the light.
+/// Whether nothing is between a surface point (on the side that `normal` faces) and the light.
 pub fn is_lit(geometry: Geometry<'_>, position: Vec3, normal: Vec3, light: &LightSample) -> bool {
     let origin = geometry.offset_origin(position, normal);
     if light.distance.is_infinite() {

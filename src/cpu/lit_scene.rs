@@ -1,5 +1,4 @@
-//! Reference of what all shaders that follow paths share: surfaces that rays meet, and the light
-//! that they reflect.
+//! Reference shared by all shaders that follow paths: hit surfaces and the light that they reflect.
 
 use crate::cpu::brdf::brdf;
 use crate::cpu::lights::{is_lit, sample_light};
@@ -10,15 +9,15 @@ use glam::{DVec2, DVec3, Vec3};
 /// A scene and its lights.
 #[derive(Clone, Copy)]
 pub struct LitScene<'a> {
-    /// What rays hit.
+    /// Geometry that rays hit.
     pub geometry: Geometry<'a>,
-    /// What it reflects.
+    /// Reflectances of its materials.
     pub materials: &'a [Reflectance],
-    /// What lights it.
+    /// Lights of the scene.
     pub lights: &'a [LightSource],
 }
 
-/// A point of a surface, and where it is seen from.
+/// A surface point with the direction to its viewer.
 pub(super) struct Vertex {
     pub(super) position: Vec3,
     pub(super) geometric: Vec3,
@@ -28,7 +27,7 @@ pub(super) struct Vertex {
 }
 
 impl LitScene<'_> {
-    /// What a ray met; `is_smooth`: shaded by the interpolated normal.
+    /// The vertex at a hit; `is_smooth`: shaded by the interpolated normal.
     pub(super) fn vertex(&self, hit: &Hit, direction: DVec3, is_smooth: bool) -> Vertex {
         let surface = &self.geometry.surfaces[hit.triangle as usize];
         let side = self.geometry.side(hit.triangle, direction);
@@ -51,8 +50,8 @@ impl LitScene<'_> {
         }
     }
 
-    /// Light of all lights that a vertex reflects, W/m²/sr; `u` says by light number which point of
-    /// it is asked. Counts shadow rays.
+    /// Direct light that a vertex reflects, W/m²/sr; `u` returns the random numbers of a light by
+    /// its index. Counts shadow rays.
     pub(super) fn reflected_light(&self, vertex: &Vertex, u: impl Fn(u32) -> DVec2, rays: &mut u32) -> DVec3 {
         let mut radiance = DVec3::ZERO;
         for (number, light) in (0_u32..).zip(self.lights) {

@@ -15,8 +15,8 @@ pub fn frame_around(n: Vec3) -> Mat3 {
     )
 }
 
-/// How far ray origins stay off surfaces, metres: some 32 units in the last place of the root
-/// node's largest coordinate; mirrors `clear_distance` in `glsl/include/bvh.glsl`.
+/// Offset of ray origins from surfaces, metres: some 32 units in the last place of the root node's
+/// largest coordinate; mirrors `clear_distance` in `glsl/include/bvh.glsl`.
 pub fn clear_distance(root: &Node) -> f32 {
     let cell = |axis: u32| f32::from_bits((root.frame.w >> (8 * axis) & 0xff) << 23);
     let low = root.origin();

@@ -1,8 +1,8 @@
-//! Slow, obvious references of the passes: same inputs, same outputs, no cleverness. Tests hold the
-//! device against them.
+//! Slow and simple reference implementations of the passes, with the same inputs and outputs. Tests
+//! compare the device with them.
 //!
-//! A reference takes what the device was given, f32, and works in f64 from there on. Decisions that
-//! the device takes by integers are integers here, too.
+//! A reference takes the f32 inputs of the device and computes in f64. Integer decisions of the
+//! device are integer decisions here, too.
 
 pub mod accessibility;
 pub mod antialias;

@@ -1,6 +1,6 @@
-//! Reference of what becomes of form factors beside a light.
+//! Reference of the near-light correction of form factors.
 
-/// A form factor of which that share is kept, and to which that is added, 1/m².
+/// A corrected form factor, 1/m²: `kept` times the one `found`, plus `added`.
 pub fn near_factor(found: f32, kept: f32, added: f32) -> f64 {
     f64::from(kept) * f64::from(found) + f64::from(added)
 }

@@ -1,8 +1,7 @@
 //! Reference of the search for records that a view needs.
 
-/// Records that blending reads for those that pixels name, in ascending order, without those
-/// that are current. `weights`: records of each pixel; `neighbours`: records that each record
-/// is blended from.
+/// The stale records that blending reads for the records of the pixels, in ascending order.
+/// `weights`: records of each pixel; `neighbours`: records from which each record is blended.
 pub fn needed_records(weights: &[Vec<u32>], neighbours: &[Vec<u32>], is_current: &[bool]) -> Vec<u32> {
     let mut seen: Vec<u32> = weights.concat();
     seen.sort_unstable();

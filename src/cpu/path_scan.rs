@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-/// Throughput of every vertex in path order. A step is what the vertex before reflects towards this
-/// one (π times its BRDF; all, where the flux of the path has that already), none where a path
-/// starts; and its weight.
+/// Throughput of every vertex in path order. A step has a weight and the reflection of the vertex
+/// before towards this one: π times its BRDF, or 1 if the flux of the path includes it. `None` if
+/// a path starts.
 pub fn path_scan(steps: impl IntoIterator<Item = (Option<DVec3>, f32)>) -> Vec<DVec3> {
     let mut throughput = DVec3::ONE;
     let mut throughputs = Vec::new();

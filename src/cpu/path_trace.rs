@@ -6,10 +6,10 @@ use crate::cpu::sampling::{hash_pair, sample_3d};
 use crate::types::View;
 use glam::{DVec3, Vec3};
 
-/// What paths go through, and by which rules.
+/// Inputs of the paths.
 #[derive(Clone, Copy)]
 pub struct Paths<'a> {
-    /// What they meet.
+    /// The scene and its lights.
     pub scene: LitScene<'a>,
     /// Camera that the rays start from.
     pub view: View,
@@ -19,7 +19,7 @@ pub struct Paths<'a> {
     pub roulette_threshold: f64,
 }
 
-/// What one sample of a pixel found, W/m²/sr.
+/// Radiance of one sample of a pixel, W/m²/sr.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sample {
     /// Light that was reflected once.
@@ -62,14 +62,14 @@ impl Paths<'_> {
         found
     }
 
-    /// Light of all lights that a vertex reflects, W/m²/sr, by sample `index` of the random numbers
-    /// that `seed` names.
+    /// Direct light that a vertex reflects, W/m²/sr, by sample `index` of the random
+    /// numbers of `seed`.
     pub(super) fn reflected_light(&self, vertex: &Vertex, index: u32, seed: u32, rays: &mut u32) -> DVec3 {
         let u = |number: u32| sample_3d(index, hash_pair(seed, !number)).truncate().as_dvec2();
         self.scene.reflected_light(vertex, u, rays)
     }
 
-    /// Where a path goes on, if it does.
+    /// The continuation of a path. `None` if roulette ends it.
     pub(super) fn reflect(&self, vertex: &Vertex, u: DVec3, throughput: &mut DVec3) -> Option<DVec3> {
         let next = sample_brdf(&vertex.material, vertex.shading, vertex.outgoing, u.truncate());
         let is_above = vertex.geometric.as_dvec3().dot(next.incident) > 0.0;

@@ -1,4 +1,5 @@
-//! Reference of the final gathering: one sample at a time, asking every irradiance point.
+//! Reference of the final gathering of a photon map: one sample at a time, with a search over
+//! all irradiance points.
 
 use crate::cpu::brdf::sample_brdf;
 use crate::cpu::lit_scene::{LitScene, Vertex};
@@ -11,20 +12,20 @@ use std::f64::consts::PI;
 /// An irradiance point.
 #[derive(Clone, Copy, Debug)]
 pub struct IrradiancePoint {
-    /// Where it is.
+    /// Its position and normal.
     pub surface: SurfacePoint,
-    /// How far it reaches.
+    /// Its reach in each sector.
     pub reach: [u8; 16],
     /// Irradiance at the point, W/m².
     pub irradiance: DVec3,
 }
 
-/// What gather rays go through, and by which rules.
+/// Inputs of the gather rays.
 #[derive(Clone, Copy)]
 pub struct Gather<'a> {
-    /// What they meet.
+    /// The scene and its lights.
     pub scene: LitScene<'a>,
-    /// What is known of its irradiance.
+    /// Irradiance points of the scene.
     pub points: &'a [IrradiancePoint],
     /// The cells of the points.
     pub cells: Cells,
@@ -37,7 +38,7 @@ pub struct Gather<'a> {
 }
 
 impl Gather<'_> {
-    /// Light reflected once and all other light that sample `ray` of a pixel finds, W/m²/sr.
+    /// Radiance of sample `ray` of a pixel: light reflected once, and all other light, W/m²/sr.
     pub fn sample(&self, pixel: u32, ray: u32) -> [DVec3; 2] {
         let seed = hash_pair(self.seed, pixel);
         let jitter = sample_3d(ray, hash_pair(seed, 0)).as_dvec3();
@@ -84,8 +85,8 @@ impl Gather<'_> {
         sum
     }
 
-    /// The nearest irradiance point on a surface point's surface: of the eight nearest cells, or
-    /// else of 64.
+    /// The nearest irradiance point on a surface point's surface: among the eight nearest cells,
+    /// else among 64.
     fn nearest(&self, place: SurfacePoint) -> Option<&IrradiancePoint> {
         let half = 0.5 / self.cells.inverse_cell;
         let corner = self.cells.cell_of(place.position - Vec3::splat(half));

@@ -1,9 +1,9 @@
-//! Reference of the density estimate: asks every photon.
+//! Reference of the density estimate: sums over every photon.
 
 use crate::cpu::photons::{SurfacePoint, is_within_reach, kernel};
 use glam::DVec3;
 
-/// Σ flux·kernel over the photons around a point, by the kernel's mass (m²): W/m².
+/// Σ flux·kernel over the photons around a point, over the kernel's mass (m²): W/m².
 pub fn photon_irradiance(
     point: SurfacePoint,
     reach: [u8; 16],

@@ -3,8 +3,8 @@
 use crate::cpu::photons::{BUCKETS, Cells};
 use glam::Vec3;
 
-/// Slots in the order of their photons' buckets, empty ones left out; and the first of each bucket
-/// with the end twice.
+/// Non-empty slots in the order of their photons' buckets; and the first of each bucket, then
+/// the end twice.
 pub fn photon_map(cells: Cells, slots: &[Option<Vec3>]) -> (Vec<u32>, Vec<u32>) {
     let mut order: Vec<(u32, u32)> =
         (0..).zip(slots).filter_map(|(slot, p)| Some((cells.bucket_of((*p)?), slot))).collect();

@@ -4,8 +4,7 @@ use crate::cpu::hemisphere::frame;
 use crate::cpu::photons::{SAME_PLANE, SurfacePoint, sector_direction};
 use crate::cpu::rays::Geometry;
 
-/// How far a point reaches in each sector, in 1/255 of the radius, exactly; none where no wall
-/// is that near.
+/// Exact reach of a point in each sector, in 1/255 of the radius. `None` if no wall is that near.
 pub fn photon_reach(geometry: Geometry<'_>, point: SurfacePoint, radius: f32) -> [Option<f64>; 16] {
     let above =
         geometry.offset_origin(point.position, point.normal) + SAME_PLANE as f32 * radius * point.normal;

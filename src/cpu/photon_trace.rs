@@ -7,10 +7,10 @@ use crate::cpu::sampling::{hash_pair, sample_3d};
 use crate::types::{LIGHT_AREA, NO_SIDE};
 use glam::{DVec3, Vec3};
 
-/// What photons go through, and by which rules.
+/// Inputs of the photon paths.
 #[derive(Clone, Copy)]
 pub struct Photons<'a> {
-    /// What they come from and meet.
+    /// The scene and its lights.
     pub scene: LitScene<'a>,
     /// Middle of the scene.
     pub scene_centre: Vec3,
@@ -18,14 +18,14 @@ pub struct Photons<'a> {
     pub scene_radius: f32,
     /// Seed of all decisions.
     pub seed: u32,
-    /// Bound of the survival probability.
+    /// Upper bound of the survival probability.
     pub max_survival: f64,
 }
 
-/// Where a path stands.
+/// State of a path.
 #[derive(Clone, Copy, Debug)]
 pub struct PathEnd {
-    /// Where its next ray starts.
+    /// Origin of its next ray.
     pub origin: Vec3,
     /// Unit direction of its next ray.
     pub direction: DVec3,
@@ -39,12 +39,12 @@ pub struct PathEnd {
     pub depth: u32,
 }
 
-/// What arrived at a surface.
+/// A photon at a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
     /// Position of the photon, metres.
     pub position: Vec3,
-    /// 2·triangle + (1 if the back side); [`NO_SIDE`] where nothing is reflected diffusely.
+    /// 2·triangle + (1 if the back side); [`NO_SIDE`] if the material has no diffuse albedo.
     pub side: u32,
     /// Flux of the photon, W.
     pub flux: DVec3,
@@ -66,7 +66,7 @@ impl Photons<'_> {
         PathEnd { origin, direction: emitted.direction, flux: emitted.flux / count, light, ray, depth: 0 }
     }
 
-    /// The next surface that a path meets, if any, and whether it goes on from there.
+    /// The next surface that a path meets, if any, and whether the path continues from there.
     pub fn step(&self, path: &mut PathEnd) -> (Option<Arrival>, bool) {
         if path.flux.max_element() <= 0.0 {
             return (None, false);

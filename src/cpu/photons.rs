@@ -5,11 +5,11 @@ use crate::cpu::sampling::hash_pair;
 use glam::{DVec2, DVec3, IVec3, Vec3};
 use std::f64::consts::{FRAC_PI_8, PI};
 
-/// Buckets that cells are hashed to.
+/// Number of buckets of the cells' hash.
 pub const BUCKETS: u32 = 65_535;
-/// Least cosine between normals of what counts as one surface.
+/// Minimum cosine between normals on one surface.
 const SAME_NORMAL: f64 = 0.9;
-/// Most distance from a plane that counts as in it, radii.
+/// Maximum distance from a plane that counts as in it, in radii.
 pub const SAME_PLANE: f64 = 0.1;
 
 /// The cells of a map.
@@ -24,7 +24,7 @@ pub struct Cells {
 /// A point of a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
-    /// Where it is.
+    /// Position of the point, metres.
     pub position: Vec3,
     /// Unit geometric normal of its side.
     pub normal: Vec3,
@@ -53,12 +53,12 @@ pub fn kernel(point: SurfacePoint, other: SurfacePoint, radius: f64) -> f64 {
     (1.0 - offset.length_squared() / radius.powi(2)).max(0.0)
 }
 
-/// From one point to another, metres.
+/// The vector from one point to another, metres.
 pub fn offset(from: SurfacePoint, to: SurfacePoint) -> DVec3 {
     to.position.as_dvec3() - from.position.as_dvec3()
 }
 
-/// Which of sixteen equal sectors an offset points into; by its angle.
+/// The sector of an offset, of sixteen equal ones, by its angle.
 pub fn sector(along: DVec2) -> usize {
     let angle = along.y.abs().atan2(along.x.abs());
     // Quarters of the right angle from the x axis up: near x, near the diagonal, past it, near y.
@@ -70,13 +70,13 @@ pub fn sector(along: DVec2) -> usize {
         | usize::from(is_diagonal) << 3
 }
 
-/// The middle of a sector, unit: the same angle of the sixteen that falls into it.
+/// The middle of a sector, unit: the middle angle among the sixteen that falls into it.
 pub fn sector_direction(wanted: usize) -> DVec2 {
     let direction = |step: u32| DVec2::from_angle((f64::from(step) + 0.5) * FRAC_PI_8 - PI);
     (0..16).map(direction).find(|along| sector(*along) == wanted).unwrap_or(DVec2::X)
 }
 
-/// Whether no wall parts a point of that reach from `other` on its surface.
+/// Whether no wall separates a point of that reach from `other` on its surface.
 pub fn is_within_reach(reach: [u8; 16], point: SurfacePoint, other: SurfacePoint, radius: f64) -> bool {
     let (frame, offset) = (frame(point.normal), offset(point, other));
     let along = DVec2::new(offset.dot(frame.x_axis), offset.dot(frame.y_axis));

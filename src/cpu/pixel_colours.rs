@@ -4,8 +4,8 @@ use crate::cpu::rays::Geometry;
 use crate::types::{NO_SIDE, View};
 use glam::{DVec2, DVec3, Vec3};
 
-/// Colour of a triangle's image where the ray of an image point, in pixels from the top left
-/// corner, meets its plane; none where it meets the plane's other side.
+/// Colour of a triangle's image where the ray of an image point meets its plane; `point` is in
+/// pixels from the top left corner. `None` if the ray meets the plane's other side.
 pub fn colour_through(geometry: Geometry<'_>, view: &View, point: DVec2, side: u32) -> Option<DVec3> {
     let [right, up, forward] = [view.right, view.up, view.forward].map(Vec3::as_dvec3);
     let ndc = point / DVec2::new(f64::from(view.width), f64::from(view.height)) * 2.0 - 1.0;
@@ -18,7 +18,7 @@ pub fn colour_through(geometry: Geometry<'_>, view: &View, point: DVec2, side: u
     (facing < 0.0).then(|| geometry.colour(triangle, barycentric))
 }
 
-/// Mean colour of a pixel that shows that side, over `points`² places; black where
+/// Mean colour of a pixel that shows that side, over `points`² image points; black if
 /// it shows nothing.
 pub fn pixel_colour(geometry: Geometry<'_>, view: &View, pixel: u32, side: u32, points: u32) -> DVec3 {
     if side == NO_SIDE {

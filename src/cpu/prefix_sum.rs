@@ -1,6 +1,6 @@
 //! Reference of the prefix sum.
 
-/// The sum of the values before each, wrapping, and the sum of all behind the last: one more than
+/// The sum of the values before each, wrapping, and the total: one more element than
 /// there are values.
 pub fn prefix_sum(values: &[u32]) -> Vec<u32> {
     let mut sums = vec![0];

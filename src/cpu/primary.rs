@@ -4,7 +4,7 @@ use crate::cpu::rays::{Geometry, Hit};
 use crate::types::View;
 use glam::{DVec2, DVec3};
 
-/// What a pixel's central ray sees.
+/// The surface at an image point.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     /// The hit itself.
@@ -17,7 +17,7 @@ pub struct Seen {
     pub footprint: f64,
 }
 
-/// Traces the central ray of pixel (x, y); none where it leaves the scene.
+/// Traces the central ray of pixel (x, y). `None` if it leaves the scene.
 pub fn primary(geometry: Geometry<'_>, view: &View, x: u32, y: u32) -> Option<Seen> {
     seen_through(geometry, view, DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))
 }
@@ -30,7 +30,7 @@ pub fn direction_through(view: &View, point: DVec2) -> DVec3 {
     view.forward.as_dvec3() + across * view.right.as_dvec3() - down * view.up.as_dvec3()
 }
 
-/// Traces the ray of an image point, in pixels from the top left corner; none where it
+/// Traces the ray of an image point, in pixels from the top left corner. `None` if it
 /// leaves the scene.
 pub fn seen_through(geometry: Geometry<'_>, view: &View, point: DVec2) -> Option<Seen> {
     let direction = direction_through(view, point);

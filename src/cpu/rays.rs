@@ -1,24 +1,24 @@
-//! Reference of the ray traversal: tries every triangle.
+//! Reference of the ray traversal: tests every triangle.
 
 use crate::cpu::textures::Textures;
 use crate::scene::{Triangle, hvds::Hvds};
 use crate::types::{NO_CLUSTER, Surface};
 use glam::{DVec3, Vec3};
 
-/// What a ray can hit: triangles, and what is known of each.
+/// The triangles that a ray can hit, and their attributes.
 #[derive(Clone, Copy)]
 pub struct Geometry<'a> {
     /// Corners of the triangles, metres.
     pub triangles: &'a [Triangle],
-    /// In the same order.
+    /// Attributes, in the same order.
     pub surfaces: &'a [Surface],
     /// Images on them.
     pub textures: Textures<'a>,
-    /// How far ray origins stay off surfaces, metres.
+    /// Offset of ray origins from surfaces, metres.
     pub clear_distance: f32,
 }
 
-/// Where a ray meets a triangle.
+/// The hit of a ray on a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
     /// Distance in units of the direction's length.
@@ -31,11 +31,10 @@ pub struct Hit {
     pub position: DVec3,
 }
 
-/// Where the line from `origin` along `direction` meets a triangle in front of the origin; its
-/// edges belong to it.
+/// Intersection of the ray from `origin` along `direction` with a triangle, edges included.
 ///
-/// The volumes that edge and direction span have one sign inside. Of an edge that two triangles
-/// share the two volumes are each other's exact negative, so that no ray passes between them.
+/// The signed volumes of edges and direction have one sign inside the triangle. Two triangles that
+/// share an edge have exactly opposite volumes for it, so that no ray passes between them.
 pub fn intersect(corners: [Vec3; 3], origin: DVec3, direction: DVec3) -> Option<(f64, DVec3)> {
     let [a, b, c] = corners.map(|corner| corner.as_dvec3() - origin);
     let volumes = DVec3::new(direction.dot(c.cross(b)), direction.dot(a.cross(c)), direction.dot(b.cross(a)));
@@ -66,7 +65,7 @@ impl Geometry<'_> {
         closest
     }
 
-    /// A ray origin clear of the side that `normal` faces.
+    /// A ray origin offset from the side that `normal` faces.
     pub fn offset_origin(&self, position: Vec3, normal: Vec3) -> Vec3 {
         position + self.clear_distance * normal
     }
@@ -83,7 +82,7 @@ impl Geometry<'_> {
         if side % 2 == 1 { -normal } else { normal }
     }
 
-    /// Colour of the image at a point of a triangle; white where its material has none.
+    /// Colour of the image at a point of a triangle; white if its material has none.
     pub fn colour(&self, triangle: u32, barycentric: DVec3) -> DVec3 {
         self.textures.colour(self.surfaces[triangle as usize].material, triangle, barycentric)
     }

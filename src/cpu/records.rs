@@ -1,4 +1,4 @@
-//! Validity of cache records; mirrors `glsl/include/records.glsl`, and what placement decides by.
+//! Validity of cache records; mirrors `glsl/include/records.glsl`. Placement uses it, too.
 
 use crate::types::CachePoint;
 use glam::Vec3;
@@ -6,11 +6,11 @@ use glam::Vec3;
 /// Cosine of the angle up to which facets share records.
 pub const FACETS_ALIKE: f32 = 0.9;
 
-/// What lies less than 1° over or under a record's plane is of its surface, however narrow the
-/// place is that the record stands in.
+/// sin² of 1°: a point at less than 1° from a record's plane is on its surface, however narrow
+/// the record's surroundings.
 const FLAT_SINE2: f32 = 0.0003;
 
-/// How far from its own a point may lie, in height and normals, that a record speaks for.
+/// Tolerances of a record in height and normals.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
     above2: f32,
@@ -20,17 +20,17 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
-    /// What a record is valid for: 1 / sqrt(1 - cos 10°) between normals, 12° over the plane
-    /// between both and 4° under it. [Tabellion §4; Ward]
+    /// Valid records: 1 / sqrt(1 - cos 10°) between normals, 12° above the plane between both and
+    /// 4° below it. [Tabellion §4; Ward]
     pub const VALID: Self =
         Self { above2: 0.04, below2: 0.004, facets: FACETS_ALIKE, inverse_normal_error: 8.1131 };
-    /// Where no other record does: 45° over the plane, 30° under it, 60° between facets,
-    /// 30° between normals.
+    /// Relaxed validity, where no record is valid: 45° above the plane, 30° below it, 60° between
+    /// facets, 30° between normals.
     pub const RELAXED: Self = Self { above2: 0.5, below2: 0.25, facets: 0.5, inverse_normal_error: 2.7321 };
 }
 
-/// Height of a point, by `d` from a record, over the plane between both: by shading normals none on
-/// a sphere, by facets none on a facet whose shading normals lean.
+/// Height of a point at offset `d` from a record above the plane between both. Shading normals give
+/// zero on a sphere, facets give zero on a facet whose shading normals lean.
 fn height_between(d: Vec3, n: Vec3, facet: Vec3, record: &CachePoint) -> f32 {
     let heights = [(record.normal, n), (record.facet, facet)].map(|(a, b)| 0.5 * d.dot(a + b));
     if heights[0].abs() < heights[1].abs() { heights[0] } else { heights[1] }
@@ -55,10 +55,10 @@ pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within:
     1.0 - position_error.max(normal_error)
 }
 
-/// The same for a pixel, as `record_weight` of the shader has it: a record says nothing about what
-/// is further off its plane than half of the way to the nearest wall, as cloth is that hangs before
-/// its surface, and the spine of a book beside the crevice that the record is in. Placement does
-/// not ask that: it would fill every crevice with records.
+/// As [`record_weight`], for a pixel: the shader's `record_weight`. It is zero for a point that is
+/// further off the record's plane than half the distance to the nearest occluder: cloth in front of
+/// the surface, or the spine of a book beside the crevice of the record. Placement has no such
+/// test, because it would fill every crevice with records.
 pub fn splat_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
     let d = x - record.position;
     let height = height_between(d, n, facet, record);

@@ -17,7 +17,7 @@ pub fn hash_pair(a: u32, b: u32) -> u32 {
     hash(a ^ hash(b.wrapping_add(0x9e37_79b9)))
 }
 
-/// Nested uniform scramble: each bit is flipped depending on the bits above it only.
+/// Nested uniform scramble: the bits above a bit decide whether it is flipped.
 pub fn owen_scramble(x: u32, seed: u32) -> u32 {
     // [Burley]
     let mut bits = x.reverse_bits().wrapping_add(seed);
@@ -50,7 +50,7 @@ const fn directions(coefficients: &[u64], initial: &[u64]) -> [u32; 32] {
     numbers
 }
 
-/// Of the first three dimensions; the first, whose initial numbers are all 1, is a matter of bits.
+/// Direction numbers of the first three dimensions. The initial numbers of the first are all 1.
 const DIRECTIONS: [[u32; 32]; 3] =
     [directions(&[], &[1; 32]), directions(&[], &[1]), directions(&[1], &[1, 3])];
 
@@ -67,12 +67,12 @@ pub fn sobol(index: u32) -> [u32; 3] {
     point
 }
 
-/// Point `index` of the scrambled sequence that `seed` names, in [0,1)³.
+/// Point `index` of the sequence scrambled by `seed`, in [0,1)³.
 pub fn sample_3d(index: u32, seed: u32) -> Vec3 {
     let point = sobol(owen_scramble(index, hash(seed)));
     let coordinate = |k: usize| {
         let fraction = owen_scramble(point[k], hash_pair(seed, k as u32 + 1));
-        // The upper 24 bits, which is what an f32 holds.
+        // The upper 24 bits, which an f32 holds exactly.
         (fraction >> 8) as f32 / 16_777_216.0
     };
     Vec3::new(coordinate(0), coordinate(1), coordinate(2))

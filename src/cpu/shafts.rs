@@ -1,5 +1,5 @@
-//! Reference of the shafts: what stands between a light and some points, found by
-//! trying every triangle.
+//! Reference of the shafts: the occluders between a light and some points, by a test
+//! of every triangle.
 
 use crate::cpu::lights::{lattice_point, sample_light};
 use crate::cpu::rays::{Geometry, intersect};
@@ -7,8 +7,8 @@ use crate::types::LightSource;
 use glam::Vec3;
 use std::collections::BTreeSet;
 
-/// Triangles that hide some point sample of a light from some of the points, which are named by
-/// position and side and face it.
+/// Triangles that hide a point sample of a light from one of the points, if that faces it; points
+/// are given by position and side.
 pub fn hiders(geometry: Geometry<'_>, light: &LightSource, points: &[(Vec3, u32)]) -> BTreeSet<u32> {
     let mut found = BTreeSet::new();
     for &(position, side) in points {

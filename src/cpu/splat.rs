@@ -1,11 +1,11 @@
-//! Reference of the splat weights: asks every record about every pixel.
+//! Reference of the splat weights: tests every record at every pixel.
 
 use crate::cpu::records::{Tolerance, splat_weight};
 use crate::types::{CachePoint, PixelSurface};
 use glam::Vec3;
 
-/// Records that serve a pixel, which lies on a facet with that geometric normal, in ascending
-/// order, with the weights that they claim, not yet normalised.
+/// Records of a pixel in ascending order, with weights that are not normalised yet; `facet` is the
+/// geometric normal at the pixel.
 pub fn splat(
     pixel: &PixelSurface,
     facet: Vec3,
@@ -17,8 +17,8 @@ pub fn splat(
     weights.filter(|&(_, weight)| weight > 0.0).collect()
 }
 
-/// How well a record fits a pixel that none covers or reaches when relaxed; mirrors
-/// `splat_nearest`, which takes the best. The further and the more turned, the worse.
+/// Fitness of a record for an uncovered pixel without a relaxed record: it falls with the distance
+/// and the angle. Mirrors `splat_nearest`, which takes the best record.
 pub fn fitness(pixel: &PixelSurface, record: &CachePoint) -> f32 {
     -pixel.position.distance(record.position) * (20.0 - 19.0 * pixel.normal.dot(record.normal))
 }

@@ -3,23 +3,23 @@
 use crate::scene::{Image, Material, Texture};
 use glam::{DVec2, DVec3, IVec2, UVec3, Vec2};
 
-/// What colours the triangles.
+/// Images of the triangles.
 #[derive(Clone, Copy, Default)]
 pub struct Textures<'a> {
     /// Materials with their images.
     pub materials: &'a [Material],
-    /// At each triangle's corners; none at all where no material has an image.
+    /// Image coordinates at each triangle's corners; empty if no material has an image.
     pub coordinates: &'a [[Vec2; 3]],
 }
 
-/// Linear value of an sRGB code, as IEC 61966-2-1 has it.
+/// Linear value of an sRGB code (IEC 61966-2-1).
 pub fn linear(code: u8) -> f64 {
     let value = f64::from(code) / 255.0;
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
 impl Textures<'_> {
-    /// Colour of a material's image at a point of a triangle; white where it has none.
+    /// Colour of a material's image at a point of a triangle; white if it has none.
     pub fn colour(&self, material: u32, triangle: u32, barycentric: DVec3) -> DVec3 {
         if self.coordinates.is_empty() {
             return DVec3::ONE;

@@ -5,12 +5,11 @@ use super::sampling::hash;
 /// Below this display value the tone map is the identity; above it, highlights roll off.
 const SHOULDER: f32 = 0.8;
 
-/// The 8-bit sRGB code of a linear value: the exact sRGB curve up to 0.8, so that mid-grey and
-/// everything a diffuse surface shows stay where sRGB puts them; above it a shoulder of continuous
-/// slope that reaches white only at infinity, so that highlights keep their shape. Negative values
-/// and NaN give 0.
+/// The 8-bit sRGB code of a linear value. Up to 0.8 the exact sRGB curve, so that mid-grey and
+/// diffuse surfaces keep their sRGB values. Above it a shoulder of continuous slope that reaches
+/// white only at infinity, so that highlights keep their shape. Negative values and NaN give 0.
 ///
-/// Rounded to the nearest code: for measures. Pictures are [`dithered`].
+/// Rounds to the nearest code, for measurements. Images use [`dithered`].
 pub fn display_value(linear: f32) -> u8 {
     (display_code(linear) + 0.5) as u8
 }
@@ -23,7 +22,7 @@ fn display_code(linear: f32) -> f32 {
     } else {
         linear
     };
-    // White is white, whatever a device's `pow` makes of 1.
+    // White stays exact, whatever the error of a device's `pow`.
     if toned >= 1.0 {
         return 255.0;
     }
@@ -36,14 +35,14 @@ fn dither_noise(pixel: u32, channel: u32) -> f32 {
     (hash(pixel.wrapping_mul(3).wrapping_add(channel)) >> 16) as f32 / 65_536.0
 }
 
-/// The sRGB codes R, G, B, 255 of a pixel, given by its place in the picture: as [`display_value`],
-/// but rounded up or down so that the mean over an area is what the values are. Gradients of less
-/// than a code a pixel show no bands.
+/// The sRGB codes R, G, B, 255 of a pixel, given by its index in the image: as [`display_value`],
+/// but rounded up or down so that the mean over an area is the value. Gradients of less than a code
+/// a pixel show no bands.
 ///
-/// The noise is triangular, the difference of a pixel's uniform number and its right neighbour's,
-/// so that it changes fast from pixel to pixel. Towards black and white, where a triangle's foot
-/// would be cut off and shift the mean, it narrows to the uniform number alone. Black and white are
-/// exact. The same picture always has the same codes.
+/// The noise is triangular: the difference between a pixel's uniform number and its right
+/// neighbour's, which is high-frequency noise. Near black and white it narrows to the uniform
+/// number alone, because clamping a triangle would shift the mean. Black and white are exact. The
+/// same image always has the same codes.
 pub fn dithered(pixel: u32, linear: [f32; 3]) -> [u8; 4] {
     let [r, g, b] = [0, 1, 2].map(|channel| {
         let code = display_code(linear[channel as usize]);

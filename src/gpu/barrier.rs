@@ -1,14 +1,15 @@
-//! The vocabulary of barriers. Call sites name what happens before and after, never a stage or
-//! an access mask.
+//! The vocabulary of barriers. Call sites name the kinds of commands before and after, never a
+//! pipeline stage or an access mask.
 //!
-//! All are global memory barriers: on a single compute queue a barrier for one buffer gains
-//! nothing. The source is a stage with all its writes, the destination a stage with all its reads
-//! and writes. What one submission wrote is visible to the next without any of these.
+//! All are global memory barriers: on a single compute queue, a barrier for one buffer gains
+//! nothing. The source is a pipeline stage with all its writes, the destination a pipeline stage
+//! with all its reads and writes. The writes of one submission are visible to the next without any
+//! of these.
 
 use ash::vk;
 
-/// An execution and memory dependency between what was recorded before it and what is
-/// recorded after it.
+/// An execution and memory dependency between commands recorded before it and commands recorded
+/// after it.
 #[derive(Clone, Copy, Debug)]
 pub struct Barrier {
     pub(super) name: &'static str,
@@ -36,7 +37,7 @@ pub const COMPUTE_TO_COMPUTE: Barrier = Barrier {
     destination: (COMPUTE, COMPUTE_ALL),
 };
 
-/// Dispatches before; after, dispatches whose group counts or data these wrote.
+/// Dispatches before; after, dispatches whose group counts or data they wrote.
 pub const COMPUTE_TO_INDIRECT: Barrier = Barrier {
     name: "COMPUTE_TO_INDIRECT",
     source: (COMPUTE, COMPUTE_WRITES),
@@ -120,14 +121,14 @@ impl Places {
 }
 
 impl Barrier {
-    /// What it waits for. A compute source includes the fetch of indirect group counts, an earlier
-    /// stage of a dispatch.
+    /// The accesses that the barrier waits for. A compute source includes the fetch of indirect
+    /// group counts, an earlier pipeline stage of a dispatch.
     pub(super) fn places_before(self) -> Places {
         let places = Places::of(self.source.0);
         if places.meets(Places::COMPUTE) { places.with(Places::INDIRECT) } else { places }
     }
 
-    /// What waits for it.
+    /// The accesses that wait for the barrier.
     pub(super) fn places_after(self) -> Places {
         Places::of(self.destination.0)
     }

@@ -12,16 +12,16 @@ use super::barrier::TRANSFER_TO_HOST;
 use super::{Context, VkResultExt};
 use crate::error::{Error, Result};
 
-/// Transfers pass through a staging buffer of at most this size, in bytes, piece by piece.
+/// Maximum size of a staging buffer, bytes. Longer transfers use it piece by piece.
 const STAGING_BYTES: u64 = 16 << 20;
 
-/// The smallest buffer: a binding may not be empty. In bytes.
+/// Minimum size of a buffer, bytes: a binding may not be empty.
 const MIN_BYTES: u64 = 16;
 
-/// The most that [`unused_bytes`] adds to a buffer.
+/// Maximum of [`unused_bytes`].
 pub(super) const MAX_UNUSED_BYTES: u64 = 256;
 
-/// What storage is used for.
+/// Usage flags of storage buffers.
 const STORAGE: vk::BufferUsageFlags = vk::BufferUsageFlags::from_raw(
     vk::BufferUsageFlags::STORAGE_BUFFER.as_raw()
         | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER.as_raw()
@@ -35,31 +35,31 @@ pub struct Buffer {
     pub(super) allocated: Arc<Allocated>,
 }
 
-/// A buffer with its memory. Recordings hold on to it until they are done.
+/// A buffer with its memory. Recordings keep it alive until they are done.
 pub(super) struct Allocated {
     context: Arc<Context>,
     pub(super) handle: vk::Buffer,
     pub(super) name: String,
-    /// As asked for.
+    /// Requested size.
     bytes: u64,
-    /// What kernels can address, at least as much.
+    /// Size that kernels can address, at least `bytes`.
     pub(super) bound_bytes: u64,
     location: MemoryLocation,
-    /// Its words as texels, once a kernel has asked for them.
+    /// View of the buffer as texels, created at the first use.
     texels: OnceLock<vk::BufferView>,
-    /// What the address in it points to.
+    /// Buffer to which the stored address points.
     pointee: Option<Arc<Self>>,
-    /// None only while it goes.
+    /// `None` only during drop.
     allocation: Option<Allocation>,
 }
 
 impl Buffer {
-    /// Makes a buffer of that many bytes; of none, one that can be bound all the same. The name
-    /// is for people.
+    /// Creates a buffer of `bytes` bytes. An empty buffer can be bound, too. `name` appears in
+    /// messages.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`] with the need and the limit, where the device cannot bind or
-    /// hold that much.
+    /// [`Error::OutOfMemory`] with the need and the limit, if the device cannot bind or hold so
+    /// much memory.
     pub fn storage(context: &Arc<Context>, name: &str, bytes: u64) -> Result<Self> {
         let limit = context.limits().storage_range_bytes;
         if bytes > limit {
@@ -69,7 +69,7 @@ impl Buffer {
         Ok(Self { allocated: Arc::new(allocated) })
     }
 
-    /// Makes a buffer that holds `data`.
+    /// Creates a buffer that holds `data`.
     ///
     /// # Errors
     /// As [`Buffer::storage`], or a Vulkan call failed.
@@ -79,12 +79,13 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Makes a buffer of one item, whose first words are the address of `data`: that may be longer
-    /// than what the device binds. Shaders only read it, those that know of it
-    /// ([`spirv::USE_BUFFER_DEVICE_ADDRESS`](super::spirv::USE_BUFFER_DEVICE_ADDRESS)).
+    /// Creates a buffer of one item, whose first words are the address of `data`. `data` may be
+    /// longer than a binding of the device. Only shaders with
+    /// [`spirv::USE_BUFFER_DEVICE_ADDRESS`](super::spirv::USE_BUFFER_DEVICE_ADDRESS) read it; none
+    /// writes it.
     ///
     /// # Errors
-    /// As [`Buffer::from_slice`], whatever the device binds.
+    /// As [`Buffer::from_slice`], without the limit of a binding.
     pub fn address_of<T: Pod>(context: &Arc<Context>, name: &str, data: &[T]) -> Result<Self> {
         let usage = vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS
             | vk::BufferUsageFlags::TRANSFER_SRC
@@ -105,8 +106,8 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Makes a host-visible flag, zero, that kernels seldom write and the host reads
-    /// without a transfer.
+    /// Creates a host-visible flag, zero. Kernels seldom write it, and the host reads it without a
+    /// transfer.
     ///
     /// # Errors
     /// As [`Buffer::storage`].
@@ -117,7 +118,7 @@ impl Buffer {
         Ok(Self { allocated: Arc::new(allocated) })
     }
 
-    /// What recordings that are done have left in such a flag.
+    /// The value of a host-visible flag after the recordings that are done.
     pub fn read_flag(&self) -> u32 {
         bytemuck::pod_read_unaligned(&self.allocated.mapped()[..size_of::<u32>()])
     }
@@ -126,13 +127,13 @@ impl Buffer {
         self.allocated.location == MemoryLocation::GpuToCpu
     }
 
-    /// The same storage, for one more owner.
+    /// Another handle to the same storage.
     #[must_use]
     pub fn share(&self) -> Self {
         Self { allocated: self.allocated.clone() }
     }
 
-    /// What the address in the buffer points to; the buffer itself if it holds none.
+    /// The buffer to which the stored address points, or the buffer itself if it stores none.
     pub fn followed(&self) -> Self {
         Self { allocated: self.allocated.pointee.as_ref().unwrap_or(&self.allocated).clone() }
     }
@@ -141,7 +142,7 @@ impl Buffer {
         self.allocated.pointee.is_some()
     }
 
-    /// Its size in bytes, as asked for.
+    /// Requested size, bytes.
     pub fn bytes(&self) -> u64 {
         self.allocated.bytes
     }
@@ -205,7 +206,7 @@ impl Buffer {
         for piece in bytes.chunks_mut(STAGING_BYTES as usize) {
             self.allocated.context.run(|rec| {
                 rec.copy_bytes(self, offset, &staging, 0, piece.len() as u64);
-                // Not for the hazard check, which knows nothing of the host.
+                // Not reported to the hazard check, which does not track the host.
                 rec.pipeline_barrier(TRANSFER_TO_HOST);
             })?;
             let begun = Instant::now();
@@ -227,7 +228,7 @@ impl Buffer {
     }
 }
 
-/// Bytes at the end of a buffer that nothing is stored in.
+/// Number of unused bytes at the end of a buffer.
 ///
 /// llvmpipe (Mesa 22.3.6) treats texel buffers like images. It compiles a shader again if the size
 /// of one becomes a power of two, or if the second byte of that size becomes zero: that byte is
@@ -248,10 +249,10 @@ impl Allocated {
         usage: vk::BufferUsageFlags,
         location: MemoryLocation,
     ) -> Result<Self> {
-        // Fills work in words, texels are four.
+        // Fills work on words, and a texel has four.
         let bound_bytes = bytes.max(MIN_BYTES).next_multiple_of(16);
         let info = vk::BufferCreateInfo::default().size(bound_bytes + unused_bytes(bound_bytes)).usage(usage);
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         let handle = unsafe { context.device.create_buffer(&info, None) }.vk("vkCreateBuffer")?;
         let mut allocated = Self {
             context: context.clone(),
@@ -272,7 +273,7 @@ impl Allocated {
                 AllocationCreateDesc { name, requirements, location, linear: true, allocation_scheme };
             context.with_allocator(|allocator| allocator.allocate(&request))
         };
-        // Where there is no room for a block, there may be for what was asked for.
+        // If there is no memory for a block, there may be enough for this buffer alone.
         let allocation = allocate(AllocationScheme::GpuAllocatorManaged)
             .or_else(|_| allocate(AllocationScheme::DedicatedBuffer(handle)))
             .map_err(|error| {
@@ -290,7 +291,7 @@ impl Allocated {
         Ok(allocated)
     }
 
-    /// The view that kernels bind which read texels of four words.
+    /// The view for kernels that read texels of four words.
     pub(super) fn texels(&self) -> Result<vk::BufferView> {
         if let Some(&view) = self.texels.get() {
             return Ok(view);
@@ -305,7 +306,7 @@ impl Allocated {
         let kept = *self.texels.get_or_init(|| view);
         if kept != view {
             // Another thread was faster.
-            // SAFETY: another was there first: nobody has heard of this one.
+            // SAFETY: this view is not stored, so no other code uses it.
             unsafe { self.context.device.destroy_buffer_view(view, None) };
         }
         Ok(kept)
@@ -334,9 +335,9 @@ impl Allocated {
     fn store(&self, data: &[u8]) {
         let mapped = self.mapped();
         assert!(data.len() <= mapped.len(), "pieces fit the staging buffer");
-        // SAFETY: the memory is mapped for writing, at least as long as the data (asserted), and
-        // nobody else uses it: the staging buffer is local to one transfer whose submissions are
-        // done, and of a new host flag nobody else has heard.
+        // SAFETY: the memory is mapped for writing, at least as long as the data (asserted), and no
+        // other code uses it. The staging buffer is local to one transfer whose submissions are
+        // done, and a new host flag has no other owner.
         unsafe { std::ptr::copy_nonoverlapping(data.as_ptr(), mapped.as_ptr().cast_mut(), data.len()) };
     }
 }
@@ -362,12 +363,12 @@ impl Drop for Allocated {
     }
 }
 
-/// Which call failed, and how.
+/// The call that failed, and its result.
 fn failure(error: &AllocationError) -> String {
     match error {
         AllocationError::OutOfMemory => "vkAllocateMemory: VK_ERROR_OUT_OF_DEVICE_MEMORY".to_owned(),
         AllocationError::FailedToMap(why) => format!("vkMapMemory: {why}"),
-        // It quotes call and code.
+        // The text has the call and its code.
         other => other.to_string(),
     }
 }

@@ -1,4 +1,4 @@
-//! RenderDoc, where the program runs under it: captures of what the program says is a frame.
+//! RenderDoc captures, if the program runs under RenderDoc. The program sets the bounds of a frame.
 
 use std::ffi::{CString, c_void};
 use std::path::{Path, PathBuf};
@@ -8,11 +8,11 @@ use renderdoc_sys as renderdoc;
 
 use crate::error::{Error, Result};
 
-/// RenderDoc's functions. It is never loaded from here: it must have been there before Vulkan was,
-/// to see all calls.
+/// RenderDoc's functions. The program never loads it: to see all calls, it must be loaded before
+/// Vulkan.
 pub struct Capture {
     api: *const renderdoc::RENDERDOC_API_1_1_2,
-    /// Keeps the functions where they are.
+    /// Keeps the library loaded.
     _library: Library,
 }
 
@@ -21,10 +21,10 @@ type Library = libloading::os::unix::Library;
 #[cfg(windows)]
 type Library = libloading::os::windows::Library;
 
-/// The library if it is loaded already.
+/// The library, if it is already loaded.
 #[cfg(unix)]
 fn loaded() -> Option<Library> {
-    // The crate has no name for it.
+    // `libloading` does not define this flag.
     const RTLD_NOLOAD: i32 = if cfg!(target_vendor = "apple") { 0x10 } else { 0x4 };
     // SAFETY: with this flag nothing is loaded, so that no initialiser runs.
     unsafe { Library::open(Some("librenderdoc.so"), libloading::os::unix::RTLD_NOW | RTLD_NOLOAD) }.ok()
@@ -35,7 +35,7 @@ fn loaded() -> Option<Library> {
     Library::open_already_loaded("renderdoc.dll").ok()
 }
 
-/// A function of RenderDoc's table. All of them were in its first version.
+/// A function of RenderDoc's table. The first version has all of them.
 macro_rules! function {
     ($from:expr) => {
         $from.expect("RenderDoc has all functions of the version that it gave")
@@ -43,8 +43,8 @@ macro_rules! function {
 }
 
 impl Capture {
-    /// RenderDoc, if it is in this process. Its layer comes with the Vulkan instance: look when a
-    /// [`Context`](super::Context) is open.
+    /// RenderDoc, if this process has loaded it. Its layer comes with the Vulkan instance, so call
+    /// this when a [`Context`](super::Context) is open.
     pub fn attached() -> Option<Self> {
         let library = loaded()?;
         let mut api = ptr::null_mut::<c_void>();
@@ -57,10 +57,10 @@ impl Capture {
         (told == 1 && !api.is_null()).then_some(Self { api: api.cast_const().cast(), _library: library })
     }
 
-    /// Sets how the names of captures begin; RenderDoc adds a number and `.rdc`.
+    /// Sets the prefix of the names of captures; RenderDoc adds a number and `.rdc`.
     ///
     /// # Errors
-    /// The name is none that a file can have.
+    /// A file cannot have this name.
     pub fn set_template(&self, template: &Path) -> Result<()> {
         let text = template.to_str().and_then(|text| CString::new(text).ok());
         let text = text.ok_or_else(|| Error::output(template, "is no name that RenderDoc takes"))?;
@@ -69,11 +69,11 @@ impl Capture {
         Ok(())
     }
 
-    /// Captures what `frame` has the device do, whatever device that is: nobody presents anything.
+    /// Captures all work of the device during `frame`, on any device: no frame is presented.
     /// Returns the file.
     ///
     /// # Errors
-    /// Those of `frame`; [`Error::Usage`] where RenderDoc captured nothing.
+    /// The errors of `frame`; [`Error::Usage`] if RenderDoc captured nothing.
     pub fn frame<T>(&self, frame: impl FnOnce() -> Result<T>) -> Result<(T, PathBuf)> {
         let any = ptr::null_mut();
         // SAFETY: null stands for the only device and for no window. What was begun is ended, also

@@ -1,4 +1,4 @@
-//! The device as everything else sees it.
+//! The device, as the other modules use it.
 
 use std::ffi::{CStr, CString};
 use std::sync::{Arc, Mutex};
@@ -21,21 +21,21 @@ use super::timing::PassTiming;
 use super::tuning::Tuning;
 use crate::error::{Error, Result};
 
-/// Memory is taken from the device in blocks that grow from the first size to the second, in bytes.
+/// Sizes of the first and of later memory blocks, bytes.
 const BLOCK_BYTES: [u64; 2] = [16 << 20, 128 << 20];
 
-/// How to open a device.
+/// Options for opening a device.
 #[derive(Clone, Debug)]
 pub struct ContextOptions {
-    /// An index as `lightpaths info` lists them, or part of a name in any case. None:
-    /// the best device.
+    /// An index in the list of `lightpaths info`, or part of a name in any case. `None`: the best
+    /// device.
     pub device: Option<String>,
-    /// Turn on the validation layer with its synchronisation checks; it must be installed.
+    /// Enables the validation layer with its synchronisation checks; it must be installed.
     pub validation: bool,
-    /// Panic where two passes use a buffer with no barrier between them that orders it.
+    /// Panics if two passes use a buffer and no barrier between them orders it.
     pub hazard_check: bool,
-    /// Ask pipelines for the driver's statistics, where it
-    /// has any: [`Context::pipeline_statistics`].
+    /// Queries the driver's statistics of pipelines, if there are any:
+    /// [`Context::pipeline_statistics`].
     pub statistics: bool,
 }
 
@@ -46,17 +46,17 @@ impl Default for ContextOptions {
     }
 }
 
-/// Bytes of all live [`Buffer`](super::Buffer)s of a context, as asked for: what the allocator
-/// rounds up is not counted.
+/// Bytes of all live [`Buffer`](super::Buffer)s of a context, as requested: rounding by the
+/// allocator does not count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MemoryUse {
     /// Storage on the device, now.
     pub current_bytes: u64,
     /// Storage on the device, at most.
     pub peak_bytes: u64,
-    /// Host memory that transfers pass through, at most.
+    /// Host memory of staging buffers, at most.
     pub peak_staging_bytes: u64,
-    /// The largest buffer ever made on the device, which is the largest binding.
+    /// The largest buffer ever created on the device, which is the largest binding.
     pub largest_binding_bytes: u64,
     pub(super) staging_bytes: u64,
 }
@@ -75,9 +75,9 @@ pub struct Context {
     has_window: bool,
     pub(super) queue_family: u32,
     queue: Mutex<vk::Queue>,
-    /// None only while the context goes.
+    /// `None` only during drop.
     allocator: Mutex<Option<Allocator>>,
-    /// Finished submissions, to be used again.
+    /// Finished submissions, for reuse.
     submissions: Mutex<Vec<Submission>>,
     redundant_barriers: Mutex<Vec<String>>,
     summary: DeviceSummary,
@@ -88,17 +88,18 @@ pub struct Context {
 }
 
 impl Context {
-    /// Opens a device: the one asked for, or the best: discrete before integrated before
-    /// virtual before CPU.
+    /// Opens the requested device, or else the best: discrete before integrated before virtual
+    /// before CPU.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] says what was found, why it was refused, and what to install.
+    /// [`Error::NoDevice`] with the devices found, the reasons against each, and the driver to
+    /// install.
     pub fn new(options: &ContextOptions) -> Result<Arc<Self>> {
         Self::open(Arc::new(Instance::new(options.validation, &[])?), options, None)
     }
 
-    /// As [`Self::new`], a device that can show pictures in that window, and the surface to show
-    /// them on. The window must live as long as the surface.
+    /// As [`Self::new`], for a device that can present to the window, with the window's surface.
+    /// The window must outlive the surface.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -169,10 +170,10 @@ impl Context {
         Ok(Arc::new(context))
     }
 
-    /// Every device of this machine, with the reason where one cannot be used.
+    /// Every device of this machine, with the reason if it cannot be used.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] where not even the loader or a driver is there.
+    /// [`Error::NoDevice`] if there is no loader or no driver.
     pub fn devices() -> Result<Vec<DeviceSummary>> {
         let instance = Instance::new(false, &[])?;
         Ok(device::candidates(&instance, None)?.into_iter().map(|candidate| candidate.summary).collect())
@@ -188,23 +189,23 @@ impl Context {
         &self.summary.driver
     }
 
-    /// Whether the device is the processor: its timings say nothing about a GPU.
+    /// Whether the device is the CPU; its timings do not predict those of a GPU.
     pub fn is_cpu(&self) -> bool {
         self.summary.kind == CPU
     }
 
-    /// The device's limits that matter here.
+    /// The limits of the device.
     pub fn limits(&self) -> &Limits {
         &self.summary.limits
     }
 
-    /// What is tuned for devices of its class.
+    /// Tuning values for the device's class.
     pub fn tuning(&self) -> &Tuning {
         &self.tuning
     }
 
-    /// Whether timestamps wait for a barrier before they are taken: lavapipe puts them in line with
-    /// what it draws, once it has drawn to a window.
+    /// Whether timestamps wait for a barrier first: once lavapipe has drawn to a window, it
+    /// executes them in order with its draws.
     pub(super) fn delays_timestamps(&self) -> bool {
         self.has_window && self.is_cpu()
     }
@@ -214,7 +215,7 @@ impl Context {
         *self.memory.lock().expect("no holder panics")
     }
 
-    /// Lets the peaks of [`Self::memory`] begin anew with what is in use.
+    /// Resets the peaks of [`Self::memory`] to the current use.
     pub fn reset_memory_peak(&self) {
         let mut memory = self.memory.lock().expect("no holder panics");
         memory.peak_bytes = memory.current_bytes;
@@ -227,14 +228,14 @@ impl Context {
         self.instance.take_messages()
     }
 
-    /// Barriers that ordered no two conflicting uses, in the recordings since the last call, in
-    /// words. Empty when the hazard check is off.
+    /// Redundant barriers in the recordings since the last call, as text: they ordered no two
+    /// conflicting uses. Empty when the hazard check is off.
     pub fn take_redundant_barriers(&self) -> Vec<String> {
         std::mem::take(&mut self.redundant_barriers.lock().expect("no holder panics"))
     }
 
-    /// Records commands, submits them, waits, and returns what `record` returned with the time of
-    /// each pass in order. A recording that meets pipelines which are not compiled yet is not
+    /// Records commands, submits them and waits. Returns the result of `record` and the time of
+    /// each pass in order. If a recording uses pipelines that are not compiled yet, it is not
     /// submitted: they are compiled in parallel, and `record` is called again.
     ///
     /// # Errors
@@ -254,19 +255,18 @@ impl Context {
         Ok((value, timings))
     }
 
-    /// How many pipelines the driver has compiled for this context.
+    /// Number of pipelines that the driver has compiled for this context.
     pub fn pipelines_made(&self) -> u32 {
         self.pipelines.made()
     }
 
-    /// Time on the clock that compiling these pipelines took.
+    /// Wall-clock time of compiling these pipelines.
     pub fn compile_time(&self) -> Duration {
         self.pipelines.compile_time()
     }
 
-    /// What the driver tells of the pipelines made since the last call, in the order
-    /// in which they were made; none where it tells nothing of pipelines, or was not
-    /// to be asked ([`ContextOptions::statistics`]).
+    /// The driver's statistics of pipelines created since the last call, in order of creation.
+    /// `None` if the driver has no statistics, or if [`ContextOptions::statistics`] is off.
     pub fn pipeline_statistics(&self) -> Option<Vec<PipelineStatistics>> {
         self.optional.reports_executables().then(|| self.optional.take_statistics())
     }
@@ -295,19 +295,19 @@ impl Context {
         self.physical_device
     }
 
-    /// Waits until the device has nothing to do.
+    /// Waits until the device is idle.
     #[cfg(feature = "window")]
     pub(super) fn wait_idle(&self) -> Result<()> {
         // SAFETY: the device is alive; whoever holds the queue waits for it.
         self.with_queue(|_| unsafe { self.device.device_wait_idle() }).vk("vkDeviceWaitIdle")
     }
 
-    /// Calls `submit` with the queue, which takes one caller at a time.
+    /// Calls `submit` with the queue, which one caller uses at a time.
     pub(super) fn with_queue<T>(&self, submit: impl FnOnce(vk::Queue) -> T) -> T {
         submit(*self.queue.lock().expect("no holder panics"))
     }
 
-    /// Calls `work` with the allocator, which takes one caller at a time.
+    /// Calls `work` with the allocator, which one caller uses at a time.
     pub(super) fn with_allocator<T>(&self, work: impl FnOnce(&mut Allocator) -> T) -> T {
         let mut allocator = self.allocator.lock().expect("no holder panics");
         work(allocator.as_mut().expect("the allocator lives as long as the context"))
@@ -319,8 +319,7 @@ impl Context {
     }
 }
 
-/// Names of Vulkan objects for validation messages and debuggers. `None`: there is nothing that
-/// would show them.
+/// Names of Vulkan objects for validation messages and debuggers. `None` if neither is active.
 pub(super) struct Names(pub(super) Option<ash::ext::debug_utils::Device>);
 
 impl Names {
@@ -328,7 +327,7 @@ impl Names {
         let Some(debug_utils) = &self.0 else { return };
         let name = CString::new(name).expect("names hold no NUL");
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
-        // A debug name that cannot be set is no reason to stop.
+        // A debug name is optional, so its failure is ignored.
         // SAFETY: the object is alive, and its name outlives the call.
         let _ = unsafe { debug_utils.set_debug_utils_object_name(&info) };
     }
@@ -336,7 +335,7 @@ impl Names {
 
 impl Drop for Context {
     fn drop(&mut self) {
-        // After a lost device this fails, and everything is to be destroyed all the same.
+        // This fails on a lost device; everything is destroyed nevertheless.
         // SAFETY: the device is alive; whoever holds the queue waits for it.
         let _ = unsafe { self.device.device_wait_idle() };
         for submission in self.submissions.get_mut().expect("no holder panics").drain(..) {
@@ -344,7 +343,8 @@ impl Drop for Context {
         }
         self.pipelines.destroy(&self.device);
         drop(self.allocator.get_mut().expect("no holder panics").take());
-        // SAFETY: all that was made from the device is gone, and it does nothing any more.
+        // SAFETY: every object that was created from the device is destroyed, and the device is
+        // idle.
         unsafe { self.device.destroy_device(None) };
     }
 }

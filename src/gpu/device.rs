@@ -1,4 +1,4 @@
-//! Which device to use: what each one can do, why one is refused, which one is best.
+//! Selects a device: abilities of each, reasons against it, and the best one.
 
 use ash::vk;
 
@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 /// Bytes of a texel: four words.
 const TEXEL_BYTES: u64 = 16;
 
-/// The limits of a device that matter here.
+/// The limits of a device that passes and buffers depend on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
     /// Largest buffer that can be bound, as storage and as texels of four words, in bytes.
@@ -31,16 +31,16 @@ pub struct Limits {
     pub subgroup_size: u32,
     /// Workgroups of a dispatch along each axis.
     pub workgroup_count: [u32; 3],
-    /// Nanoseconds a timestamp tick.
+    /// Nanoseconds for each timestamp tick.
     pub timestamp_period_ns: f32,
-    /// Bits of a timestamp that count. Zero: the device has no timestamps, and is refused.
+    /// Valid bits of a timestamp. Zero: the device has no timestamps, and is refused.
     pub timestamp_bits: u32,
 }
 
-/// One device as the user may want to see it.
+/// Description of one device for the user.
 #[derive(Clone, Debug)]
 pub struct DeviceSummary {
-    /// Position in the list of devices; `--device` takes it.
+    /// Index in the list of devices, as `--device` takes it.
     pub index: usize,
     /// The driver's name for the device.
     pub name: String,
@@ -48,9 +48,9 @@ pub struct DeviceSummary {
     pub kind: &'static str,
     /// Driver name and version.
     pub driver: String,
-    /// The limits that matter.
+    /// Limits of the device.
     pub limits: Limits,
-    /// Why the device cannot be used, if so.
+    /// The reason why the device cannot be used, if there is one.
     pub unmet: Option<String>,
 }
 
@@ -61,7 +61,7 @@ pub(super) struct Candidate {
     pub(super) queue_family: u32,
 }
 
-/// Kinds of device, the best first.
+/// Kinds of devices, the best first.
 const KINDS: [(vk::PhysicalDeviceType, &str); 4] = [
     (vk::PhysicalDeviceType::DISCRETE_GPU, "discrete GPU"),
     (vk::PhysicalDeviceType::INTEGRATED_GPU, "integrated GPU"),
@@ -72,12 +72,11 @@ pub(super) const CPU: &str = "CPU";
 
 /// Every device of the machine, usable or not.
 ///
-/// `shows`: whether queues of a family of a device can show pictures in the window, if
-/// there is one.
+/// `shows`: whether queues of a family of a device can present to the window, if there is one.
 pub(super) fn candidates(instance: &Instance, shows: Option<Shows<'_>>) -> Result<Vec<Candidate>> {
-    // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+    // SAFETY: the queried objects are alive, and the result has the structures that it needs.
     let handles = match unsafe { instance.raw.enumerate_physical_devices() } {
-        // What the loader answers when drivers are installed and none finds a device.
+        // The loader returns this if drivers are installed and none finds a device.
         Err(vk::Result::ERROR_INITIALIZATION_FAILED) => Vec::new(),
         other => other.vk("vkEnumeratePhysicalDevices")?,
     };
@@ -97,12 +96,12 @@ fn examine(
         .push_next(&mut driver)
         .push_next(&mut push)
         .push_next(&mut subgroup);
-    // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+    // SAFETY: the queried objects are alive, and the result has the structures that it needs.
     unsafe { instance.raw.get_physical_device_properties2(handle, &mut properties) };
     let properties = properties.properties;
-    // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+    // SAFETY: the queried objects are alive, and the result has the structures that it needs.
     let memory = unsafe { instance.raw.get_physical_device_memory_properties(handle) };
-    // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+    // SAFETY: the queried objects are alive, and the result has the structures that it needs.
     let families = unsafe { instance.raw.get_physical_device_queue_family_properties(handle) };
     let computes = |(_, family): &(u32, &vk::QueueFamilyProperties)| {
         family.queue_flags.contains(vk::QueueFlags::COMPUTE)
@@ -156,19 +155,20 @@ fn examine(
     Ok(Candidate { handle, summary, queue_family: family.map_or(0, |(index, _)| index) })
 }
 
-/// Whether queues of that family of that device can show pictures in the window.
+/// Whether queues of a family of a device can present to the window.
 pub(super) type Shows<'a> = &'a dyn Fn(vk::PhysicalDevice, u32) -> Result<bool>;
 
-/// Device extensions that a window needs besides.
+/// Further device extensions that a window needs.
 pub(super) const WINDOW_EXTENSIONS: [&std::ffi::CStr; 2] =
     [ash::khr::swapchain::NAME, ash::khr::dynamic_rendering::NAME];
 
-/// Device extensions that everything here rests on.
+/// Device extensions that are always needed.
 pub(super) const EXTENSIONS: [&std::ffi::CStr; 2] =
     [ash::khr::synchronization2::NAME, ash::khr::push_descriptor::NAME];
 
-/// Limits of which Vulkan promises less than the shaders need, in words; none if all are met.
-/// `tests/failures` holds what they need against their binaries.
+/// The first limit that is too low for the shaders, as text. `None` if all are met. Only limits
+/// whose minimum in Vulkan is too low are tested; `tests/failures` compares the needs with the
+/// binaries.
 fn too_low(limits: &Limits) -> Option<String> {
     let rows = [
         ("maxPerStageDescriptorStorageBuffers (or maxPushDescriptors)", limits.storage_buffers, 20),
@@ -182,7 +182,7 @@ fn too_low(limits: &Limits) -> Option<String> {
         .then(|| format!("its {}: no setting needs less, use another device", words.join(", its ")))
 }
 
-/// What a device lacks, if anything.
+/// The first requirement that a device does not meet, if there is one.
 fn unmet(
     instance: &Instance,
     handle: vk::PhysicalDevice,
@@ -196,7 +196,7 @@ fn unmet(
             "its driver speaks Vulkan {major}.{minor}, 1.2 is needed: update the driver"
         )));
     }
-    // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+    // SAFETY: the queried objects are alive, and the result has the structures that it needs.
     let extensions = unsafe { instance.raw.enumerate_device_extension_properties(handle) }
         .vk("vkEnumerateDeviceExtensionProperties")?;
     let for_window: &[_] = if shows_window.is_some() { &WINDOW_EXTENSIONS } else { &[] };
@@ -210,7 +210,7 @@ fn unmet(
     let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
     let mut sync2 = vk::PhysicalDeviceSynchronization2Features::default();
     let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan12).push_next(&mut sync2);
-    // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+    // SAFETY: the queried objects are alive, and the result has the structures that it needs.
     unsafe { instance.raw.get_physical_device_features2(handle, &mut features) };
     let needs = [
         ("scalarBlockLayout", vulkan12.scalar_block_layout == vk::TRUE),
@@ -226,7 +226,7 @@ fn unmet(
 }
 
 /// The wanted device (an index, or part of a name in any case), or the best usable one. Returns its
-/// place in the list.
+/// index in the list.
 pub(super) fn choose(summaries: &[&DeviceSummary], wanted: Option<&str>) -> Result<usize> {
     let list = || {
         let line = |s: &&DeviceSummary| {

@@ -1,4 +1,4 @@
-//! FNV-1a, shared by the build script and the interface test: it notices a change, it does not
+//! FNV-1a, shared by the build script and the interface test. It detects changes and does not
 //! resist an attacker.
 
 /// The 64-bit FNV-1a hash of `bytes`, as 16 hexadecimal digits.

@@ -1,8 +1,8 @@
-//! The record-time hazard check: which buffer was touched where since the barrier that would
-//! have ordered it.
+//! The record-time hazard check. For each buffer it stores the uses since the barrier that would
+//! have ordered them.
 //!
-//! Accesses come from `readonly` and `writeonly` in the SPIR-V, so nothing is declared by hand. The
-//! check is conservative: two passes that add atomically to one buffer count as a hazard.
+//! Accesses come from `readonly` and `writeonly` in the SPIR-V, so no pass declares them. The check
+//! is conservative: two passes that add atomically to one buffer count as a hazard.
 
 use std::collections::HashMap;
 
@@ -13,7 +13,7 @@ use super::barrier::{Barrier, Places};
 pub(super) struct Use {
     /// Identity of the buffer.
     pub(super) buffer: u64,
-    /// What the pass calls it.
+    /// Name of the buffer in the pass.
     pub(super) name: String,
     pub(super) place: Places,
     pub(super) reads: bool,
@@ -25,8 +25,8 @@ struct Open {
     pass: &'static str,
     place: Places,
     writes: bool,
-    /// The places that a barrier has ordered behind this use, each with the index of the first
-    /// barrier that did.
+    /// Accesses that a barrier has ordered behind this use, each with the index of the first such
+    /// barrier.
     ordered: Vec<(Places, usize)>,
 }
 
@@ -43,7 +43,7 @@ pub(super) struct Hazards {
 }
 
 impl Hazards {
-    /// Takes one command's uses. Panics if one conflicts with an earlier use that no barrier
+    /// Adds the uses of one command. Panics if one conflicts with an earlier use that no barrier
     /// ordered before it.
     pub(super) fn command(&mut self, pass: &'static str, uses: &[Use]) {
         for new in uses {
@@ -63,8 +63,8 @@ impl Hazards {
                 self.barriers[index].is_needed = true;
             }
         }
-        // What is ordered after a write is ordered after all that the write was ordered after: only
-        // it stays open.
+        // A write is ordered after all earlier uses, and later uses are ordered after the write. So
+        // only the write stays open.
         for new in uses.iter().filter(|new| new.writes) {
             self.open.insert(new.buffer, vec![Open::new(pass, new, true)]);
         }
@@ -78,7 +78,7 @@ impl Hazards {
         }
     }
 
-    /// Takes a barrier, recorded after `pass`.
+    /// Adds a barrier that was recorded after `pass`.
     pub(super) fn barrier(&mut self, barrier: Barrier, pass: &str) {
         let index = self.barriers.len();
         let description = format!("barrier {index}, {} after `{pass}`, separates nothing", barrier.name);

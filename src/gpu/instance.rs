@@ -13,19 +13,19 @@ const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 type Messages = Mutex<Vec<String>>;
 
-/// An instance, and the messages of the validation layer when that is on.
+/// An instance, with the messages of the validation layer if it is on.
 pub(super) struct Instance {
     pub(super) raw: ash::Instance,
     pub(super) has_debug_utils: bool,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
-    /// Boxed: the messenger holds its address.
+    /// Boxed, because the messenger holds its address.
     messages: Box<Messages>,
     entry: ash::Entry,
 }
 
 impl Instance {
-    /// Loads Vulkan with what a window needs, if there is one. With `validation`, the validation
-    /// layer with its synchronisation checks must be installed.
+    /// Loads Vulkan, with the extensions of a window if there is one. With `validation`, the
+    /// validation layer and its synchronisation checks must be installed.
     pub(super) fn new(validation: bool, window_extensions: &[*const c_char]) -> Result<Self> {
         // SAFETY: the loader is the system's Vulkan loader, whose initialisers may run.
         let entry = unsafe { ash::Entry::load() }.map_err(|error| {
@@ -86,9 +86,9 @@ impl Drop for Instance {
         }
         // SAFETY: it is ours, and whatever was made from it is gone.
         unsafe { self.raw.destroy_instance(None) };
-        // Nobody is left to ask for these: leaks show up when the device goes.
+        // No caller can take these messages any more: leaks appear when the device is destroyed.
         for message in self.take_messages() {
-            // If that fails there is nobody left to tell.
+            // `drop` cannot return a failure of the output.
             let _ = writeln!(std::io::stderr(), "validation: {message}");
         }
     }

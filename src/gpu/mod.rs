@@ -1,10 +1,10 @@
-//! The device: the only code that talks to Vulkan and the only code that is `unsafe`.
+//! The device layer: the only code that calls Vulkan, and the only `unsafe` code.
 //!
-//! Compute on one queue; only `window` draws, on the same one. A [`Context`] owns device and
-//! memory, a [`Buffer`] is storage on it, a [`Pipeline`] is a shader made ready, all it needs to
-//! know read from its SPIR-V. [`Context::run`] records, submits and waits: within it
-//! [`Recorder::pass`] opens a pass, which is a label, two timestamps and a row in the returned
-//! timings. Barriers are explicit, from the vocabulary in [`barrier`], and checked while recording.
+//! All compute runs on one queue; only `window` draws, on the same queue. A [`Context`] owns device
+//! and memory, a [`Buffer`] is storage on it, a [`Pipeline`] is a compiled shader whose interface
+//! is read from its SPIR-V. [`Context::run`] records, submits and waits. Within it,
+//! [`Recorder::pass`] opens a pass: a label, two timestamps and a row in the returned timings.
+//! Barriers are explicit, from the vocabulary in [`barrier`], and checked while recording.
 
 pub mod barrier;
 mod buffer;
@@ -45,7 +45,7 @@ pub use tuning::Tuning;
 use crate::error::{Error, Result};
 use ash::vk;
 
-/// Turns the result of a Vulkan call into ours, keeping the call's name.
+/// Converts the result of a Vulkan call to the crate's, with the name of the call.
 trait VkResultExt<T> {
     fn vk(self, call: &'static str) -> Result<T>;
 }

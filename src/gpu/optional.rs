@@ -1,5 +1,5 @@
-//! What a device may have besides and only profiling uses: a clock that can be read,
-//! statistics of pipelines.
+//! Optional abilities of a device that only profiling uses: a readable clock, and statistics of
+//! pipelines.
 
 use std::ffi::CStr;
 use std::sync::Mutex;
@@ -10,13 +10,13 @@ use super::VkResultExt;
 use super::instance::Instance;
 use crate::error::Result;
 
-/// What a device offers of it, and is wanted.
+/// Optional abilities that the device offers and the caller wants.
 pub(super) struct Offers {
     clock: Option<&'static CStr>,
     executables: bool,
 }
 
-/// What was enabled of it.
+/// Optional abilities that are enabled.
 pub(super) struct Optional {
     pub(super) clock: Option<DeviceClock>,
     executables: Option<ash::khr::pipeline_executable_properties::Device>,
@@ -29,39 +29,39 @@ pub(super) enum DeviceClock {
     Ext(ash::ext::calibrated_timestamps::Device),
 }
 
-/// What a driver tells of one executable of a pipeline.
+/// A driver's statistics of one executable of a pipeline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PipelineStatistics {
     /// Stem of the shader.
     pub stem: &'static str,
-    /// The driver's name for the executable: mostly one a pipeline.
+    /// The driver's name for the executable; most pipelines have one.
     pub executable: String,
-    /// Invocations that run in lockstep; 0 where the driver does not tell.
+    /// Invocations that run in lockstep; 0 if the driver does not report it.
     pub subgroup_size: u32,
-    /// In the driver's order.
+    /// Statistics in the driver's order.
     pub statistics: Vec<Statistic>,
 }
 
-/// One number, in the driver's words.
+/// One number, with the driver's name and description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statistic {
-    /// Such as "Register Count".
+    /// Name, such as "Register Count".
     pub name: String,
-    /// What it means, unit included.
+    /// Description of the number, unit included.
     pub description: String,
-    /// As text: drivers tell integers, fractions and truths.
+    /// Value as text: drivers report integers, fractions and booleans.
     pub value: String,
 }
 
 impl Offers {
-    /// Statistics are only looked for where they are wanted: drivers may keep more of
-    /// a pipeline then.
+    /// Queries the abilities of a device. Statistics are queried only if they are wanted: drivers
+    /// may store more for each pipeline then.
     pub(super) fn of(
         instance: &Instance,
         device: vk::PhysicalDevice,
         wants_statistics: bool,
     ) -> Result<Self> {
-        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+        // SAFETY: the queried objects are alive, and the result has the structures that it needs.
         let extensions = unsafe { instance.raw.enumerate_device_extension_properties(device) }
             .vk("vkEnumerateDeviceExtensionProperties")?;
         let has = |name: &CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
@@ -73,7 +73,8 @@ impl Offers {
         let executables = wants_statistics && has(ash::khr::pipeline_executable_properties::NAME) && {
             let mut executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
             let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut executables);
-            // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+            // SAFETY: the queried objects are alive, and the result has the structures that it
+            // needs.
             unsafe { instance.raw.get_physical_device_features2(device, &mut features) };
             executables.pipeline_executable_info == vk::TRUE
         };
@@ -86,7 +87,7 @@ impl Offers {
         self.clock.into_iter().chain(executables)
     }
 
-    /// The feature to enable, true or false.
+    /// The feature of pipeline statistics, enabled or not.
     pub(super) fn feature(&self) -> vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR<'static> {
         vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
             .pipeline_executable_info(self.executables)
@@ -96,7 +97,7 @@ impl Offers {
         self.executables
     }
 
-    /// The functions of a device that was made with these.
+    /// The functions of a device that was created with these extensions.
     pub(super) fn load(&self, instance: &Instance, device: &ash::Device) -> Optional {
         let clock = self.clock.map(|name| match name == ash::khr::calibrated_timestamps::NAME {
             true => DeviceClock::Khr(ash::khr::calibrated_timestamps::Device::new(&instance.raw, device)),
@@ -109,31 +110,31 @@ impl Offers {
     }
 }
 
-/// Whether the device's own clock is among those that can be read. The host's is read by
-/// ourselves, before and after: the standard library does not tell which of the system's clocks
-/// its instants are of.
+/// Whether the device's own clock can be read. The host's clock is read separately, before and
+/// after, because the standard library does not document which system clock its instants use.
 fn reads_device_clock(instance: &Instance, device: vk::PhysicalDevice, name: &CStr) -> Result<bool> {
     let domains = if name == ash::khr::calibrated_timestamps::NAME {
         let functions = ash::khr::calibrated_timestamps::Instance::new(instance.entry(), &instance.raw);
-        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+        // SAFETY: the queried objects are alive, and the result has the structures that it needs.
         unsafe { functions.get_physical_device_calibrateable_time_domains(device) }
     } else {
         let functions = ash::ext::calibrated_timestamps::Instance::new(instance.entry(), &instance.raw);
-        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+        // SAFETY: the queried objects are alive, and the result has the structures that it needs.
         unsafe { functions.get_physical_device_calibrateable_time_domains(device) }
     };
     Ok(domains.vk("vkGetPhysicalDeviceCalibrateableTimeDomains")?.contains(&vk::TimeDomainKHR::DEVICE))
 }
 
 impl DeviceClock {
-    /// The device's clock now, in ticks as timestamps are, and by how many nanoseconds that
-    /// may be off.
+    /// The device's clock now, in timestamp ticks, and its maximum deviation, nanoseconds.
     pub(super) fn read(&self) -> Result<(u64, u64)> {
         let info = [vk::CalibratedTimestampInfoKHR::default().time_domain(vk::TimeDomainKHR::DEVICE)];
         let (ticks, deviation_ns) = match self {
-            // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+            // SAFETY: the queried objects are alive, and the result has the structures that it
+            // needs.
             Self::Khr(functions) => unsafe { functions.get_calibrated_timestamps(&info) },
-            // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+            // SAFETY: the queried objects are alive, and the result has the structures that it
+            // needs.
             Self::Ext(functions) => unsafe { functions.get_calibrated_timestamps(&info) },
         }
         .vk("vkGetCalibratedTimestamps")?;
@@ -142,7 +143,7 @@ impl DeviceClock {
 }
 
 impl Optional {
-    /// How pipelines are to be made.
+    /// Flags for the creation of pipelines.
     pub(super) fn pipeline_flags(&self) -> vk::PipelineCreateFlags {
         match self.executables {
             Some(_) => vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR,
@@ -150,12 +151,12 @@ impl Optional {
         }
     }
 
-    /// Whether pipelines are asked for statistics.
+    /// Whether statistics of pipelines are queried.
     pub(super) fn reports_executables(&self) -> bool {
         self.executables.is_some()
     }
 
-    /// Asks a new pipeline for its statistics, where that is wanted.
+    /// Stores the statistics of a new pipeline, if they are wanted.
     pub(super) fn note_pipeline(&self, stem: &'static str, pipeline: vk::Pipeline) -> Result<()> {
         let Some(functions) = &self.executables else { return Ok(()) };
         let info = vk::PipelineInfoKHR::default().pipeline(pipeline);

@@ -1,5 +1,5 @@
-//! A compute shader with a value for each of its specialisation constants. Handles to one program
-//! are shared by the whole context; the driver compiles it at its first use.
+//! Compute shaders with a value for each specialisation constant. The whole context shares the
+//! handles to one program; the driver compiles it at its first use.
 
 use std::sync::{Arc, OnceLock};
 
@@ -21,11 +21,11 @@ pub struct Pipeline(Arc<Program>);
 pub(super) struct Program {
     pub(super) stem: &'static str,
     pub(super) module: Module,
-    /// Without the one that follows from the bindings.
+    /// All constants except the one that follows from the bindings.
     constants: Vec<(String, u32)>,
-    /// Where all lists are bound themselves.
+    /// Variant in which all lists are bound directly.
     direct: OnceLock<Handles>,
-    /// Where a list stands behind an address.
+    /// Variant in which a list is read through an address.
     following: OnceLock<Handles>,
 }
 
@@ -38,7 +38,7 @@ pub(super) struct Handles {
     set_layout: vk::DescriptorSetLayout,
 }
 
-/// What it takes to make [`Handles`]; threads share it.
+/// Inputs for the creation of [`Handles`]; threads share it.
 #[derive(Clone, Copy)]
 pub(super) struct Maker<'a> {
     pub(super) device: &'a ash::Device,
@@ -48,12 +48,12 @@ pub(super) struct Maker<'a> {
 }
 
 impl Pipeline {
-    /// The embedded shader `stem` with a value for each of its specialisation constants, by name; a
-    /// float passes its bits. Those of [`Tuning`] may be left out. Panics if others are missing or
-    /// any is unknown.
+    /// The embedded shader `stem` with a value for each of its specialisation constants, by name;
+    /// floats are passed as bits. Constants of [`Tuning`] may be left out. Panics if others are
+    /// missing or any is unknown.
     ///
     /// # Errors
-    /// The shader is beyond the device's limits.
+    /// The shader exceeds the device's limits.
     pub fn new(context: &Context, stem: &'static str, constants: &[(&str, u32)]) -> Result<Self> {
         context.pipelines.program(stem, constants, context.tuning(), context.limits()).map(Self)
     }
@@ -69,7 +69,7 @@ impl Pipeline {
 }
 
 impl Program {
-    /// Panics if a constant is missing or unknown.
+    /// Creates the program. Panics if a constant is missing or unknown.
     pub(super) fn new(
         stem: &'static str,
         constants: &[(&str, u32)],
@@ -85,14 +85,15 @@ impl Program {
             *size = constants.iter().find(|(given, _)| *given == name).map_or(*size, |(_, value)| *value);
         }
         check_limits(stem, &module, limits)?;
-        // Here and not at the first use, so that a mistake shows where the pipeline is asked for.
+        // Checked here and not at the first use, so that a mistake shows where the pipeline is
+        // created.
         specialisation(stem, &module, &constants, false);
         let constants = constants.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
         Ok(Self { stem, module, constants, direct: OnceLock::new(), following: OnceLock::new() })
     }
 
-    /// Whether these bindings need the variant that follows addresses. Panics if the shader has
-    /// no such variant.
+    /// Whether these bindings need the variant that reads lists through addresses. Panics if the
+    /// shader has no such variant.
     pub(super) fn uses_buffer_device_address(&self, bindings: &[(&str, &Buffer)]) -> bool {
         let follows = bindings.iter().any(|(_, buffer)| buffer.holds_address());
         let knows =
@@ -101,16 +102,16 @@ impl Program {
         follows
     }
 
-    /// The Vulkan objects of a variant. `None` until [`Self::make`] has made them.
+    /// The Vulkan objects of a variant. `None` before [`Self::make`].
     pub(super) fn handles(&self, uses_buffer_device_address: bool) -> Option<Handles> {
         self.variant(uses_buffer_device_address).get().copied()
     }
 
-    /// Makes the Vulkan objects of a variant that has none.
+    /// Creates the Vulkan objects of a variant that has none.
     pub(super) fn make(&self, maker: Maker<'_>, uses_buffer_device_address: bool) -> Result<()> {
         let constants: Vec<_> = self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
         let handles = Handles::new(maker, self.stem, &self.module, &constants, uses_buffer_device_address)?;
-        // Another thread may have been faster: its objects are in use.
+        // Another thread may have been faster; its objects are in use.
         if let Err(late) = self.variant(uses_buffer_device_address).set(handles) {
             late.destroy(maker.device);
         }
@@ -127,8 +128,8 @@ impl Program {
         variants.into_iter().filter_map(OnceLock::get).for_each(|handles| handles.destroy(device));
     }
 
-    /// Workgroups that cover `threads`. The tuning deals those of one-dimensional work, if the
-    /// shader knows how many there are.
+    /// Workgroups that cover `threads`. One-dimensional work is swizzled if the shader reads the
+    /// number of workgroups.
     pub(super) fn workgroups(&self, context: &Context, threads: [u32; 3]) -> [u32; 3] {
         let local = self.module.local_size;
         let mut groups: [u32; 3] = std::array::from_fn(|axis| threads[axis].div_ceil(local[axis]));
@@ -184,7 +185,7 @@ impl Handles {
             .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
             .bindings(&bindings);
         self.set_layout =
-            // SAFETY: the device, and all that the description names, is alive.
+            // SAFETY: the device and every object in the description are alive.
             unsafe { device.create_descriptor_set_layout(&info, None) }.vk("vkCreateDescriptorSetLayout")?;
         maker.names.set_name(self.set_layout, stem);
 
@@ -196,7 +197,7 @@ impl Handles {
         let info = vk::PipelineLayoutCreateInfo::default()
             .set_layouts(std::slice::from_ref(&self.set_layout))
             .push_constant_ranges(&push_ranges);
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         self.layout = unsafe { device.create_pipeline_layout(&info, None) }.vk("vkCreatePipelineLayout")?;
         maker.names.set_name(self.layout, stem);
         Ok(())
@@ -212,7 +213,7 @@ impl Handles {
         let device = maker.device;
         let words = Shader::named(stem).words();
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         let shader = unsafe { device.create_shader_module(&info, None) }.vk("vkCreateShaderModule")?;
         maker.names.set_name(shader, stem);
         let specialisation =
@@ -226,7 +227,7 @@ impl Handles {
             .stage(stage)
             .layout(self.layout)
             .flags(maker.optional.pipeline_flags());
-        // SAFETY: the device, and all that the description names, is alive; the cache locks itself.
+        // SAFETY: the device and every object in the description are alive; the cache locks itself.
         let created = unsafe { device.create_compute_pipelines(maker.cache, &[info], None) };
         // SAFETY: the pipeline that needed it is made.
         unsafe { device.destroy_shader_module(shader, None) };
@@ -247,8 +248,8 @@ impl Handles {
     }
 }
 
-/// The specialisation constants' places and values. Each must be given but for the one that follows
-/// from the bindings, and nothing else.
+/// Map entries and values of the specialisation constants. Panics if one is missing or unknown; the
+/// constant that follows from the bindings is not passed.
 fn specialisation(
     stem: &str,
     module: &Module,
@@ -272,7 +273,7 @@ fn specialisation(
         .unzip()
 }
 
-/// How a buffer is bound.
+/// Descriptor type of a binding.
 pub(super) fn descriptor_type(binding: &Binding) -> vk::DescriptorType {
     if binding.is_texels {
         vk::DescriptorType::UNIFORM_TEXEL_BUFFER

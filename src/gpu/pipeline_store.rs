@@ -1,7 +1,7 @@
-//! What the driver has compiled, kept on disk: a file for each device and driver in the user's
-//! folder for caches.
+//! Compiled pipelines of the driver, stored on disk: a file for each device and driver in the
+//! user's cache folder.
 //!
-//! lavapipe 22.3 keeps nothing in a `VkPipelineCache`; no file is written then.
+//! lavapipe 22.3 stores nothing in a `VkPipelineCache`; no file is written then.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -13,19 +13,19 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::context::Names;
 use crate::files;
 
-/// Names another folder; empty: nothing is kept.
+/// Environment variable with another folder; empty: nothing is stored.
 const VARIABLE: &str = "LIGHTPATHS_PIPELINES";
-/// Start of a file; what follows is the hash of the data, then the data.
+/// Start of a file; the hash of the data and the data follow.
 const MAGIC: &[u8; 8] = b"lppipe01";
-/// Bytes of `VkPipelineCacheHeaderVersionOne`: a cache of that length holds nothing.
+/// Bytes of `VkPipelineCacheHeaderVersionOne`: a cache of this length is empty.
 const HEADER_BYTES: usize = 32;
 /// A file that is longer is not read.
 const MAX_BYTES: u64 = 256 << 20;
 
-/// Where the compiled pipelines of a device and driver are kept.
+/// The file with the compiled pipelines of a device and driver.
 pub(super) struct PipelineStore {
     path: Option<PathBuf>,
-    /// Bytes that were read from there.
+    /// Number of bytes that were read from the file.
     stored_bytes: usize,
 }
 
@@ -35,8 +35,8 @@ impl PipelineStore {
         Self { path, stored_bytes: 0 }
     }
 
-    /// A cache with what is stored; an empty one if nothing is, or if the file is damaged. Null if
-    /// the driver has no memory for one: pipelines are compiled without it.
+    /// A cache with the stored pipelines. Empty if none are stored or if the file is damaged. Null
+    /// if the driver has no memory for a cache: pipelines are compiled without it.
     pub(super) fn open(&mut self, device: &ash::Device, names: &Names) -> vk::PipelineCache {
         let data = self.path.as_deref().and_then(read).unwrap_or_default();
         self.stored_bytes = data.len();
@@ -50,8 +50,8 @@ impl PipelineStore {
         cache
     }
 
-    /// Stores what the cache holds, if that is more than was read. Nobody needs to hear that this
-    /// failed: the next start compiles again.
+    /// Stores the cache if it has grown since it was read. Failures are ignored: the next start
+    /// compiles again.
     pub(super) fn save(&self, device: &ash::Device, cache: vk::PipelineCache) {
         let Some(path) = self.path.as_ref().filter(|_| cache != vk::PipelineCache::null()) else { return };
         // SAFETY: device and cache are alive, and nothing is compiled any more.
@@ -62,8 +62,7 @@ impl PipelineStore {
     }
 }
 
-/// The user's folder for caches. `None` if there is none, or if the environment says that nothing
-/// is to be kept.
+/// The user's cache folder. `None` if there is none, or if the environment variable is empty.
 fn folder() -> Option<PathBuf> {
     if let Some(folder) = env::var_os(VARIABLE) {
         return (!folder.is_empty()).then(|| PathBuf::from(folder));
@@ -74,7 +73,7 @@ fn folder() -> Option<PathBuf> {
     Some(base.join("lightpaths").join("pipelines"))
 }
 
-/// Drivers write other data for another device or version, and say so by these numbers.
+/// The file name: drivers identify the device and version of their data by these numbers.
 fn file_name(properties: &vk::PhysicalDeviceProperties) -> String {
     let ids = [properties.vendor_id, properties.device_id, properties.driver_version];
     let bytes = [bytemuck::cast_slice(&ids), &properties.pipeline_cache_uuid[..]].concat();
@@ -87,7 +86,7 @@ fn read(path: &Path) -> Option<Vec<u8>> {
     (u64::from_le_bytes(*hash) == xxh3_64(data)).then(|| data.to_vec())
 }
 
-/// Under a temporary name first: another process may be reading.
+/// Writes under a temporary name first: another process may be reading.
 fn write(path: &Path, data: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().expect("the path has a folder, see `folder`");
     fs::create_dir_all(folder)?;

@@ -1,5 +1,5 @@
-//! All programs of a context: made once, shared by everything that uses the same
-//! shader and constants.
+//! All programs of a context: created once, and shared by all users of the same shader and
+//! constants.
 
 use std::collections::HashMap;
 use std::num::NonZero;
@@ -16,17 +16,17 @@ use super::pipeline_store::PipelineStore;
 use super::{Context, Tuning};
 use crate::error::Result;
 
-/// Shader and specialisation constants: what a program is known by.
+/// Key of a program: shader and specialisation constants.
 type Key = (&'static str, Vec<(String, u32)>);
 
-/// Programs by shader and constants, and the driver's own cache of what it has compiled.
+/// Programs by shader and constants, with the driver's pipeline cache.
 pub(super) struct Pipelines {
     programs: Mutex<HashMap<Key, Arc<Program>>>,
     cache: vk::PipelineCache,
     store: PipelineStore,
-    /// Variants that were compiled.
+    /// Number of compiled variants.
     made: AtomicU32,
-    /// Nanoseconds on the clock that compiling took.
+    /// Wall-clock time of compiling, nanoseconds.
     compile_ns: AtomicU64,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct Pipelines {
 pub(super) type Missing = (Arc<Program>, bool);
 
 impl Pipelines {
-    /// None yet; the driver starts with what the store has.
+    /// No programs yet; the driver's cache starts with the stored pipelines.
     pub(super) fn new(device: &ash::Device, names: &Names, mut store: PipelineStore) -> Self {
         let cache = store.open(device, names);
         Self {
@@ -46,7 +46,7 @@ impl Pipelines {
         }
     }
 
-    /// The program of that shader and these constants: the one that there is, or a new one.
+    /// The program with this shader and these constants: the existing one, or a new one.
     pub(super) fn program(
         &self,
         stem: &'static str,
@@ -56,7 +56,7 @@ impl Pipelines {
     ) -> Result<Arc<Program>> {
         let mut sorted: Vec<_> = constants.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
         sorted.sort_unstable();
-        // A panic over a wrong constant leaves the table as it was.
+        // A panic about a wrong constant leaves the table as it was.
         let mut programs = self.programs.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(program) = programs.get(&(stem, sorted.clone())) {
             return Ok(program.clone());
@@ -66,11 +66,10 @@ impl Pipelines {
         Ok(program)
     }
 
-    /// Compiles what is missing, on as many threads as there are cores: drivers compile one
-    /// pipeline on one.
+    /// Compiles the missing variants on all cores: drivers compile one pipeline on one thread.
     ///
     /// # Errors
-    /// The first in the order of `missing`; the others are made all the same.
+    /// The first error in the order of `missing`; the other variants are still compiled.
     pub(super) fn make(&self, context: &Context, missing: &[Missing]) -> Result<()> {
         let maker = Maker {
             device: &context.device,
@@ -104,12 +103,12 @@ impl Pipelines {
         made.into_iter().try_for_each(|(_, result)| result)
     }
 
-    /// How many variants of programs were compiled so far.
+    /// Number of variants compiled so far.
     pub(super) fn made(&self) -> u32 {
         self.made.load(Ordering::Relaxed)
     }
 
-    /// Time on the clock that compiling took so far.
+    /// Wall-clock time of compiling so far.
     pub(super) fn compile_time(&self) -> Duration {
         Duration::from_nanos(self.compile_ns.load(Ordering::Relaxed))
     }

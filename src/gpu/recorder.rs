@@ -18,32 +18,33 @@ use super::timing::{PassTiming, milliseconds};
 use super::{Buffer, Context, Pipeline};
 use crate::error::{Error, Result};
 
-/// What a transfer outside of every pass is called.
+/// Name of a transfer outside of every pass.
 const NO_PASS: &str = "transfer";
 
 /// Records the commands of one [`Context::run`].
 pub struct Recorder {
     context: Arc<Context>,
     begun: Instant,
-    /// None only while it goes.
+    /// `None` only during drop.
     submission: Option<Submission>,
     commands: vk::CommandBuffer,
     passes: Vec<PassTiming>,
     /// The open pass, or the last.
     pass_name: &'static str,
-    /// The passes that are recorded; none: all of them.
+    /// The passes that are recorded. `None`: all of them.
     only: Option<&'static [&'static str]>,
-    /// No such pass is open.
+    /// The open pass is not among `only`.
     leaves_out: bool,
     /// The last pass with a dispatch that no barrier followed.
     unfenced: Option<usize>,
     hazards: Option<Hazards>,
     /// Some dispatch may write a host flag.
     writes_host_flags: bool,
-    /// What the commands use must live until they are done, whatever the caller drops before.
+    /// Objects that the commands use. They live until the commands are done, even if the caller
+    /// drops them.
     in_use: Vec<Arc<dyn Any>>,
-    /// Variants of programs that some dispatch needs and that are not compiled yet: the
-    /// recording is incomplete.
+    /// Variants that a dispatch needs and that are not compiled yet; the recording is then
+    /// incomplete.
     missing: Vec<Missing>,
     /// The first failure of a call that returns nothing; reported when the recording ends.
     failure: Option<Error>,
@@ -81,14 +82,14 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// From here on records the commands of these passes only; of all others their barriers, so
-    /// that what is left is ordered as before.
+    /// Records only commands of these passes from here on. Barriers of all other passes stay, so
+    /// that the order is the same.
     pub fn only(&mut self, passes: &'static [&'static str]) {
         (self.only, self.leaves_out) = (Some(passes), true);
     }
 
-    /// Opens a pass: a debug label, a timestamp before and one after, a row in the timings. The
-    /// name is the pass's stem.
+    /// Opens a pass: a debug label, a timestamp before and one after, a row in the timings. `name`
+    /// is the pass's stem.
     pub fn pass(&mut self, name: &'static str) -> PassScope<'_> {
         self.pass_name = name;
         self.leaves_out = self.only.is_some_and(|only| !only.contains(&name));
@@ -108,7 +109,7 @@ impl Recorder {
         PassScope { recorder: self, index }
     }
 
-    /// Orders what was recorded before with what is recorded after.
+    /// Orders earlier commands before later ones.
     pub fn barrier(&mut self, barrier: Barrier) {
         self.unfenced = None;
         if let Some(hazards) = &mut self.hazards {
@@ -152,13 +153,13 @@ impl Recorder {
         unsafe { self.context.device.cmd_copy_buffer(self.commands, from, to, &region) };
     }
 
-    /// Ends the recording and runs it. Returns the timings, and the barriers that ordered nothing.
+    /// Ends the recording and runs it. Returns the timings and the redundant barriers.
     pub(super) fn submit_and_wait(mut self) -> Result<(Vec<PassTiming>, Vec<String>)> {
         if let Some(failure) = self.failure.take() {
             return Err(failure);
         }
         if self.writes_host_flags {
-            // Not for the hazard check, which knows nothing of the host.
+            // Not reported to the hazard check, which does not track the host.
             self.pipeline_barrier(COMPUTE_TO_HOST);
         }
         let submission = self.submission.as_ref().expect("taken only in drop");
@@ -198,20 +199,20 @@ impl Recorder {
         }
     }
 
-    /// Shows the hazard check one command's uses, if it is on.
+    /// Reports the uses of one command to the hazard check, if it is on.
     fn use_buffers(&mut self, uses: impl FnOnce(&Context) -> Vec<Use>) {
         if let Some(hazards) = &mut self.hazards {
             hazards.command(self.pass_name, &uses(&self.context));
         }
     }
 
-    /// What this recording needs to be compiled before it can be submitted; each once.
+    /// Variants that must be compiled before this recording can be submitted; each once.
     pub(super) fn take_missing(&mut self) -> Result<Vec<Missing>> {
         self.failure.take().map_or_else(|| Ok(std::mem::take(&mut self.missing)), Err)
     }
 
-    /// Binds program, push constants and buffers. Returns false if the program is not compiled yet
-    /// or its pass is left out. Panics if they are not what the shader declares.
+    /// Binds program, push constants and buffers. Returns false if the program is not compiled yet,
+    /// or if its pass is left out. Panics if they do not match the shader's declarations.
     fn bind(
         &mut self,
         program: &Arc<Program>,
@@ -299,10 +300,10 @@ impl Drop for Recorder {
 }
 
 impl PassScope<'_> {
-    /// Dispatches the pipeline over that many threads along each axis; with none along an axis,
-    /// nothing is recorded. Bindings are listed in the shader's order and by the shader's names.
-    /// Panics where push constants, bindings or the number of workgroups are not what shader and
-    /// device take, and on a hazard.
+    /// Dispatches the pipeline over `threads` along each axis. If an axis has none, nothing is
+    /// recorded. Bindings are listed in the shader's order, with the shader's names. Panics on a
+    /// hazard, and if push constants, bindings or the number of workgroups do not fit the shader or
+    /// the device.
     pub fn dispatch<P: Pod>(
         &mut self,
         pipeline: &Pipeline,
@@ -325,7 +326,7 @@ impl PassScope<'_> {
         self
     }
 
-    /// As [`Self::dispatch`], with the number of *workgroups* along each axis read on the device:
+    /// As [`Self::dispatch`], but the device reads the number of *workgroups* along each axis:
     /// three words at a byte offset of a buffer.
     pub fn dispatch_indirect<P: Pod>(
         &mut self,
@@ -351,7 +352,7 @@ impl PassScope<'_> {
         self
     }
 
-    /// Orders this pass's dispatches before with those after.
+    /// Orders this pass's earlier dispatches before its later ones.
     pub fn barrier(&mut self, barrier: Barrier) -> &mut Self {
         self.recorder.barrier(barrier);
         self

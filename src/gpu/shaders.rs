@@ -1,12 +1,12 @@
-//! The shaders that are part of the program. See `build.rs` for where the binaries come from.
+//! The embedded shaders. `build.rs` documents where the binaries come from.
 
 /// One embedded compute shader.
 #[derive(Clone, Copy, Debug)]
 pub struct Shader {
-    /// The name that file, binary, pass and timing share.
+    /// Name of the file, the binary, the pass and the timing.
     pub stem: &'static str,
-    /// Hash of the GLSL source with its includes in place; `spirv/MANIFEST` holds the one
-    /// that was compiled.
+    /// Hash of the GLSL source with its includes. `spirv/MANIFEST` holds the hash of the compiled
+    /// source.
     pub source_hash: &'static str,
     /// The SPIR-V module, little endian.
     pub bytes: &'static [u8],
@@ -16,7 +16,7 @@ pub struct Shader {
 pub const SHADERS: &[Shader] = include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 impl Shader {
-    /// The embedded shader of that stem. Panics where there is none.
+    /// The embedded shader with this stem. Panics if there is none.
     pub fn named(stem: &str) -> &'static Self {
         SHADERS
             .iter()

@@ -1,12 +1,12 @@
-//! A reader of SPIR-V for what compute shaders declare: bindings with access, push block,
+//! Reads the declarations of compute shaders from SPIR-V: bindings with access, push block,
 //! constants, shared structures.
 //!
-//! Names must have been kept (no stripping, no optimiser). Panics on a module that is not valid
-//! SPIR-V: modules are part of the program.
+//! The SPIR-V must contain names (no stripping, no optimiser). Panics on an invalid module: modules
+//! are part of the program.
 
 use std::collections::HashMap;
 
-/// How a shader uses a buffer.
+/// Access of a shader to a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// Declared `readonly`: never written.
@@ -24,28 +24,29 @@ pub struct Binding {
     pub set: u32,
     /// Binding number in the set.
     pub binding: u32,
-    /// The block's name; that of the variable where it is bound as texels.
+    /// Name of the block; name of the variable if it is bound as texels.
     pub name: String,
-    /// What the shader does with it.
+    /// Access of the shader to the buffer.
     pub access: Access,
-    /// Whether it is bound as texels of four words, `usamplerBuffer`, and not as storage.
+    /// Whether the buffer is bound as texels of four words (`usamplerBuffer`) instead of storage.
     pub is_texels: bool,
-    /// Type of the block's only member, without array brackets. None if it has several.
+    /// Type of the block's only member, without array brackets. `None` if the block has several
+    /// members.
     pub element: Option<String>,
-    /// Bytes from one element to the next, where the block is an array of unknown length.
+    /// Bytes from one element to the next, if the block is an array of unknown length.
     pub stride: Option<u32>,
 }
 
 /// The push constant block.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Push {
-    /// Type of the block's only member. None if it has several.
+    /// Type of the block's only member. `None` if the block has several members.
     pub element: Option<String>,
     /// Size in bytes.
     pub size: u32,
 }
 
-/// A structure with a memory layout, that is, one used within a block.
+/// A structure with a memory layout: one that a block uses.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Structure {
     /// The structure's name.
@@ -73,12 +74,12 @@ pub struct Member {
 pub struct Constant {
     /// The `constant_id` of the shader.
     pub id: u32,
-    /// Its name; a workgroup's size that the host gives has none in GLSL, and is called
+    /// Name of the constant. A workgroup size that the host sets has no name in GLSL; it is called
     /// `local_size_x`, `_y` or `_z`.
     pub name: String,
 }
 
-/// What a compute shader declares.
+/// Declarations of a compute shader.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Module {
     /// Invocations of a workgroup along each axis, before specialisation.
@@ -89,14 +90,13 @@ pub struct Module {
     pub push: Option<Push>,
     /// Specialisation constants by id.
     pub constants: Vec<Constant>,
-    /// Structures with a memory layout, the blocks themselves excepted.
+    /// Structures with a memory layout, except the blocks.
     pub structures: Vec<Structure>,
     /// SPIR-V capabilities by number.
     pub capabilities: Vec<u32>,
-    /// Names of extended instruction sets: `GLSL.std.450`, and one for printing where
-    /// a shader prints.
+    /// Names of extended instruction sets: `GLSL.std.450`, and one for printing if a shader prints.
     pub instruction_sets: Vec<String>,
-    /// Whether the shader asks how many workgroups there are, as it must to be spread over y.
+    /// Whether the shader reads the number of workgroups, which it needs to be spread over y.
     pub has_workgroup_count: bool,
 }
 
@@ -146,14 +146,14 @@ mod code {
     pub(super) const STORAGE_BUFFER: u32 = 12;
 }
 
-/// What specialisation constants are called that are a workgroup's size along x, y and z.
+/// Names of the specialisation constants that are a workgroup's size along x, y and z.
 pub const LOCAL_SIZE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
-/// The specialisation constant of kernels that know lists behind addresses: whether such lists are
-/// bound. No host part gives it, for it follows from the bindings.
+/// The specialisation constant of kernels that can read lists through addresses: whether such lists
+/// are bound. It follows from the bindings, so callers do not pass it.
 pub const USE_BUFFER_DEVICE_ADDRESS: &str = "USE_BUFFER_DEVICE_ADDRESS";
 
-/// Reads a module.
+/// Reads the declarations of a module.
 pub fn reflect(words: &[u32]) -> Module {
     Reader::parse(words).module()
 }
@@ -235,8 +235,8 @@ impl Reader {
         }
     }
 
-    /// Decorations come before constants in a module, so that a specialisation constant's id
-    /// is known here.
+    /// Reads a constant. Decorations come before constants in a module, so the ids of
+    /// specialisation constants are already stored.
     fn constant(&mut self, opcode: u16, id: u32, value: u32) {
         self.constants.insert(id, value);
         if let (true, Some(&spec_id)) = (opcode != code::CONSTANT, self.decorations.get(&(id, code::SPEC_ID)))
@@ -300,7 +300,7 @@ impl Reader {
     }
 
     fn binding(&self, variable: u32, block: u32) -> Binding {
-        // Compilers differ in whether the variable or each of its members carries the qualifier.
+        // Depending on the compiler, the variable or each of its members carries the qualifier.
         let members = self.members(block).len() as u32;
         let has = |which| {
             self.decorations.contains_key(&(variable, which))
@@ -375,7 +375,7 @@ impl Reader {
         }
     }
 
-    /// Bytes from the first to behind the last member.
+    /// Bytes from the first member to the end of the last.
     fn size(&self, id: u32) -> u32 {
         match self.types[&id] {
             Type::Scalar { bytes, .. } => bytes,
@@ -388,7 +388,7 @@ impl Reader {
         }
     }
 
-    /// As [`Self::size`]; the stride of a matrix is a decoration of the member that is one.
+    /// As [`Self::size`], for a member: the stride of a matrix is a decoration of the member.
     fn member_size(&self, id: u32, index: u32, type_id: u32) -> u32 {
         match self.types[&type_id] {
             Type::Matrix { columns, .. } => {

@@ -1,4 +1,5 @@
-//! Lists that may be longer than what the device binds: they are cut into parts, a buffer each.
+//! Split buffers: lists that may be longer than a binding of the device. They are cut into parts, a
+//! buffer each.
 
 use super::{Buffer, Context};
 use crate::error::Result;
@@ -6,25 +7,25 @@ use bytemuck::Pod;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A list in as many buffers as it takes; one at least.
+/// A list in one or more buffers.
 pub struct SplitBuffer(Vec<SplitPart>);
 
-/// Some items of the list.
+/// One part of the list.
 pub struct SplitPart {
-    /// Which of them.
+    /// Range of the part's items.
     pub items: Range<u32>,
-    /// Where they are.
+    /// Buffer of these items.
     pub buffer: Buffer,
 }
 
 impl SplitBuffer {
-    /// Items that one binding of the device holds.
+    /// Maximum number of items in one binding of the device.
     pub fn longest<T>(context: &Context) -> u32 {
         let most = context.limits().storage_range_bytes / size_of::<T>() as u64;
         u32::try_from(most).unwrap_or(u32::MAX)
     }
 
-    /// A list in parts of that many items, but for the last.
+    /// A list in parts of `most` items; the last may be shorter.
     ///
     /// # Errors
     /// As [`Buffer::from_slice`].
@@ -44,8 +45,8 @@ impl SplitBuffer {
         self.0.iter()
     }
 
-    /// All items in order, so many at a time at most, each time with the part that they are in; one
-    /// span without items where there are none.
+    /// All items in order, in spans of at most `most` items, each with its part. If the list is
+    /// empty, one empty span.
     pub fn spans(&self, most: u32) -> impl Iterator<Item = (&SplitPart, Range<u32>)> {
         self.iter().flat_map(move |part| {
             let Range { start, end } = part.items;
@@ -57,13 +58,13 @@ impl SplitBuffer {
         })
     }
 
-    /// The buffer of a list that is in one part. Panics if it is in several.
+    /// The buffer of a list with one part. Panics if it has several.
     pub fn whole(&self) -> &Buffer {
         assert!(self.0.len() == 1, "the list is in {} parts", self.0.len());
         &self.0[0].buffer
     }
 
-    /// Reads the item of that number. Panics if there is none.
+    /// Reads the item with this index. Panics if there is none.
     ///
     /// # Errors
     /// As [`Buffer::read`].

@@ -1,4 +1,4 @@
-//! One command buffer with what it takes to submit it and wait for it.
+//! One command buffer, with the objects to submit it and to wait for it.
 
 use std::time::Instant;
 
@@ -8,7 +8,7 @@ use super::timing::Timestamps;
 use super::{Context, VkResultExt};
 use crate::error::Result;
 
-/// Used by one recording at a time, then again by a later one.
+/// One recording at a time uses it; later ones reuse it.
 pub(super) struct Submission {
     pool: vk::CommandPool,
     pub(super) commands: vk::CommandBuffer,
@@ -21,7 +21,7 @@ impl Submission {
         let info = vk::CommandPoolCreateInfo::default()
             .flags(vk::CommandPoolCreateFlags::TRANSIENT)
             .queue_family_index(context.queue_family);
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         let pool = unsafe { context.device.create_command_pool(&info, None) }.vk("vkCreateCommandPool")?;
         let rest = Self::commands_and_fence(context, pool);
         if rest.is_err() {
@@ -40,15 +40,15 @@ impl Submission {
         pool: vk::CommandPool,
     ) -> Result<(vk::CommandBuffer, vk::Fence)> {
         let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         let commands = unsafe { context.device.allocate_command_buffers(&info) };
         let commands = commands.vk("vkAllocateCommandBuffers")?[0];
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         let fence = unsafe { context.device.create_fence(&vk::FenceCreateInfo::default(), None) };
         Ok((commands, fence.vk("vkCreateFence")?))
     }
 
-    /// Begins anew. The submission before must be done.
+    /// Begins a new recording. The submission before must be done.
     pub(super) fn begin(&mut self, device: &ash::Device) -> Result<()> {
         self.timestamps.reset(device);
         // SAFETY: no submission uses them any more.
@@ -63,8 +63,8 @@ impl Submission {
         unsafe { device.begin_command_buffer(self.commands, &info) }.vk("vkBeginCommandBuffer")
     }
 
-    /// Ends the recording, submits it, and waits until the device is done with it. Returns when the
-    /// recording had ended, when the submission was made, and when the device was done.
+    /// Ends the recording, submits it, and waits until the device is done with it. Returns the
+    /// times of the end of recording, of the submission, and of the end on the device.
     pub(super) fn submit_and_wait(&self, context: &Context) -> Result<[Instant; 3]> {
         let device = &context.device;
         // SAFETY: the commands are ours, and are being recorded.
@@ -73,7 +73,7 @@ impl Submission {
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         context
-            // SAFETY: nobody else has the queue; commands, semaphores and fence live until the
+            // SAFETY: no other thread has the queue; commands, semaphores and fence live until the
             // fence is waited for.
             .with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, &submit, self.fence) })
             .vk("vkQueueSubmit2")?;
@@ -81,7 +81,7 @@ impl Submission {
         // SAFETY: the device is alive; whoever holds the queue waits for it.
         let waited = unsafe { device.wait_for_fences(&[self.fence], true, u64::MAX) };
         if waited.is_err() {
-            // Nothing may be used again or destroyed before the device is done with it, or lost.
+            // Objects may be reused or destroyed only after the device is done with them, or lost.
             // SAFETY: the device is alive; whoever holds the queue waits for it.
             let _ = unsafe { device.device_wait_idle() };
         }
@@ -89,7 +89,7 @@ impl Submission {
         Ok([recorded, submitted, Instant::now()])
     }
 
-    /// Destroys it. The device must be done with it.
+    /// Destroys the objects. The device must be done with them.
     pub(super) fn destroy(mut self, device: &ash::Device) {
         self.timestamps.destroy(device);
         // SAFETY: it is ours, made by this device, and no submission uses it any more.

@@ -1,4 +1,4 @@
-//! What host and device did when, on the host's clock.
+//! The timeline: actions of host and device, on the host's clock.
 
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use super::optional::DeviceClock;
 use super::timing::{PassTiming, milliseconds};
 use crate::error::Result;
 
-/// Readings of the device's clock of which the narrowest counts.
+/// Number of readings of the device's clock; the narrowest counts.
 const READINGS: usize = 3;
 
 /// One pass on the device.
@@ -19,7 +19,7 @@ pub struct PassSpan {
     pub name: &'static str,
     /// Microseconds since the trace began.
     pub begin_us: f64,
-    /// The same, of its end.
+    /// End, in microseconds since the trace began.
     pub end_us: f64,
     /// Number of dispatches recorded.
     pub dispatches: u32,
@@ -30,50 +30,50 @@ pub struct PassSpan {
 pub struct SubmissionSpan {
     /// When recording begins, µs.
     pub begun_us: f64,
-    /// Recording ends and submitting begins.
+    /// When recording ends and submitting begins, µs.
     pub recorded_us: f64,
-    /// The submission is made, and waiting begins.
+    /// When the submission is made and waiting begins, µs.
     pub submitted_us: f64,
-    /// The device is done, and timestamps are read.
+    /// When the device is done and reading of timestamps begins, µs.
     pub done_us: f64,
-    /// They are read.
+    /// When the timestamps are read, µs.
     pub read_us: f64,
-    /// The passes, in order; none in submissions that only copy.
+    /// The passes, in order. Empty in submissions that only copy.
     pub passes: Vec<PassSpan>,
-    /// By how much the passes may be misplaced on the host's clock; none where they are aligned by
-    /// the submission's begin, because the device does not relate its clock to others.
+    /// Maximum deviation of the passes on the host's clock. `None` if they are aligned by the
+    /// submission's begin, because the device does not relate its clock to others.
     pub deviation_us: Option<f64>,
 }
 
-/// Something that the host did beside submissions.
+/// An action of the host outside submissions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HostSpan {
-    /// What it did.
+    /// Name of the action.
     pub name: &'static str,
-    /// With which buffer.
+    /// Buffer that was copied.
     pub buffer: String,
     /// Microseconds since the trace began.
     pub begin_us: f64,
-    /// The same, of its end.
+    /// End, in microseconds since the trace began.
     pub end_us: f64,
     /// Number of bytes copied.
     pub bytes: u64,
 }
 
-/// What was written down between [`Context::begin_trace`] and [`Context::end_trace`].
+/// Actions between [`Context::begin_trace`] and [`Context::end_trace`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
-    /// In the order in which they were done.
+    /// Submissions in the order in which they were done.
     pub submissions: Vec<SubmissionSpan>,
     /// Host spans in order of time.
     pub host: Vec<HostSpan>,
 }
 
-/// Writes down submissions while somebody wants to know.
+/// Records submissions while a trace is active.
 #[derive(Default)]
 pub(super) struct Timeline(Mutex<Option<Open>>);
 
-/// What is written down so far.
+/// An active trace.
 struct Open {
     origin: Instant,
     trace: Trace,
@@ -87,7 +87,7 @@ impl Open {
 }
 
 impl Timeline {
-    /// A submission with the host's times, in the order of [`SubmissionSpan`], and the ticks at
+    /// Adds a submission: the host's times, in the order of [`SubmissionSpan`], and the ticks at
     /// which passes began and ended.
     pub(super) fn note_submission(
         &self,
@@ -125,7 +125,7 @@ impl Timeline {
         Ok(())
     }
 
-    /// A copy between the program and mapped memory that began then and ends now.
+    /// Adds a copy between the program and mapped memory, which began at `begun` and ends now.
     pub(super) fn note_copy(&self, name: &'static str, buffer: &str, begun: Instant, bytes: u64) {
         let ended = Instant::now();
         let mut timeline = self.0.lock().expect("no holder panics");
@@ -162,13 +162,13 @@ impl Reading {
     }
 }
 
-/// What a tick of the device is on the host's clock. One a submission, so that clocks that run
-/// apart do so for a submission only.
+/// Relation of device ticks to the host's clock. There is one for each submission, so that drift
+/// between the clocks does not accumulate.
 #[derive(Clone, Copy)]
 enum Anchor {
-    /// Both clocks were read together, after the ticks that are to be placed.
+    /// Both clocks were read together, after the ticks to convert.
     Together { ticks: u64, us: f64 },
-    /// The first tick is taken for the moment at which the host began to submit.
+    /// The first tick is assumed to be when the host began to submit.
     Submission { first: u64, us: f64 },
 }
 
@@ -183,13 +183,13 @@ impl Anchor {
 }
 
 impl Context {
-    /// Writes down from now on what host and device do. Times count from `origin`.
+    /// Begins a trace of host and device. Times count from `origin`.
     pub fn begin_trace(&self, origin: Instant) {
         let open = Open { origin, trace: Trace::default() };
         *self.timeline.0.lock().expect("no holder panics") = Some(open);
     }
 
-    /// Ends that; empty where it was not begun.
+    /// Ends the trace and returns it. Empty if none was begun.
     pub fn end_trace(&self) -> Trace {
         self.timeline
             .0
@@ -210,7 +210,7 @@ mod tests {
         let together = Anchor::Together { ticks: 500, us: 1000.0 };
         assert_eq!(together.place(500, &limits), 1000.0);
         assert_eq!(together.place(0, &limits), 999.0);
-        // The counter wrapped between the two.
+        // The counter wrapped between the two readings.
         assert_eq!(together.place((1 << 36) - 500, &limits), 998.0);
         let submission = Anchor::Submission { first: (1 << 36) - 500, us: 1000.0 };
         assert_eq!(submission.place((1 << 36) - 500, &limits), 1000.0);

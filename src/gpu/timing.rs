@@ -1,4 +1,4 @@
-//! GPU timestamps: two a pass, read once the submission is done.
+//! GPU timestamps: two for each pass, read when the submission is done.
 
 use ash::vk;
 
@@ -13,10 +13,10 @@ pub struct PassTiming {
     pub name: &'static str,
     /// Milliseconds from the first command's start to the last command's end.
     pub ms: f64,
-    /// No barrier lay between this pass and a neighbour: the device may have run both at once, and
+    /// No barrier is between this pass and a neighbour. The device may have run both at once, and
     /// `ms` divides their common time arbitrarily.
     pub overlapped: bool,
-    /// Dispatches recorded, fills and copies not counted.
+    /// Number of recorded dispatches, without fills and copies.
     pub dispatches: u32,
 }
 
@@ -31,7 +31,7 @@ pub(super) struct Timestamps {
 }
 
 impl Timestamps {
-    /// Forgets all timestamps. None may be pending on the device.
+    /// Resets all timestamps. None may be pending on the device.
     pub(super) fn reset(&mut self, device: &ash::Device) {
         for &pool in &self.pools {
             // SAFETY: the pool has as many queries, and no submission writes them any more.
@@ -47,7 +47,7 @@ impl Timestamps {
             let info = vk::QueryPoolCreateInfo::default()
                 .query_type(vk::QueryType::TIMESTAMP)
                 .query_count(POOL_QUERIES);
-            // SAFETY: the device, and all that the description names, is alive.
+            // SAFETY: the device and every object in the description are alive.
             let pool = unsafe { context.device.create_query_pool(&info, None) }.vk("vkCreateQueryPool")?;
             // SAFETY: the pool has as many queries, and no submission writes them any more.
             unsafe { context.device.reset_query_pool(pool, 0, POOL_QUERIES) };

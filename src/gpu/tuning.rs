@@ -1,5 +1,5 @@
-//! What is tuned for a class of devices. Data: nothing else in the program asks what kind of device
-//! it runs on in order to be faster there, and no value changes more than the order of sums.
+//! Values that are tuned for a class of devices. No other code depends on the kind of device for
+//! speed, and no value changes more than the order of sums.
 
 use std::num::NonZero;
 
@@ -9,12 +9,12 @@ use super::spirv::LOCAL_SIZE;
 /// Values for a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tuning {
-    /// Workgroups that lie side by side and are taken one after another, at
-    /// most; see [`Tuning::swizzled`].
+    /// Maximum number of adjacent workgroups that are taken one after another; see
+    /// [`Tuning::swizzled`].
     pub strip: u32,
-    /// Runs of workgroups that the device gives to a thread each.
+    /// Runs of workgroups, one for each thread of the device.
     pub layers: u32,
-    /// Invocations of a workgroup that wait for one another often.
+    /// Invocations of a workgroup with many barriers.
     pub waiting_group: u32,
     /// Invocations that share a block of a scan.
     pub scan_group: u32,
@@ -22,28 +22,28 @@ pub struct Tuning {
     pub record_lanes: u32,
 }
 
-/// What [`Tuning`] is for a class of devices, where limits allow.
+/// Tuning of a class of devices, within the device's limits.
 struct Class {
-    /// As in [`super::DeviceSummary::kind`]; None for all others, at the end.
+    /// As in [`super::DeviceSummary::kind`]. `None`: all other kinds; comes last.
     kind: Option<&'static str>,
     strip: u32,
-    /// Or a layer for each processor core.
+    /// `None`: one for each processor core.
     layers: Option<u32>,
-    /// Or one subgroup.
+    /// `None`: one subgroup.
     waiting_group: Option<u32>,
-    /// Or one subgroup.
+    /// `None`: one subgroup.
     scan_group: Option<u32>,
     record_lanes: u32,
 }
 
 const CLASSES: [Class; 2] = [
     // lavapipe gives each core one run of consecutive workgroups, all of the same length, and the
-    // frame waits for the last: strips that go to the runs in turn leave nobody with the half of
-    // the picture that has more to do, and what is side by side still meets what is in the cache.
-    // It runs the subgroups of a workgroup in turn and changes between them at each barrier, which
-    // costs more than short sums: one subgroup, whose lanes go through long runs of a scan. It
-    // loads what the lanes of a subgroup want one by one, wherever it lies: a cache point a lane,
-    // and none waits.
+    // frame waits for the last run. Strips go to the runs in turn, so that each run gets some of
+    // the costly half of the picture, and adjacent workgroups still share the cache. lavapipe runs
+    // the subgroups of a workgroup in turn and switches between them at each barrier, which costs
+    // more than short sums. So a workgroup has one subgroup, whose lanes go through long runs of a
+    // scan. lavapipe loads the data of the lanes of a subgroup one by one, adjacent or not. So each
+    // lane has a cache point, and none waits.
     Class {
         kind: Some(CPU),
         strip: 16,
@@ -52,8 +52,8 @@ const CLASSES: [Class; 2] = [
         scan_group: None,
         record_lanes: 1,
     },
-    // A GPU hands out workgroups one by one, hides the waiting of one subgroup behind others, and
-    // loads at once what lies side by side.
+    // A GPU distributes workgroups one by one, hides the latency of one subgroup behind others, and
+    // loads adjacent data at once.
     Class {
         kind: None,
         strip: u32::MAX,
@@ -64,11 +64,11 @@ const CLASSES: [Class; 2] = [
     },
 ];
 
-/// Invocations of a workgroup that gathers; as in `glsl/include/record_lanes.glsl`.
+/// Invocations of a gather workgroup, as in `glsl/include/record_lanes.glsl`.
 const RECORD_GROUP: u32 = 64;
 
 impl Tuning {
-    /// For a device of that kind, on a machine of so many cores.
+    /// Tuning for a device of this kind, on a machine with `cores` cores.
     pub(super) fn of(kind: &str, limits: &Limits, cores: u32) -> Self {
         let [.., others] = &CLASSES;
         let class = CLASSES.iter().find(|class| class.kind == Some(kind)).unwrap_or(others);
@@ -81,28 +81,28 @@ impl Tuning {
         }
     }
 
-    /// Cores of this machine.
+    /// Number of cores of this machine.
     pub(super) fn cores() -> u32 {
         std::thread::available_parallelism().map_or(1, NonZero::get) as u32
     }
 
-    /// Specialisation constants that follow, which a [`Pipeline`](super::Pipeline) takes where its
+    /// Specialisation constants of the tuning. A [`Pipeline`](super::Pipeline) takes them if its
     /// shader has them.
     pub(super) fn constants(&self) -> [(&'static str, u32); 4] {
         let group = (LOCAL_SIZE[0], self.waiting_group);
         [("STRIP", self.strip), ("LAYERS", self.layers), group, ("RECORD_LANES", self.record_lanes)]
     }
 
-    /// Workgroups along each axis for one-dimensional work of `groups` of them: strips along x,
-    /// which go to the layers along z in turn. A device that takes workgroups by x, then y, then z,
-    /// goes through a layer before the next. `flat_workgroup` in `glsl/include/dispatch.glsl`
-    /// counts them so; kernels that count workgroups for others deal likewise.
+    /// Workgroups along each axis for one-dimensional work of `groups` workgroups: strips along x,
+    /// which go to the layers along z in turn. A device that takes workgroups by x, then y, then z
+    /// finishes a layer before the next. `flat_workgroup` in `glsl/include/dispatch.glsl` numbers
+    /// them in this order; kernels that compute workgroup counts for others use it, too.
     pub fn swizzled(&self, groups: u32) -> [u32; 3] {
         let of_layer = groups.div_ceil(self.layers);
         [of_layer.min(self.strip), of_layer.div_ceil(self.strip), self.layers]
     }
 
-    /// Workgroups that gather so many records.
+    /// Number of workgroups that gather `records` records.
     pub fn record_groups(&self, records: u32) -> u32 {
         records.div_ceil(RECORD_GROUP / self.record_lanes)
     }
@@ -138,7 +138,8 @@ mod tests {
         assert_eq!(tuning(CPU, Limits { workgroup_count: [10, 65535, 3], ..limits() }), [10, 3, 8, 8, 1]);
     }
 
-    /// Each workgroup once, less than a row of all layers besides, and as many for each layer.
+    /// Each workgroup occurs once. There is less than a row of all layers in excess, and each layer
+    /// has the same number.
     #[test]
     fn all_workgroups_are_dealt() {
         for (kind, most) in [(CPU, 6_000_000), ("discrete GPU", 4_000_000_000_u32)] {

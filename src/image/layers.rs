@@ -1,4 +1,4 @@
-//! Layers of EXR files, each placed in the display window as its data window says.
+//! Layers of EXR files, cropped and padded from the data window to the display window.
 
 use std::fmt;
 use std::io::Cursor;
@@ -8,11 +8,11 @@ use exr::prelude::{ReadChannels, ReadLayers, Vec2};
 use super::Picture;
 use super::read::check_size;
 
-/// Layers that stand for the whole image where a file has several and none is asked for, best
-/// first. Empty: channels without a prefix.
+/// Layers that stand for the whole image if the file has several and no layer is requested, best
+/// first. The empty name is channels without a prefix.
 const MAIN_LAYERS: [&str; 4] = ["", "combined", "rgba", "beauty"];
 
-/// Names of the three components, in lower case, in order of preference; a layer of one
+/// Names of the three components, in lower case, in order of preference. A layer of one
 /// component is grey.
 const COMPONENTS: [[&str; 3]; 4] =
     [["r", "g", "b"], ["red", "green", "blue"], ["x", "y", "z"], ["u", "v", "w"]];
@@ -20,14 +20,14 @@ const COMPONENTS: [[&str; 3]; 4] =
 /// A rectangle of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Window {
-    /// Its upper left pixel.
+    /// Upper left pixel.
     origin: [i64; 2],
     /// Width and height.
     size: [usize; 2],
 }
 
 impl Window {
-    /// What pixels say that lie here, placed within another window, and black where there are none.
+    /// Copies pixels of this window into another one; the rest is black.
     fn place(self, pixels: &[[f32; 3]], within: Self) -> Vec<[f32; 3]> {
         let mut placed = vec![[0.0; 3]; within.size[0] * within.size[1]];
         for (row, placed) in placed.chunks_exact_mut(within.size[0]).enumerate() {
@@ -61,7 +61,7 @@ impl fmt::Display for Window {
 
 /// The layers of a file.
 pub(super) struct Groups {
-    /// What a viewer shows, the same for all layers.
+    /// The display window, which all layers share.
     display: Window,
     groups: Vec<Group>,
 }
@@ -69,9 +69,9 @@ pub(super) struct Groups {
 /// A named group of channels.
 struct Group {
     name: String,
-    /// The pixels that the file has.
+    /// The data window of the file.
     data: Window,
-    /// Name of the component in lower case, and its values.
+    /// Name of each component in lower case, and its values.
     channels: Vec<(String, Vec<f32>)>,
 }
 
@@ -80,14 +80,14 @@ pub(super) fn read_groups(bytes: &[u8]) -> Result<Groups, String> {
     let about = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(say)?;
     let mut decoded_bytes = 0_usize;
     for header in &about.headers {
-        // Layers are held together.
+        // All layers are in memory at once.
         let [width, height] = [header.layer_size.0, header.layer_size.1];
         let own = width.saturating_mul(height).saturating_mul(header.channels.bytes_per_pixel);
         decoded_bytes = decoded_bytes.saturating_add(own);
         check_size([width, height], decoded_bytes, bytes.len())?;
     }
     let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
-    // On this thread, where its panics are caught.
+    // Single-threaded, so that the caller can catch the decoder's panics.
     let reader = reader.all_layers().all_attributes().non_parallel();
     let image = reader.from_buffered(Cursor::new(bytes)).map_err(say)?;
     let window = |origin: Vec2<i32>, size: Vec2<usize>| Window {
@@ -100,7 +100,7 @@ pub(super) fn read_groups(bytes: &[u8]) -> Result<Groups, String> {
     let mut groups: Vec<Group> = Vec::new();
     for layer in &image.layer_data {
         let data = window(layer.attributes.layer_position, layer.size);
-        // Parts carry names of their own; some programs repeat them in the channels.
+        // Parts have their own names; some programs repeat them in the channels.
         let part = layer.attributes.layer_name.as_ref().filter(|_| !is_single).map(ToString::to_string);
         for channel in &layer.channel_data.list {
             let full = channel.name.to_string();
@@ -122,7 +122,7 @@ pub(super) fn read_groups(bytes: &[u8]) -> Result<Groups, String> {
 }
 
 impl Group {
-    /// Whether a user who asks for `wanted` means this group: its name, or the last parts of it.
+    /// Whether `wanted` names this group: its full name, or the last components of it.
     fn answers(&self, wanted: &str) -> bool {
         let (name, wanted) = (self.name.to_lowercase(), wanted.to_lowercase());
         name == wanted || name.ends_with(&format!(".{wanted}"))
@@ -143,7 +143,7 @@ impl Group {
     }
 }
 
-/// The layer that is asked for, or the main one, of a file of so many bytes.
+/// Selects the requested layer, or the main one. Refuses a size that the file's bytes cannot hold.
 pub(super) fn choose(
     Groups { display, groups }: Groups,
     layer: Option<&str>,
@@ -185,7 +185,7 @@ pub(super) fn choose(
     }
 }
 
-/// The picture that a viewer shows: the display window.
+/// The pixels of the display window.
 fn show(
     display: Window,
     data: Window,

@@ -1,4 +1,4 @@
-//! Images as files: OpenEXR for numbers, PNG for eyes.
+//! Image files: OpenEXR for linear values, PNG for display.
 //!
 //! Pixels are linear Rec.709, row-major from the top left. The same pixels always give
 //! the same bytes.
@@ -15,7 +15,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Text, Vec2, WritableImage,
 };
 
-/// What wrote the file, as its metadata say.
+/// The program's name in the file's metadata.
 const SOFTWARE: &str = concat!("lightpaths ", env!("CARGO_PKG_VERSION"));
 
 /// One named group of channels of an EXR file.
@@ -23,7 +23,7 @@ const SOFTWARE: &str = concat!("lightpaths ", env!("CARGO_PKG_VERSION"));
 pub struct ExrLayer<'a> {
     /// Prefix of the channel names (`"direct"` gives `direct.R`); empty for the main layer.
     pub name: &'a str,
-    /// Channel names, at most three: which components of `pixels` are kept, in order.
+    /// Channel names, at most three: the stored components of `pixels`, in order.
     pub channels: &'a [&'a str],
     /// One triple per pixel.
     pub pixels: &'a [[f32; 3]],
@@ -33,8 +33,8 @@ pub struct ExrLayer<'a> {
 /// and D65 white.
 ///
 /// # Errors
-/// When `out` fails. Every layer must hold `size[0]·size[1]` pixels and channel names must
-/// differ; both panic.
+/// If `out` fails. Panics if a layer does not hold `size[0]·size[1]` pixels, or if
+/// channel names repeat.
 pub fn write_exr(out: impl Write + Seek, size: [u32; 2], layers: &[ExrLayer]) -> io::Result<()> {
     let channels = layers.iter().flat_map(|layer| {
         assert_eq!(layer.pixels.len(), size[0] as usize * size[1] as usize, "layer {:?}", layer.name);
@@ -44,8 +44,8 @@ pub fn write_exr(out: impl Write + Seek, size: [u32; 2], layers: &[ExrLayer]) ->
         })
     });
     let attributes = LayerAttributes { software_name: Text::new_or_none(SOFTWARE), ..Default::default() };
-    // Increasing line order, which this encoding has, matters: without it blocks land in the order
-    // in which threads finish them, and the bytes differ from run to run.
+    // This encoding has increasing line order. Otherwise blocks land in the order in which threads
+    // finish them, and the bytes differ from run to run.
     let encoding = Encoding::SMALL_LOSSLESS;
     let channels = AnyChannels::sort(channels.collect());
     let layer = Layer::new(Vec2(size[0] as usize, size[1] as usize), attributes, encoding, channels);
@@ -66,10 +66,10 @@ fn channel_name<'a>(layer: &str, channel: &'a str) -> Cow<'a, str> {
     if layer.is_empty() { channel.into() } else { format!("{layer}.{channel}").into() }
 }
 
-/// Writes an 8-bit sRGB PNG; of each pixel's four codes the last is left out.
+/// Writes an 8-bit sRGB PNG; the fourth code of each pixel is dropped.
 ///
 /// # Errors
-/// When `out` fails. `pixels` must hold `size[0]·size[1]` pixels, else this panics.
+/// If `out` fails. Panics if `pixels` does not hold `size[0]·size[1]` pixels.
 pub fn write_png(out: impl Write, size: [u32; 2], pixels: &[[u8; 4]]) -> io::Result<()> {
     assert_eq!(pixels.len(), size[0] as usize * size[1] as usize, "pixel count");
     let bytes: Vec<u8> = pixels.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();

@@ -1,4 +1,4 @@
-//! Reads images that this or another program wrote: EXR by layer, PNG.
+//! Reads images of any program: EXR by layer, PNG.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -10,34 +10,32 @@ use crate::files::{self, Unread, guarded};
 /// An image, or one layer of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Width and height in pixels: of an EXR those of its display window.
+    /// Width and height in pixels; the display window's for an EXR.
     pub size: [u32; 2],
-    /// Where the display window of an EXR begins. `None` for a PNG, which lies
-    /// nowhere in particular.
+    /// Upper left corner of an EXR's display window. `None` for a PNG, which has no position.
     pub origin: Option<[i32; 2]>,
-    /// Linear values, row by row from the top. Black where the data window of an EXR
-    /// does not reach.
+    /// Linear values, row by row from the top. Black outside an EXR's data window.
     pub pixels: Vec<[f32; 3]>,
-    /// The sRGB values as the file has them, 0..=1, where it is a display image (a PNG).
+    /// The file's sRGB values, 0..=1. `None` if it is no display image (PNG).
     pub display: Option<Vec<[f32; 3]>>,
 }
 
-/// Bytes of a file at most: a float for each of sixteen channels of the largest image.
+/// Largest file in bytes: a float for each of sixteen channels of the largest image.
 const MAX_BYTES: u64 = 16 << 30;
-/// Width and height at most, pixels: what we write ourselves.
+/// Largest width and height, pixels; as for our own images.
 const MAX_SIDE: usize = 16_384;
-/// Bytes that zlib makes of a byte, at most.
+/// Largest expansion factor of zlib.
 const ZLIB_GROWTH: usize = 1032;
-/// Bytes that an image has when decoded for each byte of its file, at most: grey PNGs of one bit a
-/// pixel grow eightfold beside.
+/// Largest ratio of decoded bytes to file bytes: grey PNGs of one bit a pixel grow
+/// eightfold in addition.
 const MAX_GROWTH: usize = 8 * ZLIB_GROWTH;
 
-/// Reads a PNG, or of an EXR the layer of that name (none: the image itself). The content decides
-/// which it is, not the name.
+/// Reads a PNG, or a layer of an EXR (`None`: the image itself). The content decides the format,
+/// not the name.
 ///
 /// # Errors
-/// [`Error::Input`]: the file cannot be read, is neither, or has no such layer; the message then
-/// names those that there are.
+/// [`Error::Input`]: the file cannot be read, has another format, or lacks the layer. The message
+/// then lists the existing layers.
 pub fn read(path: &Path, layer: Option<&str>) -> Result<Picture> {
     let fault = |message: String| Error::input(path, message);
     let bytes = files::read(path, MAX_BYTES).map_err(|unread| match unread {
@@ -47,10 +45,10 @@ pub fn read(path: &Path, layer: Option<&str>) -> Result<Picture> {
     parse(&bytes, layer).map_err(fault)
 }
 
-/// Reads the contents of such a file.
+/// Parses the contents of a PNG or EXR file.
 ///
 /// # Errors
-/// As [`read`], in words that follow the file's name.
+/// As [`read`]; the text follows the file's name.
 pub fn parse(bytes: &[u8], layer: Option<&str>) -> std::result::Result<Picture, String> {
     if bytes.starts_with(b"\x89PNG") {
         return match layer {
@@ -67,8 +65,8 @@ pub fn parse(bytes: &[u8], layer: Option<&str>) -> std::result::Result<Picture, 
     })
 }
 
-/// Refuses sizes beyond what images have, and files too small for what they would be when decoded,
-/// before there is memory for it.
+/// Refuses sizes above the limits, and files that are too small for their decoded size, before
+/// memory is allocated.
 pub(super) fn check_size(
     [width, height]: [usize; 2],
     decoded_bytes: usize,
@@ -83,17 +81,17 @@ pub(super) fn check_size(
     Ok(())
 }
 
-/// What is damaged is named where the decoder would panic, or go on regardless.
+/// Reports damage at which the decoder would panic or continue silently.
 fn read_png(bytes: &[u8]) -> std::result::Result<Picture, String> {
     let say = |error: png::DecodingError| error.to_string();
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::EXPAND);
-    // Nobody reads these, and a few kilobytes of them are gigabytes when decompressed.
+    // Unused, and a few kilobytes of them can decompress to gigabytes.
     decoder.set_ignore_iccp_chunk(true);
     decoder.set_ignore_text_chunk(true);
     let header = decoder.read_header_info().map_err(say)?;
     let size = [header.width as usize, header.height as usize];
-    // Sides first: the number of bytes of what is larger may not be a number.
+    // The sides are checked first, because the byte count of a larger image may overflow.
     check_size(size, 0, bytes.len())?;
     check_size(size, header.raw_bytes().saturating_mul(8), bytes.len())?;
     let mut reader = decoder.read_info().map_err(say)?;
@@ -216,7 +214,7 @@ mod tests {
         let file = file(|out| write_png(out, [2, 1], &[[0, 128, 255, 255], [10, 11, 12, 255]]).unwrap());
         let picture = read(file.path(), None).unwrap();
         assert_eq!(picture.display.as_ref().unwrap()[0], [0.0, 128.0 / 255.0, 1.0]);
-        // IEC 61966-2-1: code 128 is 0.21586; code 10 lies on the straight part.
+        // IEC 61966-2-1: code 128 is 0.21586; code 10 is on the linear segment.
         assert!((picture.pixels[0][1] - 0.215_861).abs() < 1e-5 && picture.pixels[0][2] == 1.0);
         assert!((picture.pixels[1][0] - 10.0 / 255.0 / 12.92).abs() < 1e-8);
         assert!(read(file.path(), Some("direct")).unwrap_err().to_string().contains("no layers"));
@@ -233,7 +231,8 @@ mod tests {
         assert!(read(Path::new("no/such.exr"), None).unwrap_err().to_string().contains("no/such.exr"));
     }
 
-    /// Palettes of every length: whole colours are read, and others refused by name, on one line.
+    /// Palettes of every length: complete colours are read, and others are refused with
+    /// a one-line message.
     #[test]
     fn damaged_palettes_are_named() {
         for length in 0..=770_usize {

@@ -1,14 +1,15 @@
-//! LDR-FLIP: the difference that a viewer would notice when flipping between two
+//! LDR-FLIP: the difference that a viewer notices when flipping between two
 //! images. [Andersson 2020]
 //!
-//! Written from the publication. The filters are separable (the paper's second-order colour filter
-//! is a sum of two that are), which gives the same values as the published two-dimensional ones.
+//! Implemented from the publication. The filters are separable: the paper's second-order
+//! colour filter is a sum of two separable ones. This gives the same values as the
+//! published two-dimensional filters.
 
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 
-/// The publication's viewer: 0.7 m before a monitor of 3840 pixels on 0.7 m.
+/// The publication's viewing conditions: 0.7 m before a monitor of 3840 pixels on 0.7 m.
 pub const PIXELS_PER_DEGREE: f64 = 0.7 * (3840.0 / 0.7) * (PI / 180.0);
 
 /// Exponents and knees of the publication's table.
@@ -19,8 +20,8 @@ const FEATURE_EXPONENT: f64 = 0.5;
 /// Width of the feature detectors, degrees.
 const FEATURE_WIDTH: f64 = 0.082;
 
-/// The FLIP error of each pixel, 0..=1, for a viewer who sees so many pixels in a degree. Pixels
-/// are sRGB values (not linear), 0..=1, row by row; what lies beyond is clamped.
+/// The FLIP error of each pixel, 0..=1, at that many pixels per degree of view. Pixels are sRGB
+/// values (not linear), row by row, clamped to 0..=1.
 pub fn flip_map(
     image: &[[f32; 3]],
     reference: &[[f32; 3]],
@@ -30,7 +31,7 @@ pub fn flip_map(
     Flip::new(reference, size, pixels_per_degree).map(image)
 }
 
-/// A reference made ready to be held against many images.
+/// A prepared reference for comparison with many images.
 pub struct Flip {
     size: [usize; 2],
     filters: ColorFilters,
@@ -39,7 +40,7 @@ pub struct Flip {
 }
 
 impl Flip {
-    /// As [`flip_map`].
+    /// Prepares the reference, as for [`flip_map`].
     pub fn new(reference: &[[f32; 3]], size: [u32; 2], pixels_per_degree: f64) -> Self {
         let size = size.map(|side| side as usize);
         assert!(reference.len() == size[0] * size[1], "pixel count");
@@ -65,9 +66,9 @@ impl Flip {
     }
 }
 
-/// What is known of one of the two images.
+/// Filtered data of one of the two images.
 struct View {
-    /// Filtered as the eye does, in Hunt-adjusted CIELAB.
+    /// Filtered with the contrast sensitivity, in Hunt-adjusted CIELAB.
     colors: Vec<DVec3>,
     /// Strength of edges and of points.
     features: [Vec<f64>; 2],
@@ -89,7 +90,7 @@ impl View {
             });
             colors.collect()
         };
-        // Colours and features take about as long.
+        // Colours and features take about equal time.
         std::thread::scope(|scope| {
             let features =
                 scope.spawn(|| detectors.each_ref().map(|detector| detector.strength(&lightness, size)));
@@ -102,7 +103,7 @@ impl View {
 
 /// Contrast sensitivity filters of the three opponent channels.
 struct ColorFilters {
-    /// For each channel, terms of a sum: weight and a kernel of sum 1.
+    /// For each channel, the terms of a sum: weight and a kernel of sum 1.
     terms: [Vec<(f64, Vec<f64>)>; 3],
 }
 
@@ -159,7 +160,7 @@ fn point_detector(pixels_per_degree: f64) -> Detector {
 }
 
 impl Detector {
-    /// `factor(x, standard deviation)` times a Gaussian; its positive weights sum to 1, its
+    /// `factor(x, standard deviation)` times a Gaussian. Its positive weights sum to 1, its
     /// negative ones to −1.
     fn new(pixels_per_degree: f64, factor: fn(f64, f64) -> f64) -> Self {
         let deviation = 0.5 * FEATURE_WIDTH * pixels_per_degree;
@@ -185,7 +186,7 @@ impl Detector {
     }
 }
 
-/// Correlates rows with a kernel; beyond the border the border's value goes on.
+/// Correlates rows with a kernel; the border values continue outside.
 fn convolve_x(plane: &[f64], [width, _]: [usize; 2], kernel: &[f64]) -> Vec<f64> {
     let radius = kernel.len() / 2;
     let mut out = vec![0.0; plane.len()];
@@ -201,7 +202,7 @@ fn convolve_x(plane: &[f64], [width, _]: [usize; 2], kernel: &[f64]) -> Vec<f64>
     out
 }
 
-/// The same along columns.
+/// Correlates columns with a kernel, likewise.
 fn convolve_y(plane: &[f64], [width, height]: [usize; 2], kernel: &[f64]) -> Vec<f64> {
     let radius = kernel.len() / 2;
     let mut out = vec![0.0; plane.len()];
@@ -214,7 +215,7 @@ fn convolve_y(plane: &[f64], [width, height]: [usize; 2], kernel: &[f64]) -> Vec
     out
 }
 
-/// Spends most of 0..=1 on the differences that occur.
+/// Maps the differences that occur to most of 0..=1.
 fn redistribute(color: f64, largest: f64) -> f64 {
     let knee = COLOR_KNEE * largest;
     if color < knee {
@@ -224,18 +225,18 @@ fn redistribute(color: f64, largest: f64) -> f64 {
     }
 }
 
-/// Between pure green and pure blue, the publication's largest.
+/// The publication's largest difference: between pure green and pure blue.
 fn largest_color_difference() -> f64 {
     hyab(hunt_lab(DVec3::Y), hunt_lab(DVec3::Z))
 }
 
-/// City-block in lightness, Euclidean in colour.
+/// HyAB distance: city-block in lightness, Euclidean in colour.
 fn hyab(a: DVec3, b: DVec3) -> f64 {
     let difference = a - b;
     difference.x.abs() + difference.y.hypot(difference.z)
 }
 
-/// CIELAB of a linear colour, its chroma scaled by lightness as the Hunt effect asks.
+/// CIELAB of a linear colour, with chroma scaled by lightness for the Hunt effect.
 fn hunt_lab(linear: DVec3) -> DVec3 {
     const DELTA: f64 = 6.0 / 29.0;
     let curve =
@@ -257,7 +258,7 @@ fn linear_from_opponent(opponent: DVec3) -> DVec3 {
     rgb_to_xyz().inverse() * (xyz * white())
 }
 
-/// XYZ of linear Rec.709, the publication's exact fractions.
+/// XYZ of linear Rec.709, with the publication's exact fractions.
 fn rgb_to_xyz() -> DMat3 {
     DMat3::from_cols(
         DVec3::new(10_135_552.0 / 24_577_794.0, 2_613_072.0 / 12_288_897.0, 1_425_312.0 / 73_733_382.0),

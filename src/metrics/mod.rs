@@ -1,6 +1,6 @@
-//! How far a picture is from a reference. Pixels are linear Rec.709 triples, W/m²/sr, unless a
-//! function says otherwise; all sums are in f64. Images of one comparison have the same number of
-//! pixels, else these functions panic.
+//! Error metrics of pictures against a reference. Pixels are linear Rec.709 triples, W/m²/sr,
+//! unless a function states otherwise. All sums are in f64. Panics if the images of a comparison
+//! differ in their number of pixels.
 
 mod flip;
 mod noise;
@@ -8,7 +8,7 @@ mod noise;
 pub use flip::{Flip, PIXELS_PER_DEGREE, flip_map};
 pub use noise::{Estimate, ZTest, debiased_relmse, debiased_relmse_at, half_noise, variance_noise, z_test};
 
-/// What keeps the relative error of a dark pixel finite, in the unit of the pixels.
+/// Offset that keeps the relative error of a dark pixel finite, in the unit of the pixels.
 pub const EPSILON: f64 = 0.01;
 
 /// The five figures by which two images are compared.

@@ -1,20 +1,20 @@
-//! References and images that are noisy themselves, and know how noisy.
+//! Metrics for noisy references and images with known noise.
 
 use super::{EPSILON, mean};
 
-/// [`super::relmse`] of an image against the mean of two independent halves of a reference, without
-/// what the reference's own noise adds: mean of (v−a)(v−b)/(r+0.01)², r = (a+b)/2. In the numerator
-/// the noise of a and b cancels on average, so the figure may come out below 0 where the image is
-/// as good as the reference; in the denominator it stays, and raises the figure where r is about as
-/// small as its noise.
+/// [`super::relmse`] of an image against the mean of two independent halves of a reference,
+/// without the reference's noise: mean of (v−a)(v−b)/(r+0.01)², r = (a+b)/2. In the numerator the
+/// noise of a and b cancels on average. So the figure may be negative if the image is as good as
+/// the reference. In the denominator the noise stays, and raises the figure if r is about as small
+/// as its noise.
 pub fn debiased_relmse(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2]) -> f64 {
     let r = |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| 0.5 * (a[c] + b[c]));
     let mean: Vec<[f32; 3]> = halves[0].iter().zip(halves[1]).map(r).collect();
     debiased_relmse_at(image, halves, &mean).mean
 }
 
-/// The same relative to a picture that does not know the reference's noise, but is about what the
-/// reference would be without it: then that noise cancels whatever is dark.
+/// [`debiased_relmse`] relative to a picture that is independent of the reference's noise and close
+/// to its expected value. Then the noise also cancels in dark pixels.
 pub fn debiased_relmse_at(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2], scale: &[[f32; 3]]) -> Estimate {
     assert_eq!(image.len(), scale.len(), "images of one comparison have one size");
     let scales = scale.iter().flatten().map(|&s| f64::from(s) + EPSILON);
@@ -34,13 +34,13 @@ pub fn debiased_relmse_at(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2], scale: &
     Estimate { mean, standard_error: variance.sqrt() }
 }
 
-/// A mean over pixels whose noise is independent, and how far chance may put it off.
+/// A mean over pixels with independent noise, and its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// Mean of all samples.
     pub mean: f64,
-    /// Its standard deviation, from the scatter of the pixels. What differs from pixel to pixel for
-    /// other reasons is part of it: rather too large than too small.
+    /// Standard deviation of the mean, from the scatter of the pixels. Differences between pixels
+    /// for other reasons add to it, so it is rather too large.
     pub standard_error: f64,
 }
 
@@ -58,23 +58,24 @@ pub fn variance_noise(reference: &[[f32; 3]], variance: &[[f32; 3]]) -> f64 {
     mean(reference, variance, |r, variance| variance / (r + EPSILON).powi(2))
 }
 
-/// How two noisy images differ, in units of the noise that they state.
+/// Difference of two noisy images, in units of their stated noise.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct ZTest {
-    /// Mean of z; 0 where neither image is biased.
+    /// Mean of z; 0 if neither image is biased.
     pub mean: f64,
-    /// Root of the mean of z²; 1 where both state their noise rightly and estimate the same.
+    /// Root of the mean of z²; 1 if both state their noise correctly and have the
+    /// same expected value.
     pub rms: f64,
-    /// Share of |z| > 3; 0.0027 for a normal distribution.
+    /// Fraction of |z| > 3; 0.0027 for a normal distribution.
     pub share_above_3: f64,
     /// Number of values tested.
     pub count: u64,
-    /// Values that differ although neither image states noise; not in the figures above.
+    /// Values that differ although neither image states noise; excluded from the figures above.
     pub differ_without_noise: u64,
 }
 
-/// z = (v−r)/√(var v + var r) over pixels and channels. Values that are equal and without noise
-/// (black ones) are left out.
+/// z = (v−r)/√(var v + var r) over pixels and channels. Equal values without noise (black
+/// ones) are excluded.
 pub fn z_test(image: &[[f32; 3]], reference: &[[f32; 3]], variances: [&[[f32; 3]]; 2]) -> ZTest {
     assert_eq!(image.len(), reference.len(), "images of one comparison have one size");
     let differences =
@@ -149,7 +150,7 @@ mod tests {
         let halves = [a.as_slice(), b.as_slice()];
         let mean: Vec<[f32; 3]> =
             a.iter().zip(&b).map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect();
-        // The mean of two halves of σ = 0.02 has the variance 0.0002; r+0.01 is 1 but for that
+        // The mean of two halves of σ = 0.02 has the variance 0.0002; r+0.01 is 1 except for that
         // noise, which adds little.
         let near =
             |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 0.04, "{found}, {expected}");
@@ -166,8 +167,8 @@ mod tests {
         let mut normal = Normal(3);
         let [a, b] = [0, 1].map(|_| normal.image(0.03, 0.015, PIXELS));
         let halves = [a.as_slice(), b.as_slice()];
-        // A tenth of 0.03 + 0.01 off: 0.01. The noise of a half is 0.14, its scatter over all
-        // values below 0.001.
+        // A tenth of 0.03 + 0.01 off: 0.01. The noise of a half is 0.14; its scatter over all
+        // values is below 0.001.
         let (image, scale) = (vec![[0.034f32; 3]; PIXELS], vec![[0.03f32; 3]; PIXELS]);
         let [at, of_mean] =
             [debiased_relmse_at(&image, halves, &scale).mean, debiased_relmse(&image, halves)];
@@ -188,7 +189,7 @@ mod tests {
             assert!((found.standard_error / expected - 1.0).abs() < 0.05, "{found:?}, expected {expected}");
             squares += found.mean * found.mean;
         }
-        // Forty figures tell their scatter to a ninth.
+        // Forty figures determine their scatter to a ninth.
         let scatter = (squares / 40.0).sqrt();
         assert!((scatter / expected - 1.0).abs() < 0.35, "{scatter}, expected {expected}");
     }

@@ -1,5 +1,4 @@
-//! The clusters on the device, as the precomputation asks for them: by position, and by their place
-//! in the hierarchy.
+//! The clusters on the device, for lookup by position and by parent.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
@@ -10,16 +9,16 @@ use bytemuck::Zeroable;
 use glam::UVec3;
 use std::sync::Arc;
 
-/// The tables on the host.
+/// Cluster tables in host memory.
 pub struct ClusterTables {
     /// The hierarchy, without its fragments.
     pub hvds: Hvds,
-    /// Entry points that each cluster holds, in expectation.
+    /// Expected number of entry points in each cluster.
     pub entry_points: Vec<f32>,
 }
 
 impl ClusterTables {
-    /// Of a hierarchy. `entry_points`: how many each cluster holds, in expectation.
+    /// Tables of a hierarchy. `entry_points`: expected number in each cluster.
     pub fn new(hvds: &Hvds, entry_points: &[f32]) -> Self {
         Self { hvds: hvds.without_fragments(), entry_points: entry_points.to_vec() }
     }
@@ -44,7 +43,7 @@ impl ClusterTables {
 }
 
 impl ClusterBuffers {
-    /// Tables that hold no cluster, for rays that ask for none.
+    /// Empty tables, for rays that look up no cluster.
     ///
     /// # Errors
     /// The device lacks memory.
@@ -61,17 +60,17 @@ impl ClusterBuffers {
     }
 }
 
-/// Needed until the gather rays are traced; if pixels may be glossy, by their rays, too.
+/// Cluster tables on the device. The gather rays need them; so do the rays of glossy pixels.
 pub struct ClusterBuffers {
     /// The base grid.
     pub grid: Grid,
-    /// First place in `cell_clusters` of each base cell, and the end.
+    /// CSR offsets into `cell_clusters`: one for each base cell, and the end.
     pub cell_offsets: Buffer,
     /// `code << 26 | cluster` of the base cells.
     pub cell_clusters: Buffer,
-    /// `ClusterLink` of each cluster: its parent, if that may stand for it.
+    /// `ClusterLink` of each cluster: its parent, or `NO_CLUSTER` if the parent may not replace it.
     pub links: Buffer,
-    /// Whole of each base cluster, or `NO_CLUSTER`.
+    /// Unweighted cluster of each base cluster, or `NO_CLUSTER`.
     pub unweighted: Buffer,
     /// Clusters of the base level.
     pub base_count: u32,

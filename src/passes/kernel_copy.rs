@@ -1,5 +1,5 @@
-//! A kernel that copies a list and does nothing else. Not part of a frame: what moves data is held
-//! against it. In: words. Out: the same.
+//! A kernel that copies a list. No frame uses it: it measures the throughput limit of kernels that
+//! move data. In: words. Out: the same words.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[KernelCopyPush::LAYOUT];
 
 /// The pipeline of the copying kernel.
@@ -24,10 +24,10 @@ pub struct KernelCopy {
 }
 
 impl KernelCopy {
-    /// The name that shader and timing share.
+    /// Stem of shader and timing.
     pub const STEM: &str = "kernel_copy";
 
-    /// Makes the pipeline whose invocations copy four words each.
+    /// Creates the pipeline whose invocations copy four words each.
     ///
     /// # Errors
     /// A Vulkan call failed.
@@ -35,7 +35,7 @@ impl KernelCopy {
         Self::with(context, 4)
     }
 
-    /// Makes the pipeline whose invocations copy a word each.
+    /// Creates the pipeline whose invocations copy a word each.
     ///
     /// # Errors
     /// A Vulkan call failed.

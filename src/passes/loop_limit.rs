@@ -1,17 +1,17 @@
-//! What kernels say whose loops the device ended: lavapipe ends all of an invocation, without a
-//! word, once they have run 65 535 times (`glsl/include/loop_limit.glsl`).
+//! Errors for truncated loops: lavapipe (Mesa 22.3.6) silently ends all loops of an invocation
+//! after 65 535 iterations (`glsl/include/loop_limit.glsl`).
 
 use crate::error::{Error, Result};
 
-/// Refuses what a kernel found, if the device ended its loops.
+/// Returns an error if the loops of a kernel were truncated.
 ///
 /// # Errors
-/// [`Error::OutOfMemory`] says what to do.
+/// [`Error::OutOfMemory`] with a hint.
 pub(super) fn refuse(is_truncated: bool, stem: &str, lights: u32) -> Result<()> {
     if !is_truncated {
         return Ok(());
     }
-    // Each light takes a ray from where a ray ends.
+    // Each hit takes one shadow ray a light.
     let hint = if lights > 16 { "use fewer lights, or triangles" } else { "use triangles" };
     Err(Error::OutOfMemory(format!(
         "`{stem}`: rays meet more of the scene than the device goes through at once; {hint} that lie over one another less, shorter ones"

@@ -1,4 +1,4 @@
-//! A light whose rows a pass traces, and how the work is cut into dispatches.
+//! One light as the input of a pass, and how its work is split into dispatches.
 
 use std::sync::Arc;
 
@@ -6,8 +6,8 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource};
 
-/// Point samples of a light that one dispatch takes: more would keep a slow device busy for longer
-/// than watchdogs bear, and run one shader's loops longer than lavapipe lets them.
+/// Point samples of a light in one dispatch. More would exceed the watchdog of a slow device, and
+/// the 65 535 iterations of lavapipe (Mesa 22.3.6).
 const SAMPLES_A_DISPATCH: u32 = 8;
 
 /// One light of the table.
@@ -19,7 +19,7 @@ pub struct OneLight<'a> {
     pub index: u32,
     /// One of the constants `LIGHT_*`.
     pub kind: u32,
-    /// Point samples that stand for it.
+    /// Number of its point samples.
     pub samples: u32,
     /// Traces rays although they cannot bring light: from points that face away or stand outside
     /// the light's cone.
@@ -27,12 +27,12 @@ pub struct OneLight<'a> {
 }
 
 impl<'a> OneLight<'a> {
-    /// The light that stands there in the table. Rays are traced where they can bring light.
+    /// The light at `index`. Rays are traced only if they can bring light.
     pub fn new(table: &'a Buffer, index: u32, source: &LightSource) -> Self {
         Self { table, index, kind: source.kind, samples: source.samples, traces_all: false }
     }
 
-    /// The samples by dispatch: the first and the one behind the last. The first dispatch writes,
+    /// Ranges of samples by dispatch: the first and one past the last. The first dispatch writes,
     /// later ones add.
     pub fn spans(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
         let samples = self.samples;
@@ -41,11 +41,11 @@ impl<'a> OneLight<'a> {
     }
 }
 
-/// A kernel that takes one light, made for each kind of light: see `glsl/include/light_kind.glsl`.
+/// A kernel for one light, specialised to each kind of light: see `glsl/include/light_kind.glsl`.
 pub struct LightKernel([Pipeline; 4]);
 
 impl LightKernel {
-    /// Makes the embedded shader of that stem ready, as [`Pipeline::new`] does.
+    /// Creates the pipelines of the shader with that stem, as [`Pipeline::new`] does.
     ///
     /// # Errors
     /// A Vulkan call failed.

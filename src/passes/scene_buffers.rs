@@ -1,4 +1,4 @@
-//! The scene on the device: what every pass that traces rays binds.
+//! The scene on the device: the bindings of every pass that traces rays.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
@@ -9,9 +9,9 @@ use bytemuck::Pod;
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
-/// Immutable geometry and the material table. Triangles and surfaces stand in BVH leaf order.
-/// Nodes, triangles and surfaces are behind addresses ([`Buffer::address_of`]) where the device
-/// does not bind one of these lists.
+/// Immutable geometry and the material table. Triangles and surfaces are in BVH leaf order.
+/// If one of the lists of nodes, triangles and surfaces exceeds a binding, all three are
+/// behind addresses ([`Buffer::address_of`]).
 pub struct SceneBuffers {
     /// `Node`s, the root first; bound as texels.
     pub nodes: Buffer,
@@ -21,16 +21,16 @@ pub struct SceneBuffers {
     pub surfaces: Buffer,
     /// `Reflectance` of each material.
     pub materials: Buffer,
-    /// Images that materials take their diffuse albedo from.
+    /// Images of the materials' diffuse albedo.
     pub textures: TextureBuffers,
-    /// [`LOOP_TRUNCATED`](types::LOOP_TRUNCATED) once the device has ended the loops of an
-    /// invocation that follows rays and has no other way to say so.
+    /// Host-visible flag: [`LOOP_TRUNCATED`](types::LOOP_TRUNCATED) after an invocation with
+    /// truncated loops, in kernels without another way to report it.
     pub truncated_loops: Buffer,
 }
 
 impl SceneBuffers {
-    /// Uploads a scene; `triangles` in the tree's order, and so their image coordinates, if
-    /// there are any.
+    /// Uploads a scene; `triangles` and their image coordinates, if there are any, in
+    /// the tree's order.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`](crate::Error::OutOfMemory) if the images are larger than the device
@@ -49,7 +49,7 @@ impl SceneBuffers {
             .map(|[p0, p1, p2]| types::Triangle { p0, p1, p2 })
             .collect();
         let longest = size_of_val(&*bvh.nodes).max(size_of_val(&*corners)).max(size_of_val(surfaces));
-        // Kernels bind all three, or look behind all three.
+        // Kernels bind all three lists, or use addresses for all three.
         let is_bound = longest as u64 <= context.limits().storage_range_bytes;
         Ok(Self {
             nodes: list(context, "nodes", &bvh.nodes, is_bound)?,
@@ -61,11 +61,11 @@ impl SceneBuffers {
         })
     }
 
-    /// Refuses what kernels found that say it in [`Self::truncated_loops`]: `name` is theirs, and
-    /// each place takes a ray to each of `lights`.
+    /// Returns an error if [`Self::truncated_loops`] is set: `name` is the kernel, and each hit
+    /// takes a ray to each of `lights` lights.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`](crate::Error::OutOfMemory) says what to do.
+    /// [`Error::OutOfMemory`](crate::Error::OutOfMemory) with a hint.
     pub fn refuse_truncated_loops(&self, name: &str, lights: u32) -> Result<()> {
         loop_limit::refuse(self.truncated_loops.read_flag() == types::LOOP_TRUNCATED, name, lights)
     }
@@ -76,7 +76,7 @@ fn list<T: Pod>(context: &Arc<Context>, name: &str, items: &[T], is_bound: bool)
     make(context, name, items)
 }
 
-/// A scene and its lights: what passes bind that follow paths.
+/// A scene and its lights: the bindings of passes that follow paths.
 #[derive(Clone, Copy)]
 pub struct LitScene<'a> {
     /// Geometry and materials.
@@ -88,7 +88,7 @@ pub struct LitScene<'a> {
 }
 
 impl<'a> LitScene<'a> {
-    /// The bindings of such a pass, its own between those for the scene and those for its images.
+    /// The bindings of such a pass, with `own` between those of the scene and those of its images.
     pub fn bindings_and<const N: usize>(
         &self,
         own: [(&'static str, &'a Buffer); N],
@@ -150,10 +150,10 @@ pub fn light_sources(lights: &[Light]) -> Vec<LightSource> {
     lights.iter().map(source).collect()
 }
 
-/// Step and modulus of a lattice of so many points, every row and column of which holds one. The
-/// step is next to the golden section, which keeps neighbours apart, and has no factor in common
-/// with the modulus, which keeps rows apart. The modulus is the number of points, or one more and
-/// the point at the origin left out, whichever comes closer.
+/// Step and modulus of a lattice of `samples` points, with one in every row and every column. The
+/// step is close to the golden section, which separates neighbours, and coprime to the modulus,
+/// which separates rows. The modulus is the number of points, or one more without the point at the
+/// origin, whichever is closer.
 fn lattice(samples: u32) -> [u32; 2] {
     let is_coprime = |stride: u32, modulus: u32| {
         let (mut a, mut b) = (modulus, stride);

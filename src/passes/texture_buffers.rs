@@ -9,22 +9,22 @@ use bytemuck::Zeroable;
 use glam::Vec2;
 use std::sync::Arc;
 
-/// What shaders bind that ask for the colour of a surface point. In a scene without images, a few
-/// bytes that none of them reads.
+/// Bindings of shaders that look up the colour of a surface point. In a scene without images, a
+/// few unused bytes.
 pub struct TextureBuffers {
     /// Image coordinates, three a triangle.
     coordinates: Buffer,
     /// `Texture` of each material.
     table: Buffer,
-    /// What the 256 sRGB codes decode to, as floats; then four bytes a texel.
+    /// Decoded values of the 256 sRGB codes, as floats; then four bytes a texel.
     texels: Buffer,
     /// Whether there are images.
     pub are_used: bool,
 }
 
 impl TextureBuffers {
-    /// Uploads each image once; `coordinates` of the triangles in the tree's order, none at
-    /// all without images.
+    /// Uploads each image once; `coordinates` of the triangles in the tree's order,
+    /// empty without images.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`] if the images are larger than the device can bind; the
@@ -71,12 +71,12 @@ impl TextureBuffers {
         })
     }
 
-    /// The specialisation constant of every shader that knows of images.
+    /// The specialisation constant of shaders that use images.
     pub fn constant(&self) -> (&'static str, u32) {
         has_textures(self.are_used)
     }
 
-    /// The bindings of a shader that asks for colours: these come after its own.
+    /// The bindings of a shader that looks up colours: `own`, then those of the images.
     pub fn after<'a, const N: usize>(
         &'a self,
         own: [(&'static str, &'a Buffer); N],
@@ -86,7 +86,7 @@ impl TextureBuffers {
         own.into_iter().chain(textures).collect()
     }
 
-    /// Room for packed colours; for one that nobody reads, where there are no images.
+    /// Allocates `count` packed colours; one unused word in scenes without images.
     ///
     /// # Errors
     /// The device lacks memory.
@@ -95,7 +95,7 @@ impl TextureBuffers {
     }
 }
 
-/// See [`TextureBuffers::constant`].
+/// The constant of [`TextureBuffers::constant`].
 pub fn has_textures(is_true: bool) -> (&'static str, u32) {
     ("HAS_TEXTURES", u32::from(is_true))
 }

@@ -1,8 +1,8 @@
-//! Where the photon mapper estimates irradiance: points spread evenly over the surfaces that
-//! light can reach.
+//! Irradiance points of the photon mapper: points spread evenly over the surfaces that light can
+//! reach.
 //!
-//! Not at photons, as [Christensen 1999] has it: an estimate there counts the photon that it stands
-//! on, which makes it too bright by one part in the number of photons around it.
+//! [Christensen 1999] estimates irradiance at photons. Such an estimate counts its own photon, so
+//! it is too bright by 1 over the number of photons around it.
 
 use crate::cpu::math::clear_distance;
 use crate::error::Result;
@@ -19,16 +19,16 @@ use crate::types::{Node, Surface};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Points of equal area, whose kernel sum is the mass of the kernel, for each irradiance point.
+/// Points of equal area for each irradiance point. Their kernel sum is the mass of the kernel.
 const AREA_POINTS: u32 = 4;
-/// Irradiance points of a scene at most: bounds the area points' map to 75 MiB.
+/// Maximum number of irradiance points: it bounds the area points' map to 75 MiB.
 const MAX_POINTS: u32 = 1 << 19;
 
 /// The surfaces that light can reach.
 pub(super) struct Reachable {
     surfaces: Vec<Surface>,
     low: Vec3,
-    /// Of all sides that light can reach, m².
+    /// Area of all sides that light can reach, m².
     pub(super) area_m2: f64,
 }
 
@@ -49,7 +49,7 @@ impl Reachable {
     }
 }
 
-/// Points at which the irradiance of one photon map after another is estimated with one radius.
+/// Points for irradiance estimates of one photon map after another, with one radius.
 pub(super) struct IrradiancePoints {
     map: PhotonMap,
     count: u32,
@@ -61,7 +61,7 @@ pub(super) struct IrradiancePoints {
 }
 
 impl IrradiancePoints {
-    /// Spreads points half a radius apart and finds out how much surface the kernel covers at each.
+    /// Spreads points half a radius apart and computes the surface area within the kernel of each.
     pub(super) fn new(
         context: &Arc<Context>,
         scene: &TracedScene,
@@ -94,12 +94,12 @@ impl IrradiancePoints {
         Ok(this)
     }
 
-    /// Of the density estimate, metres.
+    /// Radius of the density estimate, metres.
     pub(super) fn radius(&self) -> f32 {
         self.radius
     }
 
-    /// Sorts photons and estimates their irradiance at all points. `slots` of the map are in use.
+    /// Sorts photons and estimates their irradiance at all points. The map uses `slots` slots.
     pub(super) fn estimate(
         &self,
         context: &Arc<Context>,
@@ -114,7 +114,7 @@ impl IrradiancePoints {
         estimate.estimate(self.points(), photons, self.grid, self.radius, masses, irradiances, ms)
     }
 
-    /// What gather rays meet.
+    /// The irradiance that gather rays read.
     pub(super) fn irradiance(&self) -> Irradiance<'_> {
         Irradiance {
             points: &self.map.entries,
@@ -144,9 +144,9 @@ fn map_of(
     Ok(map)
 }
 
-/// Spreads `count` points over the active sides, each with the area that it stands for (m²) as
-/// flux. Dealt to sides by area, and on each along a lattice: consecutive points of the additive
-/// recurrence R2. [Roberts 2018]
+/// Spreads `count` points over the active sides, each with its area (m²) as flux. Sides get points
+/// by area. On a side the points form a lattice: consecutive points of the additive recurrence R2.
+/// [Roberts 2018]
 fn spread(triangles: &[Triangle], surfaces: &[Surface], count: u32) -> Vec<Photon> {
     const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     let total: f64 = active_sides(triangles, surfaces).map(|(_, area)| area).sum();
@@ -175,7 +175,7 @@ fn active_sides(triangles: &[Triangle], surfaces: &[Surface]) -> impl Iterator<I
     (0..2 * triangles.len() as u32).filter(active).map(|side| (side, triangles[side as usize / 2].area_m2()))
 }
 
-/// Metres of the sphere around a scene's bounding box: centre and radius.
+/// Centre and radius of the sphere around a scene's bounding box, metres.
 pub(super) fn bounding_sphere(scene: &Scene) -> (Vec3, f32) {
     let (low, high) = scene.bounds();
     (0.5 * (low + high), 0.5 * (high - low).length() * 1.001)

@@ -1,5 +1,5 @@
-//! Reference renderers: other methods on the same scene, acceleration structure and device, to
-//! judge ours by.
+//! Reference renderers: other methods on the same scene, acceleration structure and device, for
+//! comparison.
 
 mod irradiance_points;
 mod path_tracer;
@@ -13,8 +13,8 @@ pub use traced_scene::{FirstHits, TracedScene};
 use crate::error::Result;
 use std::time::Instant;
 
-/// What a reference renderer has found so far: mean radiance of each pixel, W/m²/sr, row by row
-/// from the top, linear Rec.709.
+/// Estimate of a reference renderer so far: mean radiance of each pixel, W/m²/sr, row by row from
+/// the top, linear Rec.709.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// Width and height in pixels.
@@ -27,19 +27,19 @@ pub struct Picture {
     pub indirect: Vec<[f32; 3]>,
 }
 
-/// A renderer whose picture gets better with every sample.
+/// A renderer whose picture improves with every sample.
 pub trait Progressive {
-    /// Takes so many more samples of each pixel.
+    /// Takes `per_pixel` more samples of each pixel.
     ///
     /// # Errors
     /// The device lacks memory or failed.
     fn add_samples(&mut self, per_pixel: u32) -> Result<()>;
-    /// When the time is up: [`Self::add_samples`] then takes no more than one sample of each pixel,
-    /// truncated, and none where there is one already. `None`: never.
+    /// Sets the time after which [`Self::add_samples`] takes at most one truncated sample of each
+    /// pixel, and none if a pixel has one. `None`: never.
     fn set_deadline(&mut self, deadline: Option<Instant>);
-    /// Samples of each pixel so far, at the least.
+    /// Samples of each pixel so far, the minimum of all pixels.
     fn samples(&self) -> u32;
-    /// Samples that share a cost: any number up to the next multiple takes about as long.
+    /// Granularity of samples: any number up to the next multiple takes about as long.
     fn round(&self) -> u32 {
         1
     }
@@ -53,15 +53,15 @@ pub trait Progressive {
     /// Variance of [`Picture::beauty`], pixel by pixel and channel by channel, (W/m²/sr)².
     ///
     /// # Errors
-    /// There are too few samples to tell; the device failed.
+    /// There are too few samples; the device failed.
     fn variance(&self) -> Result<Vec<[f32; 3]>>;
-    /// Noise of [`Picture::beauty`]: the relMSE by which its mean would differ from one without
-    /// noise; none where there are too few samples to tell.
+    /// Noise of [`Picture::beauty`]: the expected relMSE of its mean against a picture without
+    /// noise. `None` if there are too few samples.
     ///
     /// # Errors
     /// The device failed.
     fn noise(&self) -> Result<Option<f64>>;
-    /// Rays so far, if they are counted.
+    /// Number of rays so far. `None` if rays are not counted.
     ///
     /// # Errors
     /// The device failed.

@@ -1,4 +1,4 @@
-//! The path tracer: unbiased, progressive, its own noise stated. [Kajiya 1986]
+//! The path tracer: unbiased and progressive, with an estimate of its own noise. [Kajiya 1986]
 
 use super::{Picture, Progressive, TracedScene};
 use crate::cpu::sampling::hash_pair;
@@ -14,11 +14,11 @@ use glam::{DVec3, Vec3};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Pixels whose worth of doubt the scale of the variance starts from, so that images of few pixels
-/// do not swing it.
+/// Weight of the prior in the scale of the variance, in pixels: it keeps the scale of small images
+/// stable.
 const SCALE_PRIOR: f64 = 16.0;
-/// Estimates the light of every pixel from random paths; box-filtered over the pixel. Samples
-/// belong in turn to two halves, whose sequences are independent.
+/// Estimates the light of every pixel from random paths; box-filtered over the pixel. Samples go
+/// alternately to two halves with independent sequences.
 pub struct PathTracer {
     scene: TracedScene,
     pass: PathTrace,
@@ -32,21 +32,21 @@ pub struct PathTracer {
 struct Half {
     sums: Accumulators,
     seed: u32,
-    /// Of each pixel; where there is a cut, of the pixel with the fewest.
+    /// Samples of each pixel; after a cut, the minimum of all pixels.
     samples: u32,
     cut: Option<Cut>,
 }
 
-/// Where a half stood when the time was up.
+/// State of a half at its deadline.
 struct Cut {
     /// Samples of each pixel, the unfinished ones included.
     samples: Vec<u32>,
-    /// Pixels whose only sample is not finished, and what its path had found by then: direct
-    /// and indirect light.
+    /// Pixels whose only sample is unfinished, and the light that its path has found: direct and
+    /// indirect.
     unfinished: Vec<(u32, [DVec3; 2])>,
 }
 
-/// What was read back of a half: sums of radiance and numbers of samples, pixel by pixel.
+/// Sums of radiance and numbers of samples of a half, pixel by pixel, read back.
 struct Sums {
     direct: Vec<DVec3>,
     indirect: Vec<DVec3>,
@@ -54,7 +54,7 @@ struct Sums {
 }
 
 impl PathTracer {
-    /// Makes ready to render the scene for its first camera.
+    /// Prepares the scene for its first camera.
     ///
     /// # Errors
     /// [`Error::Usage`] for a scene without triangles; the device lacks memory or failed.
@@ -76,7 +76,7 @@ impl PathTracer {
         })
     }
 
-    /// Mean radiance of all light, each half by itself: two independent estimates of one picture.
+    /// Mean radiance of all light, for each half: two independent estimates of one picture.
     ///
     /// # Errors
     /// The device failed.
@@ -92,8 +92,8 @@ impl PathTracer {
         self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
-    /// Takes the samples of a half up to `goal` in each pixel, or fewer where the time is up: then
-    /// that half is cut.
+    /// Takes samples of a half until each pixel has `goal`. After the deadline, the half takes
+    /// fewer and is cut.
     fn advance(&mut self, number: usize, goal: u32) -> Result<()> {
         let half = &mut self.halves[number];
         let (scene, from) = (&self.scene, half.samples);
@@ -104,7 +104,7 @@ impl PathTracer {
             let tiles = first..first + count;
             let is_late = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
             is_truncated |= is_late;
-            // Every pixel gets one sample at the least.
+            // Every pixel gets at least one sample.
             let goal = if is_late { goal.min(from.max(1)) } else { goal };
             let ran = self.pass.run(job, tiles.clone(), from..goal, self.deadline)?;
             self.device_ms += ran.ms;
@@ -129,8 +129,8 @@ impl PathTracer {
 }
 
 impl Cut {
-    /// Takes a path that is not followed any further. Where it is the pixel's only one it counts as
-    /// it stands: light that it would have found later is missing.
+    /// Ends an unfinished path. If it is the pixel's only path, it counts as it is: the light that
+    /// later vertices would add is missing.
     fn stop(&mut self, (pixel, path): &(u32, TracedPath)) {
         let samples = &mut self.samples[*pixel as usize];
         if path.sample_index == 0 && *samples > 0 {
@@ -171,12 +171,12 @@ fn rounded(value: DVec3) -> [f32; 3] {
 }
 
 impl Progressive for PathTracer {
-    /// In turn for the two halves.
+    /// Alternates between the two halves.
     fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
         let total = self.samples() + per_pixel;
         for (number, goal) in [(0, total.div_ceil(2)), (1, total / 2)] {
             let is_first = number == 0 && self.halves[number].samples == 0;
-            // After a cut the halves are not in step.
+            // After a cut, the halves have different numbers of samples.
             if self.halves.iter().any(|half| half.cut.is_some()) || (self.is_late() && !is_first) {
                 break;
             }
@@ -227,10 +227,10 @@ impl Progressive for PathTracer {
         })
     }
 
-    /// The spread of the samples in each half gives its distribution over the image; for the level
-    /// it is scaled, all pixels of a channel alike, so that the squared differences of the two
-    /// halves are on average what it predicts: samples of a low-discrepancy sequence complement
-    /// each other, and their spread alone would state too much.
+    /// The spread of the samples in each half gives the distribution of the variance over the
+    /// image. A factor for each channel scales its level, so that it predicts the mean squared
+    /// difference of the halves. Samples of a low-discrepancy sequence complement each other, so
+    /// their spread alone is too large.
     fn variance(&self) -> Result<Vec<[f32; 3]>> {
         if self.halves[1].samples < 2 {
             return Err(Error::Usage("the variance needs at least four samples of each pixel".into()));
@@ -241,7 +241,8 @@ impl Progressive for PathTracer {
         for (half, sums) in self.halves.iter().zip(&sums) {
             let moments: Vec<SampleMoments> = half.sums.moments.read()?;
             for ((spread, pixel), samples) in spread.iter_mut().zip(&moments).zip(&sums.samples) {
-                // A quarter: of the mean of two halves, which differ by one sample at most.
+                // The factor 1/4: the mean of two halves, whose numbers of samples differ by at
+                // most one.
                 *spread += 0.25 * pixel.squares.as_dvec3() / (samples * (samples - 1.0));
             }
         }

@@ -1,8 +1,8 @@
 //! Photon mapping with final gathering, progressive. [Jensen 1996]
 //!
-//! A fresh photon map serves a few samples of every pixel; the picture is the mean over all. With
-//! the number of maps the radius of the density estimate shrinks, and with it the bias that it has.
-//! [Knaus and Zwicker 2011]
+//! Each photon map serves a few samples of every pixel; the picture is the mean over all maps. The
+//! radius of the density estimate shrinks with the number of maps, and its bias with it. [Knaus and
+//! Zwicker 2011]
 
 use super::irradiance_points::{IrradiancePoints, Reachable, bounding_sphere};
 use super::{Picture, Progressive, TracedScene};
@@ -23,30 +23,30 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Photon paths of a map; fewer where their photons would not fit.
+/// Photon paths of a map; fewer if their photons do not fit.
 const PATHS: u32 = 1 << 17;
-/// Slots of a photon map, empty ones too: bounds its buffers to 36 MiB.
+/// Slots of a photon map, empty ones included: this bounds its buffers to 36 MiB.
 const SLOTS: u32 = 1 << 20;
-/// Paths that would meet the first map's kernel if all light were spread evenly and
-/// nothing were reflected.
+/// Number of paths that would meet the first map's kernel if light were spread evenly and not
+/// reflected.
 const PATHS_IN_KERNEL: f64 = 32.0;
-/// A map serves so many gather rays or, on the smallest images, so many samples of a pixel.
+/// Gather rays that one map serves. Small images reach [`MAX_SAMPLES_A_MAP`] first.
 const RAYS_A_MAP: u32 = 1 << 19;
 const MAX_SAMPLES_A_MAP: u32 = 32;
 /// Samples of a pixel in one dispatch: lavapipe ends all loops of an invocation once they have run
 /// 65 535 times.
 const SAMPLES_A_DISPATCH: u32 = 2;
-/// The radius shrinks each time that the number of maps has doubled, so many times at most: to 35 %
-/// of the first.
+/// Maximum number of times that the radius shrinks, once for each doubling of the number of maps:
+/// to 35 % of the first radius.
 const MAX_SHRINKS: u32 = 9;
 
-/// Renders by photon mapping; box-filtered over the pixel. Samples and photons follow from the
+/// Renders by photon mapping; box-filtered over the pixel. Samples and photons depend on the
 /// scene's seed alone.
 ///
-/// Every sample takes the light of all lights at the surface that a camera ray meets, and sends one
-/// ray from there by the BRDF. Where it ends, irradiance comes from the photon map, times the
-/// diffuse albedo; a Phong lobe there is scattered on. A ray shorter than the radius of the density
-/// estimate goes on, too, until one is longer.
+/// Every sample adds the direct light at the hit of a camera ray, and sends one ray from there by
+/// the BRDF. At the hit of that ray, the photon map gives the irradiance, which is multiplied with
+/// the diffuse albedo; a Phong lobe there continues the path. If the ray is shorter than the radius
+/// of the density estimate, the path also continues, until a ray is longer.
 pub struct PhotonMapper {
     scene: TracedScene,
     /// Power of each light, W.
@@ -59,7 +59,7 @@ pub struct PhotonMapper {
     points: Option<IrradiancePoints>,
     /// Paths of a map.
     paths: u32,
-    /// Maps belong to them in turn.
+    /// Maps go alternately to the two halves.
     halves: [Half; 2],
     /// Radius of the first map's density estimate, metres.
     first_radius: f64,
@@ -81,7 +81,7 @@ struct Half {
 }
 
 impl PhotonMapper {
-    /// Makes ready to render the scene for its first camera.
+    /// Prepares the scene for its first camera.
     ///
     /// # Errors
     /// [`Error::Usage`] for a scene without triangles; the device lacks memory or failed.
@@ -188,7 +188,7 @@ impl PhotonMapper {
         self.points.as_ref().map_or(0.0, IrradiancePoints::radius)
     }
 
-    /// Slots of the last map that photons were traced into.
+    /// Slots that the photons of the last map used.
     pub fn slots(&self) -> u32 {
         self.slots
     }
@@ -198,8 +198,8 @@ impl PhotonMapper {
         &self.photons
     }
 
-    /// Mean radiance of all light, each half by itself: estimates from independent photons and
-    /// gather rays, alike in bias.
+    /// Mean radiance of all light, for each half: estimates from independent photons and gather
+    /// rays, with the same bias.
     ///
     /// # Errors
     /// The device failed.
@@ -219,8 +219,8 @@ fn rounded(value: DVec3) -> [f32; 3] {
 }
 
 impl Progressive for PhotonMapper {
-    /// From a fresh photon map where the last has served its samples. [`Error::OutOfMemory`] where
-    /// photons do not fit, as where nothing absorbs.
+    /// Starts a new photon map if the last one has served its samples. [`Error::OutOfMemory`] if
+    /// photons do not fit, for example because no surface absorbs.
     fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
         let goal = self.samples + per_pixel;
         let samples_a_map = self.samples_a_map();
@@ -281,13 +281,13 @@ impl Progressive for PhotonMapper {
         self.samples_a_map()
     }
 
-    /// Not known: samples of one map share its photons.
+    /// Unknown, because samples of one map share its photons.
     fn variance(&self) -> Result<Vec<[f32; 3]>> {
         Err(Error::Usage("photon mapping does not know the variance of a pixel; --method path does".into()))
     }
 
-    /// From the difference of the halves, where both have samples. The bias of the density estimate
-    /// is no part of it.
+    /// Computed from the difference of the halves, if both have samples. The bias of the density
+    /// estimate is not included.
     fn noise(&self) -> Result<Option<f64>> {
         if self.halves[1].samples == 0 {
             return Ok(None);

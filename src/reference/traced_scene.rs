@@ -10,13 +10,13 @@ use crate::types::{LightSource, NO_SIDE, PixelSurface, Surface, View};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// A scene and what rays through it bind.
+/// A scene with the buffers that ray tracing passes bind.
 pub struct TracedScene {
     /// Device that traces the scene.
     pub context: Arc<Context>,
-    /// The scene, its triangles in BVH order, without the lights that are off.
+    /// The scene without the lights that are off, with its triangles in BVH order.
     pub scene: Scene,
-    /// In the same order.
+    /// Surfaces in the same order.
     pub surfaces: Vec<Surface>,
     /// Geometry and materials on the device.
     pub buffers: SceneBuffers,
@@ -28,14 +28,15 @@ pub struct TracedScene {
     pub view: View,
 }
 
-/// What the central ray of each pixel meets, as layers of an image.
+/// Image layers of the hits of each pixel's central ray.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FirstHits {
     /// Diffuse albedo; zero where the ray left the scene.
     pub albedo: Vec<[f32; 3]>,
     /// Unit shading normal on the visible side; zero where the ray left the scene.
     pub normal: Vec<[f32; 3]>,
-    /// Along the viewing direction, metres, thrice; infinite where the ray left the scene.
+    /// Distance along the viewing direction, metres, three times; infinite where the ray left the
+    /// scene.
     pub depth: Vec<[f32; 3]>,
 }
 
@@ -72,7 +73,7 @@ impl TracedScene {
         })
     }
 
-    /// What passes bind of it.
+    /// The buffers that passes bind.
     pub fn lit(&self) -> LitScene<'_> {
         LitScene {
             buffers: &self.buffers,
@@ -91,7 +92,7 @@ impl TracedScene {
         self.view.width * self.view.height
     }
 
-    /// Asks each pixel's central ray.
+    /// Traces the central ray of each pixel.
     ///
     /// # Errors
     /// The device lacks memory or failed.

@@ -1,4 +1,4 @@
-//! Stages of a frame replaced by exact references, one at a time, to find out which of them errs.
+//! Ablation: one stage of a frame is replaced by its exact reference, to find the stage that errs.
 //! Slow; not part of any frame.
 
 use super::{Layer, Renderer};
@@ -17,41 +17,40 @@ use crate::passes::reference::irradiance_probe;
 use crate::types::{CachePoint, NO_SIDE, PixelSurface, Record};
 use glam::{UVec2, Vec3};
 
-/// Strata of a cache point's hemisphere for new directions, at most: their jitter makes any number
-/// right on average.
+/// Maximum number of strata of a cache point's hemisphere for new directions. The jitter makes any
+/// number right on average.
 const STRATA: u32 = 36;
 
-/// Pixels that are gathered at a time: their rays are the largest buffer.
+/// Pixels that are gathered in one batch: their rays are the largest buffer.
 const PIXELS_AT_A_TIME: usize = 1 << 14;
 
-/// A stage that an exact reference stands in for.
+/// A stage that an exact reference replaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Gathers at every pixel instead of splatting records.
     Splat,
-    /// Asks paths for the radiance at the hits of the gather rays, instead of clusters.
+    /// Path tracing instead of clusters gives the radiance at the hits of the gather rays.
     Clusters,
-    /// Gathers at the cache points along many new directions, with the radiance that paths find
-    /// there: gather rays and clusters are exact, gradients stay.
+    /// Gathers at the cache points along many new directions, with path-traced radiance. Gather
+    /// rays and clusters are exact; gradients stay.
     Gather,
 }
 
-/// What takes the place of a stage.
+/// The reference of a stage, and its sampling.
 #[derive(Clone, Copy, Debug)]
 pub struct Exact {
     /// Stage that the reference replaces.
     pub stage: Stage,
-    /// Paths of each stratum of a cache point's hemisphere; idle for [`Stage::Splat`], whose
+    /// Paths in each stratum of a cache point's hemisphere. Unused by [`Stage::Splat`], whose
     /// reference takes no samples.
     pub samples: u32,
-    /// Names the sequence of paths: those of different names are independent, and so
-    /// is their noise.
+    /// Selects the random sequence. Different sequences give independent noise.
     pub sequence: u32,
 }
 
 impl Renderer {
-    /// A layer of the last frame as it would be if one stage were exact. The renderer keeps the
-    /// frame that it has.
+    /// A layer of the last frame with one stage replaced by its reference. The renderer's own frame
+    /// stays.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -72,8 +71,8 @@ impl Renderer {
         Ok(found)
     }
 
-    /// Indirect irradiance at each cache point by path tracing, W/m², to be
-    /// multiplied with [`super::StageBuffers::emission_scale`].
+    /// Path-traced indirect irradiance at each cache point, W/m², without the factor
+    /// [`super::StageBuffers::emission_scale`].
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -99,7 +98,7 @@ impl Renderer {
         )
     }
 
-    /// Takes so many samples of pixels that show an edge, from the next frame on.
+    /// Sets the number of samples of edge pixels, from the next frame on.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -116,8 +115,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Works out what the last frame left out because nothing reads it, of the hierarchy and of
-    /// records. The rest keeps its bits.
+    /// Computes the clusters and records that the last frame skipped because nothing reads them.
+    /// The others keep their bits.
     fn complete(&self) -> Result<()> {
         self.complete_clusters()?;
         self.context.run(|rec| {
@@ -128,21 +127,21 @@ impl Renderer {
         Ok(())
     }
 
-    /// The same of the hierarchy alone.
+    /// Computes the clusters that the last frame skipped.
     pub(super) fn complete_clusters(&self) -> Result<()> {
         let whole = self.scopes.make_whole()?;
         self.context.run(|rec| {
             self.record_flux(rec, &whole, &self.lights.cluster_lights());
             self.record_near_field(rec, &whole);
             // The near field has overwritten these records with light gathered from unfinished
-            // clusters. The next frame takes them for current, so they are gathered from the
-            // finished ones.
+            // clusters. The next frame would take them for current, so they are gathered again from
+            // the finished ones.
             self.gather.record(rec, self.gather_sources(), &whole.sources);
         })?;
         Ok(())
     }
 
-    /// What a frame does with records, up to the picture.
+    /// Blends and splats records as a frame does, and composes the picture.
     fn blend_and_splat(&self) -> Result<()> {
         self.context.run(|rec| {
             self.blend.record(rec, &self.gather.cache_points, &self.gather.records, None);
@@ -154,9 +153,9 @@ impl Renderer {
         Ok(())
     }
 
-    /// The last frame's picture as it would be without splatting: the final gather at every pixel,
-    /// from the same clusters. Edge pixels take their samples' indirect light from pixels around
-    /// them, as in a frame.
+    /// A layer of the last frame without splatting: a final gather at every pixel, from the same
+    /// clusters. Edge pixels take their samples' indirect light from pixels around them, as in a
+    /// frame.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -189,7 +188,7 @@ impl Renderer {
         Ok(layer)
     }
 
-    /// Gathers at any points from the clusters of the last frame.
+    /// Gathers at the given points from the clusters of the last frame.
     fn gather_at(&self, points: &[CachePoint]) -> Result<Vec<Record>> {
         let count = points.len() as u32;
         let buffer = Buffer::from_slice(&self.context, "gather points", points)?;
@@ -206,7 +205,7 @@ impl Renderer {
             &mut Silent,
         )?;
         self.proxies.redirect(&rays, points, self)?;
-        // These rays read clusters, not slots: glossy reflection is not in it.
+        // These rays read clusters, not slots, so glossy reflection is missing.
         let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code, false)?;
         let list = RecordList::all(&self.context, count, gather.merged_rays.rows_per_part)?;
         self.context.run(|rec| gather.record(rec, self.gather_sources(), &list))?;

@@ -1,27 +1,27 @@
-//! What has changed since the last frame, and so what the next one must redo. Which rows of which
-//! lights are out of date, the lights know themselves.
+//! Changes since the last frame, and the frame plan derived from them. [`Lights`] stores which
+//! cached contributions of which light are stale.
 
 use super::lights::Lights;
 
-/// Work that can be asked for although nothing has changed: to measure what it takes.
+/// Work that a caller can request without a change, to measure its cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Work {
-    /// All of it.
+    /// All work of a frame.
     Everything,
-    /// What the movement of the light of that index makes necessary.
+    /// The work after the light with this index has moved.
     Light(usize),
-    /// What a change of a light's colour makes necessary.
+    /// The work after a light's colour has changed.
     Colour,
-    /// What a movement of the camera makes necessary.
+    /// The work after the camera has moved.
     View,
-    /// What a change of a material makes necessary.
+    /// The work after a material has changed.
     Material,
 }
 
-/// Which materials were edited, as far as light paths are concerned.
+/// The edited materials, as far as light paths depend on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Edited {
-    /// Editable ones, by their bits.
+    /// Editable materials, by their bits.
     Some(u32),
     All,
 }
@@ -32,20 +32,20 @@ impl Default for Edited {
     }
 }
 
-/// What has changed.
+/// Changes since the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Changes {
     pub(super) view: bool,
-    /// The room for the picture: it holds nothing yet, not even where no light is active.
+    /// The size of the picture: its buffers are empty, even if no light is active.
     pub(super) size: bool,
-    /// What lights emit: their colours, or which of them there are.
+    /// Emission of lights: their colours, or the set of active lights.
     pub(super) emission: bool,
-    /// What the only light emits.
+    /// Emission of the only active light.
     pub(super) emission_scale: bool,
     pub(super) materials: bool,
-    /// Of these, editable ones by their bits; all paths are scanned again where others changed.
+    /// The edited materials. If one of them is not editable, all paths are scanned again.
     pub(super) edited: Edited,
-    /// Which surfaces are glossy, or how sharply.
+    /// The set of glossy materials, or the exponent of one.
     pub(super) lobes: bool,
     /// The exposure of the displayed picture.
     pub(super) exposure: bool,
@@ -64,13 +64,13 @@ impl Changes {
     };
 }
 
-/// Stages of a frame that changes make necessary. Rows and layers of lights are traced where a
-/// light has none.
+/// The frame plan: stages that the changes make due. Cached contributions are traced for each light
+/// that has stale ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stages {
     /// Primary visibility, edges and splat weights.
     pub(super) view: bool,
-    /// The sum of the lights' layers.
+    /// The sum of the per-light irradiance buffers of pixels.
     pub(super) direct: bool,
     /// The energy scan of the light paths.
     pub(super) scan: bool,
@@ -107,7 +107,7 @@ impl Stages {
         }
     }
 
-    /// Nothing is to be done.
+    /// Whether no stage is due.
     pub(super) fn is_idle(&self) -> bool {
         // A scan comes with energy; everything else ends in the displayed picture.
         !self.display && !self.energy

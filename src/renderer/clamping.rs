@@ -1,4 +1,4 @@
-//! What bounds do to a picture, for people: counted when asked, not in frames.
+//! Clamping statistics, counted on request; no frame needs them.
 
 use super::Renderer;
 use crate::cpu::blend::is_limited as blend_is_limited;
@@ -14,10 +14,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 impl Renderer {
-    /// Shares of the light of entry points and of pixels, 0..=1, that 1/d² would bring besides and
-    /// its bounded form does not: what lights so near take away that a point is no longer small
-    /// beside their distance. A light that few points are near to may lose more, or less, than it:
-    /// by chance, and uncounted.
+    /// Fractions of the light at entry points and at pixels, 0..=1, that clamping 1/d² removes.
+    /// Clamping acts near a light, where the surface point is large beside its distance. If few
+    /// points are near a light, chance adds an error that is not counted.
     pub(super) fn bounded_light(&self) -> Result<BTreeMap<String, f64>> {
         let weights = self.form_factors.weights();
         let area_m2 = self.form_factors.area_m2();
@@ -27,7 +26,7 @@ impl Renderer {
         for (light, [factors, layer], number) in self.lights.traced() {
             let power = f64::from(light.emission.element_sum());
             let found: Vec<f32> = factors.read()?;
-            // Beside a light that is nearer than entry points are apart, nothing is taken away.
+            // The near-light correction removes nothing.
             let mut is_exact = vec![false; points.len()];
             if let Some((near, count)) = self.lights.near(number) {
                 let near: Vec<NearFactor> = near.read_range(0, *count as usize)?;
@@ -53,9 +52,9 @@ impl Renderer {
         Ok(shares.map(|(name, light)| (name.to_owned(), light.share())).into())
     }
 
-    /// Extrapolations of records to the last view's pixels that were kept from falling below zero,
-    /// or, to pixels without a covering record, from changing too much; pixels whose sum was kept
-    /// from it; and records that blending kept from it, of those that the view uses.
+    /// Counts of clamped values that the last view uses: extrapolations of records to pixels, pixel
+    /// sums, and blended records. Extrapolations are clamped at zero; at uncovered pixels, their
+    /// change is clamped.
     pub(super) fn limited(&self) -> Result<[(&'static str, u64); 3]> {
         let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
         let records: Vec<Record> = self.blend.records.read()?;
@@ -97,8 +96,8 @@ impl Renderer {
         ])
     }
 
-    /// Of these records, those that would fall below zero by what neighbours say of their places,
-    /// or by what one of these does.
+    /// Number of the marked records that blending clamps: the blend, or the value of one neighbour,
+    /// would fall below zero.
     fn limited_blends(&self, is_seen: &[bool]) -> Result<u64> {
         let [points, gathered] = [&self.gather.cache_points, &self.gather.records];
         let (points, gathered): (Vec<CachePoint>, Vec<Record>) = (points.read()?, gathered.read()?);
@@ -114,7 +113,7 @@ impl Renderer {
     }
 }
 
-/// Light that was found, and what the bound took away of it.
+/// Light that was found, and light that clamping removed.
 #[derive(Default)]
 struct Light {
     found: f64,
@@ -122,8 +121,8 @@ struct Light {
 }
 
 impl Light {
-    /// Adds light that a surface point of that extent (m²) was found to get of a light. Of area
-    /// lights, all that the point faces is taken to be seen alike.
+    /// Adds the light `found` at a surface point of extent `area_m2`. Visibility is taken as the
+    /// same for all of an area light that the point faces.
     fn add(&mut self, light: &LightSource, position: Vec3, normal: Vec3, area_m2: f32, found: f64) {
         let (position, normal, area_m2) = (position.as_dvec3(), normal.as_dvec3(), f64::from(area_m2));
         let excess = match light.kind {

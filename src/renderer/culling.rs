@@ -1,5 +1,5 @@
-//! How much of the work with lights frames leave out, for people: counted when asked,
-//! not in frames.
+//! Culling statistics: the work with lights that frames skip. They are counted on request; no frame
+//! needs them.
 
 use super::Renderer;
 use crate::cpu::lights::{lattice_point, sample_light};
@@ -8,13 +8,13 @@ use crate::types::LightSource;
 use glam::Vec3;
 use std::collections::BTreeMap;
 
-/// Pairs of an entry point and a sample of a light that are asked at most: of area lights with many
-/// samples, every so many points.
+/// Maximum number of tested pairs of an entry point and a light sample. If an area light has more,
+/// the test takes every n-th entry point.
 const ASKED: usize = 1 << 22;
 
 impl Renderer {
-    /// Shares of work, 0..=1, that a frame in which all lights are new leaves out; of entry points
-    /// that no light reaches, the number is returned, too.
+    /// Fractions of work, 0..=1, that a frame with all lights stale skips. Also the number of entry
+    /// points that no light reaches.
     pub(super) fn skipped_light(&self) -> Result<(BTreeMap<String, f64>, u64)> {
         let mut skipped = BTreeMap::new();
         let active: Vec<&LightSource> = self.lights.active_sources().collect();

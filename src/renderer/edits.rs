@@ -1,5 +1,5 @@
-//! What can be edited between frames. Each edit marks what it puts out of date; the next
-//! frame redoes that.
+//! Edits between frames. Each edit marks the results that it makes stale; the next frame updates
+//! them.
 
 use super::Renderer;
 use super::changes::{Changes, Edited, Work};
@@ -12,7 +12,7 @@ use glam::Vec3;
 use std::ops::Range;
 
 impl Renderer {
-    /// Moves the light of that index, of any kind but the directional one.
+    /// Moves a light of any kind except directional lights.
     ///
     /// # Errors
     /// The device failed.
@@ -20,8 +20,8 @@ impl Renderer {
         self.set_light(light, self.scene.lights[light].kind.moved_to(to))
     }
 
-    /// Replaces a light: its kind, place, direction or colour. A change of emission
-    /// alone traces nothing.
+    /// Replaces a light: kind, position, direction or colour. A change of emission alone traces
+    /// nothing.
     ///
     /// # Errors
     /// The device failed.
@@ -36,7 +36,7 @@ impl Renderer {
         self.lights_changed()
     }
 
-    /// Switches a light. It keeps what was traced of it.
+    /// Switches a light on or off. Its cached contributions stay.
     ///
     /// # Errors
     /// The device failed.
@@ -50,10 +50,10 @@ impl Renderer {
         self.scene.lights[light].is_on
     }
 
-    /// Adds a light behind the others.
+    /// Appends a light to the scene.
     ///
     /// # Errors
-    /// The device lacks memory or failed; there is then no such light.
+    /// The device lacks memory or failed; the light is then not added.
     pub fn add_light(&mut self, light: Light) -> Result<()> {
         self.lights.add()?;
         self.scene.lights.push(light);
@@ -65,7 +65,7 @@ impl Renderer {
         changed
     }
 
-    /// Removes a light; those behind it move up by one.
+    /// Removes a light and returns it. The indices of later lights decrease by one.
     ///
     /// # Errors
     /// The device failed.
@@ -84,8 +84,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Changes a material's diffuse albedo, which an image of it is multiplied with,
-    /// as [`Self::set_material`] does.
+    /// Changes a material's diffuse albedo, as [`Self::set_material`] does. The colours of its
+    /// image are multiplied with it.
     ///
     /// # Errors
     /// The device failed.
@@ -94,13 +94,13 @@ impl Renderer {
         self.set_material(material, diffuse, specular, exponent)
     }
 
-    /// Changes what a material reflects: diffuse and specular albedo, lowered where they reflect
-    /// too much ([`Material::bound_albedo`]), and Phong exponent. Of an editable material, the
-    /// picture is to the bit that of a cold start. Of others the paths were traced for what it was:
-    /// far above that, indirect light is noisier and tends to come out low.
+    /// Changes a material's diffuse and specular albedo and its Phong exponent. Albedos that
+    /// reflect too much are lowered ([`Material::bound_albedo`]). If the material is editable, the
+    /// picture equals that of a cold start bit by bit. If not, light paths were sampled for the old
+    /// albedo: far above it, indirect light is noisier and tends to be too low.
     ///
     /// # Errors
-    /// A lobe is given to a material that had none and is not editable; the device failed.
+    /// The material gets a lobe, but had none and is not editable; the device failed.
     pub fn set_material(
         &mut self,
         material: usize,
@@ -123,7 +123,7 @@ impl Renderer {
             )));
         }
         let has_lobe = |material: &Material| material.specular != Vec3::ZERO;
-        // What pixels' rays read of a lobe depends on how much it is beside the albedo.
+        // The clusters that pixels' rays read depend on the weight of the lobe beside the albedo.
         let lobes = has_lobe(old) != has_lobe(&new)
             || (has_lobe(&new) && (old.exponent != new.exponent || is_little(old) != is_little(&new)));
         self.scene.materials[material] = new;
@@ -143,19 +143,20 @@ impl Renderer {
         self.buffers.materials.write(&crate::passes::reflectances(&self.scene.materials))
     }
 
-    /// Parts of the vertex array whose paths edited materials reflect; none where that may be all.
+    /// Ranges of the vertex array whose paths the edited materials reflect. `None` if all paths may
+    /// be affected.
     pub(super) fn edited_paths(&self) -> Option<Vec<Range<u32>>> {
         let Edited::Some(bits) = self.changes.edited else { return None };
         let groups = self.path_groups.iter().filter(|group| group.materials & bits != 0);
         Some(groups.map(|group| group.steps.clone()).collect())
     }
 
-    /// Looks from elsewhere; the image keeps its size.
+    /// Moves the camera. The size of the image stays.
     pub fn move_camera(&mut self, position: Vec3, target: Vec3) {
         self.set_camera(&Camera { position, target, ..self.scene.cameras[0].clone() });
     }
 
-    /// Looks as that camera does; the image keeps its size.
+    /// Replaces the camera. The size of the image stays.
     pub fn set_camera(&mut self, camera: &Camera) {
         let old = &mut self.scene.cameras[0];
         let camera = Camera { size: old.size, ..camera.clone() };
@@ -168,20 +169,20 @@ impl Renderer {
         self.view_changed();
     }
 
-    /// Brightens the displayed picture by so many stops, from the next frame on.
+    /// Brightens the displayed picture by `stops`, from the next frame on.
     pub fn set_exposure(&mut self, stops: f32) {
         self.changes.exposure |= self.exposure_stops != stops;
         self.exposure_stops = stops;
     }
 
-    /// Shows these shares of direct and indirect light, 0..=1, from the next frame on; [1, 1] is
-    /// the picture. Layers do not depend on it.
+    /// Sets the weights of direct and indirect light, 0..=1, from the next frame on; [1, 1] is the
+    /// picture. Image layers do not depend on them.
     pub fn set_shares(&mut self, shares: [f32; 2]) {
         self.changes.emission_scale |= self.shares != shares;
         self.shares = shares;
     }
 
-    /// Makes the next frame do that work although nothing has changed.
+    /// Makes the next frame do this work without a change.
     pub fn force(&mut self, work: Work) {
         match work {
             Work::Everything => {
@@ -201,9 +202,9 @@ impl Renderer {
         }
     }
 
-    /// Whether frames leave out what cannot change the picture, which they do unless told
-    /// otherwise: stages that depend on nothing that was edited, lights that are off, rays that
-    /// cannot bring light, records that no pixel uses, clusters that nothing reads.
+    /// Sets whether frames skip work that cannot change the picture; by default they do. Skipped
+    /// are stages without a changed input, lights that are off, rays that cannot bring light,
+    /// records that no pixel uses, and clusters outside the live set.
     pub fn set_skipping(&mut self, skips: bool) {
         self.skips = skips;
         self.lights.traces_all = !skips;

@@ -1,6 +1,6 @@
-//! Closed places: nobody could look from there when the paths were traced, and they take no part. A
-//! light alone in one changes nothing that is seen, and a camera alone sees nothing; once both are
-//! in the same, it has to take part.
+//! Enclosures hold no interior viewpoint when paths are traced, and take no part in transport. A
+//! light alone in an enclosure changes nothing visible, and a camera alone sees nothing. An
+//! enclosure takes part once it holds both.
 
 use super::Renderer;
 use crate::error::Result;
@@ -9,19 +9,19 @@ use crate::passes::precompute::{Silent, rays::Rays, sides};
 use crate::scene::{Light, solids::Solids};
 use glam::Vec3;
 
-/// What is closed, and whether somebody may have come in.
+/// The enclosures of a scene, and whether they must be tested again.
 pub(super) struct Enclosures {
     pub(super) solids: Solids,
     pub(super) groups: sides::Enclosures,
     pub(super) rays: Rays,
-    /// Where each triangle stood in the scene as it was given.
+    /// Index of each triangle in the scene as it was given.
     pub(super) order: Vec<u32>,
-    /// The camera or a light has changed since that was last asked.
+    /// The camera or a light has changed since the last test.
     pub(super) is_due: bool,
 }
 
 impl Enclosures {
-    /// Whether the camera and one of the lights are in the same.
+    /// Whether the camera and one of the lights are in the same enclosure.
     fn hold_both(&self, buffers: &SceneBuffers, camera: Vec3, lights: &[Vec3]) -> Result<bool> {
         let solids: Vec<u32> = self.solids.solids_around(camera).collect();
         if lights.iter().any(|&light| self.solids.solids_around(light).any(|solid| solids.contains(&solid))) {
@@ -38,7 +38,7 @@ impl Enclosures {
     }
 }
 
-/// One sentence for each light in a solid.
+/// A warning for each light in a solid.
 pub(super) fn lost_lights<'a>(solids: &'a Solids, lights: &'a [Light]) -> impl Iterator<Item = String> + 'a {
     let is_lost = |light: &&Light| light.kind.position().is_some_and(|place| solids.hold(place));
     lights.iter().filter(is_lost).map(|light| {
@@ -50,13 +50,13 @@ pub(super) fn lost_lights<'a>(solids: &'a Solids, lights: &'a [Light]) -> impl I
 }
 
 impl Renderer {
-    /// Lets an enclosure take part that holds the camera and a light by now: all is precomputed
-    /// anew, as a cold start would do it, and as long. It takes part for good then. [`Self::frame`]
-    /// does this by itself; whoever leaves frames out and wants the bits of those that follow calls
-    /// it in their stead.
+    /// Precomputes the scene anew if an enclosure holds both the camera and a light. This equals a
+    /// cold start and takes as long. The enclosure then takes part for good. [`Self::frame`] calls
+    /// this. A caller that leaves out frames calls it in their place, to get the same bits in later
+    /// frames.
     ///
     /// # Errors
-    /// The device lacks memory, for what was and what comes, or failed; the renderer is left
+    /// The device lacks memory for the old and the new results, or failed; the renderer then stays
     /// as it was.
     pub fn open_enclosures(&mut self) -> Result<()> {
         if !std::mem::take(&mut self.closed.is_due) {

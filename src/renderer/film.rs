@@ -1,14 +1,14 @@
-//! Films: the state of a scene at some time, as edits.
+//! Animation: applies the state of a scene at some time as edits.
 
 use super::Renderer;
 use crate::error::Result;
 use crate::scene::film::{MaterialState, State};
 
 impl Renderer {
-    /// Brings the scene into that state; what is in it already stays, and costs nothing.
+    /// Brings the scene into this state. Unchanged properties cost nothing.
     ///
     /// # Errors
-    /// A material becomes glossy that is not editable; the device failed.
+    /// A material that is not editable becomes glossy; the device failed.
     pub fn set_state(&mut self, state: &State) -> Result<()> {
         self.set_camera(&state.camera);
         for &(light, kind, is_on) in &state.lights {

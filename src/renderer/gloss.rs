@@ -1,4 +1,4 @@
-//! What a frame does where surfaces may be glossy. Scenes in which none may have none of this.
+//! Frame passes of glossy surfaces. A scene without a glossy material has none of them.
 
 use super::Stages;
 use super::lights::{GlossCapacity, Lights};
@@ -21,11 +21,11 @@ use std::sync::Arc;
 /// The passes of glossy surfaces.
 pub(super) struct GlossPasses {
     pub(super) clusters: Gloss,
-    /// In the picture.
+    /// Glossy radiance of pixels.
     pub(super) pixels: GlossPixels,
-    /// What its rays read of the clusters.
+    /// Cluster slots that the rays of pixels read.
     reads: SlotReads,
-    /// Materials that had a lobe, or might get one, when the paths were traced.
+    /// For each material, whether it was glossy when the paths were traced.
     may_be_glossy: Vec<bool>,
     /// Some material has a lobe now.
     pub(super) is_glossy: bool,
@@ -62,7 +62,7 @@ impl GlossPasses {
         })
     }
 
-    /// What lights need for it.
+    /// Sizes of the lights' buffers for glossy materials.
     pub(super) fn capacity(&self) -> GlossCapacity {
         GlossCapacity {
             beam_bytes: self.clusters.beam_bytes(1),
@@ -71,18 +71,18 @@ impl GlossPasses {
         }
     }
 
-    /// Whether a material was known to be glossy, or to be editable, when the paths were traced.
+    /// Whether a material had a lobe or was editable when the paths were traced.
     pub(super) fn may_be_glossy(&self, material: usize) -> bool {
         self.may_be_glossy[material]
     }
 
-    /// Takes note of edited materials.
+    /// Updates the passes after an edit of materials.
     pub(super) fn edited(&mut self, materials: &[Material]) {
         self.is_glossy = has_lobes(materials);
         self.clusters.max_asked = max_asked(materials);
     }
 
-    /// Which pixels are glossy, and their rays.
+    /// Records the list of glossy pixels and traces their rays.
     pub(super) fn record_rays(
         &self,
         rec: &mut Recorder,
@@ -95,7 +95,7 @@ impl GlossPasses {
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// Highlights of the lights whose highlights are out of date.
+    /// Records the highlights of lights with stale ones.
     pub(super) fn record_highlights(
         &self,
         rec: &mut Recorder,
@@ -117,7 +117,7 @@ impl GlossPasses {
         pass.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// Beams of the lights whose form factors are out of date.
+    /// Records the beams of lights with stale form factors.
     pub(super) fn record_beams(&self, rec: &mut Recorder, scene: &SceneBuffers, lights: &Lights) {
         let mut pass = rec.pass(Gloss::BEAMS_STEM);
         for (place, (light, factors, found)) in lights.without_beams().into_iter().enumerate() {
@@ -129,8 +129,7 @@ impl GlossPasses {
         pass.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// The first reflection of the lights whose clusters are out of date, for which
-    /// the hierarchy waits.
+    /// Records the first reflection of lights with stale clusters. The hierarchy waits for it.
     pub(super) fn record_entries(&self, rec: &mut Recorder, materials: &Buffer, lights: &Lights) {
         let due = lights.without_slots();
         if !due.is_empty() {
@@ -139,8 +138,8 @@ impl GlossPasses {
         }
     }
 
-    /// Glossy radiance of clusters. Where no material has a lobe, once more after the last one lost
-    /// it: then all is zero.
+    /// Records the glossy radiance of clusters. After the last lobe is removed, the pass runs once
+    /// more and writes zero.
     pub(super) fn record_clusters(
         &self,
         rec: &mut Recorder,
@@ -185,8 +184,9 @@ impl GlossPasses {
     }
 }
 
-/// Vertices that slots ask at most: twice what the lobe needs that needs most, because many rays
-/// read one. Where one needs all, no bound on any; pixels' rays go by the material that they meet.
+/// Maximum number of vertices that a slot sums: twice what the most demanding lobe needs, because
+/// many rays read one slot. No limit if a lobe needs all vertices. The rays of pixels use the
+/// number of the material that they meet.
 fn max_asked(materials: &[Material]) -> u32 {
     let lobes = materials.iter().filter(|material| material.specular != Vec3::ZERO);
     let needed: Vec<u32> = lobes.map(vertices_for).collect();

@@ -1,5 +1,5 @@
-//! The lights as the renderer keeps them: the device's table, and for each light what was traced of
-//! it, free of its colour.
+//! The renderer's lights: the device's table, and the cached contributions of each light, free of
+//! its colour.
 
 use super::near_lights::NearFactors;
 use crate::error::Result;
@@ -13,77 +13,78 @@ use crate::types::LightSource;
 use glam::Vec3;
 use std::sync::Arc;
 
-/// What was traced of a light.
+/// Cached contributions of one light.
 struct Rows {
     /// Its form factor at each entry point.
     factors: Buffer,
-    /// What becomes of those beside it, and their number; none where it is near to nothing.
+    /// The light's near-light correction. `None` if no surface is near the light.
     near: Option<NearFactors>,
-    /// Its light at each pixel and each edge sample.
+    /// Irradiance by the light at each pixel and each edge sample.
     layer: Buffer,
-    /// Pixels at the edges of its shadows, counted.
+    /// Number of pixels at the edges of the light's shadows.
     shadow_groups: Buffer,
-    /// What base clusters receive of it.
+    /// Irradiance buffer of the light at base clusters.
     clusters: Buffer,
-    /// Its beams at entry points that may be glossy, if any may.
+    /// Beams at glossy entry points. `None` if no material is glossy.
     beams: Option<Buffer>,
-    /// What paths carry on of it from their entry points, if any surface may be glossy.
+    /// Outgoing flux of entry points after the first bounce. `None` if no material is glossy.
     first_bounce: Option<Buffer>,
-    /// What slots send of it, if any surface may be glossy.
+    /// Flux that slots (outgoing directions of clusters) emit. `None` if no material is glossy.
     slots: Option<Buffer>,
-    /// What samples of glossy pixels see of it on glossy surfaces, if any may be glossy.
+    /// Radiance that the rays of glossy pixels see on glossy surfaces. `None` if no material is
+    /// glossy.
     hits: Option<Buffer>,
-    /// Its highlight at each sample of active pixels, if any may be glossy.
+    /// Highlight of the light at each sample of glossy pixels. `None` if no material is glossy.
     highlights: Option<Buffer>,
-    /// `factors` and `beams` are those of the light as it is.
+    /// `factors` and `beams` are current for the light.
     has_factors: bool,
-    /// `layer` is that of the light and the camera as they are.
+    /// `layer` is current for the light and the camera.
     has_layer: bool,
-    /// `first_bounce`, `clusters` and `slots` are those of the light and the materials as they are.
+    /// `first_bounce`, `clusters` and `slots` are current for the light and the materials.
     has_clusters: bool,
-    /// `hits` are those of the light, the camera and the materials as they are.
+    /// `hits` are current for the light, the camera and the materials.
     has_hits: bool,
-    /// `highlights` are those of the light, the camera and the materials as they are.
+    /// `highlights` are current for the light, the camera and the materials.
     has_highlights: bool,
 }
 
-/// All lights, in the scene's order.
+/// All lights, in the order of the scene.
 pub(super) struct Lights {
     context: Arc<Context>,
-    /// `LightSource`s; those of lights that are off emit nothing.
+    /// A `LightSource` for each light. A light that is off has a black emission.
     pub(super) table: Buffer,
     sources: Vec<LightSource>,
-    /// What all light in a frame is to be multiplied with: where a single light is active it emits
-    /// one unit of each channel in the table, and its emission stands here, so that another colour
-    /// of it changes nothing but the picture's last step.
+    /// The factor of all light in a frame. A single active light has unit emission in the table,
+    /// and its emission stands here. A new colour of that light then changes only the picture's
+    /// last step.
     pub(super) emission_scale: Vec3,
     rows: Vec<Rows>,
     factor_count: u32,
     point_count: u32,
     cluster_count: u32,
     gloss: Option<GlossCapacity>,
-    /// Tiles of the pixels are those of the camera as it is.
+    /// The pixel tiles are current for the camera.
     pub(super) has_batches: bool,
-    /// Lights that are off and points that face away are traced, too, to no effect.
+    /// Lights that are off and points that face away from a light are traced, too, without effect.
     pub(super) traces_all: bool,
 }
 
-/// What a light needs where surfaces may be glossy.
+/// Sizes of a light's buffers for glossy materials.
 #[derive(Clone, Copy)]
 pub(super) struct GlossCapacity {
-    /// Bytes of its beams for each of its point samples.
+    /// Bytes of beams for each point sample of the light.
     pub(super) beam_bytes: u64,
-    /// Slots that are no sums.
+    /// Slots that are not sums of other slots.
     pub(super) slot_count: u32,
     /// Samples of glossy pixels.
     pub(super) sample_count: u32,
 }
 
-/// What lights need for another picture.
+/// Buffers of all lights for a picture of another size.
 pub(super) struct NewLayers {
     point_count: u32,
     sample_count: Option<u32>,
-    /// Layer, and hits and highlights, of each.
+    /// Irradiance buffer of each light, with its hits and highlights.
     of_lights: Vec<(Buffer, Option<[Buffer; 2]>)>,
 }
 
@@ -91,7 +92,7 @@ fn cluster_light(rows: &Rows) -> ClusterLight<'_> {
     ClusterLight { factors: &rows.factors, first_bounce: rows.first_bounce.as_ref(), layer: &rows.clusters }
 }
 
-/// A light as the passes of gloss take it; none if nothing may be glossy.
+/// A light as the passes of glossy surfaces read it. `None` if no material is glossy.
 fn gloss_light<'a>(light: OneLight<'_>, rows: &'a Rows) -> Option<GlossLight<'a>> {
     Some(GlossLight {
         samples: light.samples,
@@ -102,13 +103,15 @@ fn gloss_light<'a>(light: OneLight<'_>, rows: &'a Rows) -> Option<GlossLight<'a>
     })
 }
 
-/// A light that is off emits nothing in the table, and what emits nothing is left out of every sum.
+/// Whether a light is part of the sums over lights. A light that is off has a black emission in the
+/// table.
 fn is_active(source: &LightSource) -> bool {
     source.emission != Vec3::ZERO
 }
 
 impl Lights {
-    /// Room for so many form factors, points that the camera sees and base clusters, of each light.
+    /// Allocates buffers for each light: `factor_count` form factors, `point_count` points that the
+    /// camera sees, `cluster_count` base clusters.
     pub(super) fn new(
         context: &Arc<Context>,
         lights: &[Light],
@@ -135,7 +138,7 @@ impl Lights {
         Ok(made)
     }
 
-    /// Makes room for one more light, the last.
+    /// Allocates the buffers of one more light, the last.
     pub(super) fn add(&mut self) -> Result<()> {
         let row = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
         let rows = Rows {
@@ -159,37 +162,38 @@ impl Lights {
         Ok(())
     }
 
-    /// Forgets a light.
+    /// Removes the buffers of a light.
     pub(super) fn remove(&mut self, light: usize) {
         self.rows.remove(light);
     }
 
-    /// Of this light nothing that was traced holds any more.
+    /// Marks all cached contributions of a light stale.
     pub(super) fn moved(&mut self, light: usize) {
         let rows = &mut self.rows[light];
         (rows.has_factors, rows.has_layer, rows.has_clusters) = (false, false, false);
         (rows.has_hits, rows.has_highlights) = (false, false);
     }
 
-    /// The camera sees other points.
+    /// Marks results stale that depend on the points that the camera sees.
     pub(super) fn view_changed(&mut self) {
         self.rows.iter_mut().for_each(|rows| rows.has_layer = false);
         self.has_batches = false;
         self.lobes_changed();
     }
 
-    /// The camera sees other lobes.
+    /// Marks hits and highlights stale: lobes or the camera have changed.
     pub(super) fn lobes_changed(&mut self) {
         self.rows.iter_mut().for_each(|rows| (rows.has_hits, rows.has_highlights) = (false, false));
     }
 
-    /// Light paths carry other shares, and the glossy surfaces that they meet reflect otherwise.
+    /// Marks results stale that depend on the flux of light paths and on the reflectance at their
+    /// vertices.
     pub(super) fn paths_changed(&mut self) {
         self.rows.iter_mut().for_each(|rows| (rows.has_clusters, rows.has_hits) = (false, false));
     }
 
-    /// Room for so many other points that the camera sees, and samples of glossy pixels;
-    /// none: these stay.
+    /// Allocates buffers for `point_count` points that the camera sees and `sample_count` samples
+    /// of glossy pixels. If `sample_count` is `None`, hits and highlights keep their buffers.
     pub(super) fn new_layers(&self, point_count: u32, sample_count: Option<u32>) -> Result<NewLayers> {
         let row = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
         let of_gloss = |count: u32| Ok([row("light hits", 3 * count)?, row("light highlights", count)?]);
@@ -198,8 +202,7 @@ impl Lights {
         Ok(NewLayers { point_count, sample_count, of_lights })
     }
 
-    /// Takes them in the place of those that there are. They hold nothing yet: the view has
-    /// to change, too.
+    /// Replaces the buffers. The new ones are empty, so the caller also marks the view stale.
     pub(super) fn take_layers(&mut self, new: NewLayers) {
         self.point_count = new.point_count;
         if let (Some(gloss), Some(sample_count)) = (&mut self.gloss, new.sample_count) {
@@ -213,7 +216,7 @@ impl Lights {
         }
     }
 
-    /// All that was due has been traced.
+    /// Marks clean: the last frame traced all stale results.
     pub(super) fn settle(&mut self) {
         for (rows, source) in self.rows.iter_mut().zip(&self.sources) {
             if self.traces_all || is_active(source) {
@@ -224,8 +227,8 @@ impl Lights {
         }
     }
 
-    /// Writes the device's table. What has changed of what the lights emit: the sums over them, and
-    /// the emission scale. Where that fails, what was written before still holds.
+    /// Writes the device's table. Returns whether the emissions in the table have changed, and
+    /// whether the emission scale has. If it fails, the emissions of the previous call stay in use.
     pub(super) fn upload(&mut self, lights: &[Light]) -> Result<[bool; 2]> {
         let emissions =
             |sources: &[LightSource]| sources.iter().map(|source| source.emission).collect::<Vec<_>>();
@@ -258,19 +261,19 @@ impl Lights {
         Ok(changed)
     }
 
-    /// How many there are, on or off.
+    /// Number of lights, on or off.
     pub(super) fn count(&self) -> u32 {
         self.rows.len() as u32
     }
 
-    /// Active lights whose form factors are to be traced, with what becomes of those beside them.
+    /// Active lights with stale form factors, each with its near-light correction.
     pub(super) fn near_due(&mut self) -> impl Iterator<Item = (&LightSource, &mut Option<NearFactors>)> {
         let all = self.traces_all;
         let due = self.sources.iter().zip(&mut self.rows).filter(|(_, rows)| !rows.has_factors);
         due.filter(move |(source, _)| all || is_active(source)).map(|(source, rows)| (source, &mut rows.near))
     }
 
-    /// Active lights whose form factors are to be traced, with where they go.
+    /// Active lights with stale form factors, each with the buffer for them.
     pub(super) fn without_factors(&self) -> Vec<(OneLight<'_>, &Buffer)> {
         self.active()
             .filter(|(_, rows)| !rows.has_factors)
@@ -278,22 +281,22 @@ impl Lights {
             .collect()
     }
 
-    /// What becomes of form factors beside a light; none where it is near to nothing.
+    /// The near-light correction of a light. `None` if no surface is near the light.
     pub(super) fn near(&self, light: u32) -> Option<&NearFactors> {
         self.rows[light as usize].near.as_ref()
     }
 
-    /// Active lights whose layer is to be traced, with where it goes.
+    /// Active lights with a stale irradiance buffer, each with that buffer.
     pub(super) fn without_layer(&self) -> Vec<(OneLight<'_>, &Buffer)> {
         self.active().filter(|(_, rows)| !rows.has_layer).map(|(light, rows)| (light, &rows.layer)).collect()
     }
 
-    /// Where the edges of a light's shadows are counted.
+    /// The counter of pixels at the edges of a light's shadows.
     pub(super) fn shadow_groups(&self, light: OneLight<'_>) -> &Buffer {
         &self.rows[light.index as usize].shadow_groups
     }
 
-    /// Pixels at the edges of the shadows of each active light, added up.
+    /// Number of pixels at shadow edges, summed over active lights.
     pub(super) fn shadow_edge_count(&self) -> Result<u64> {
         let counts = self.active().map(|(_, rows)| Antialias::counted(&rows.shadow_groups).map(u64::from));
         counts.sum()
@@ -304,40 +307,41 @@ impl Lights {
         self.emitting(|rows| Some(&rows.factors))
     }
 
-    /// Active lights, as the hierarchy takes them.
+    /// Active lights, as the passes of the hierarchy read them.
     pub(super) fn cluster_lights(&self) -> Vec<ClusterLight<'_>> {
         self.active().map(|(_, rows)| cluster_light(rows)).collect()
     }
 
-    /// Those whose clusters are out of date.
+    /// Active lights with a stale irradiance buffer of base clusters.
     pub(super) fn without_clusters(&self) -> Vec<ClusterLight<'_>> {
         let due = self.active().filter(|(_, rows)| !rows.has_clusters);
         due.map(|(_, rows)| cluster_light(rows)).collect()
     }
 
-    /// Emission and clusters of each active light.
+    /// Emission and irradiance buffer of base clusters of each active light.
     pub(super) fn clusters(&self) -> Vec<(Vec3, &Buffer)> {
         self.emitting(|rows| Some(&rows.clusters))
     }
 
-    /// Emission and layer of each active light.
+    /// Emission and irradiance buffer of pixels of each active light.
     pub(super) fn layers(&self) -> Vec<(Vec3, &Buffer)> {
         self.emitting(|rows| Some(&rows.layer))
     }
 
-    /// Shares of the active lights that have form factors, and a layer; 1 if none is active.
+    /// Fraction of active lights with current form factors, and fraction with a current irradiance
+    /// buffer of pixels. Both are 1 if no light is active.
     pub(super) fn unchanged(&self) -> [f64; 2] {
         let active = self.active().count().max(1) as f64;
         [self.without_factors().len(), self.without_layer().len()].map(|due| 1.0 - due as f64 / active)
     }
 
-    /// The active lights.
+    /// Device form of the active lights.
     pub(super) fn active_sources(&self) -> impl Iterator<Item = &LightSource> {
         self.sources.iter().filter(|source| is_active(source))
     }
 
-    /// Active lights whose form factors and layer are those of the light as it is, with both,
-    /// and its number.
+    /// Active lights with current form factors and a current irradiance buffer of pixels: both
+    /// buffers, and the index of the light.
     pub(super) fn traced(&self) -> impl Iterator<Item = (&LightSource, [&Buffer; 2], u32)> {
         let traced = self.active().filter(|(_, rows)| rows.has_factors && rows.has_layer);
         traced.map(|(light, rows)| {
@@ -345,49 +349,48 @@ impl Lights {
         })
     }
 
-    /// Active lights whose beams are to be traced, their form factors, and where beams go; none if
-    /// nothing may be glossy.
+    /// Active lights with stale beams: form factors, and the buffers of glossy surfaces. Empty if
+    /// no material is glossy.
     pub(super) fn without_beams(&self) -> Vec<(OneLight<'_>, &Buffer, GlossLight<'_>)> {
         let due = self.active().filter(|(_, rows)| !rows.has_factors);
         due.filter_map(|(light, rows)| Some((light, &rows.factors, gloss_light(light, rows)?))).collect()
     }
 
-    /// Active lights whose highlights are to be traced, with where they go; none if nothing
-    /// may be glossy.
+    /// Active lights whose cached highlights are stale, each with its highlight buffer. Empty if no
+    /// material is glossy.
     pub(super) fn without_highlights(&self) -> Vec<(OneLight<'_>, &Buffer)> {
         let due = self.active().filter(|(_, rows)| !rows.has_highlights);
         due.filter_map(|(light, rows)| Some((light, rows.highlights.as_ref()?))).collect()
     }
 
-    /// Active lights whose slots are out of date, as their clusters are; none if nothing
-    /// may be glossy.
+    /// Active lights with stale slots. Empty if no material is glossy.
     pub(super) fn without_slots(&self) -> Vec<GlossLight<'_>> {
         let due = self.active().filter(|(_, rows)| !rows.has_clusters);
         due.filter_map(|(light, rows)| gloss_light(light, rows)).collect()
     }
 
-    /// Active lights whose hits are out of date; none if nothing may be glossy.
+    /// Active lights with stale hits. Empty if no material is glossy.
     pub(super) fn without_hits(&self) -> Vec<GlossLight<'_>> {
         let due = self.active().filter(|(_, rows)| !rows.has_hits);
         due.filter_map(|(light, rows)| gloss_light(light, rows)).collect()
     }
 
-    /// Emission and slots of each active light; none if nothing may be glossy.
+    /// Emission and slots of each active light. Empty if no material is glossy.
     pub(super) fn slots(&self) -> Vec<(Vec3, &Buffer)> {
         self.emitting(|rows| rows.slots.as_ref())
     }
 
-    /// Emission and hits of each active light; none if nothing may be glossy.
+    /// Emission and hits of each active light. Empty if no material is glossy.
     pub(super) fn hits(&self) -> Vec<(Vec3, &Buffer)> {
         self.emitting(|rows| rows.hits.as_ref())
     }
 
-    /// Emission and highlights of each active light; none if nothing may be glossy.
+    /// Emission and highlights of each active light. Empty if no material is glossy.
     pub(super) fn highlights(&self) -> Vec<(Vec3, &Buffer)> {
         self.emitting(|rows| rows.highlights.as_ref())
     }
 
-    /// Emission of each active light, and a buffer of it, if it has that.
+    /// Emission and one buffer of each active light that has this buffer.
     fn emitting(&self, buffer: impl Fn(&Rows) -> Option<&Buffer>) -> Vec<(Vec3, &Buffer)> {
         self.active().filter_map(|(light, rows)| Some((self.emission(light), buffer(rows)?))).collect()
     }

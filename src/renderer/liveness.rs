@@ -1,5 +1,5 @@
-//! How much of the hierarchy a frame works out: all of it, or what something reads. Known before
-//! any light is.
+//! The live set: the part of the hierarchy that a frame computes. It is known before any light is.
+//! A frame computes either the live set or the whole hierarchy.
 
 use super::precompute::Precomputed;
 use super::proxies::Proxies;
@@ -18,27 +18,28 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// What a frame works out.
+/// The part of the hierarchy that a frame computes.
 pub(super) struct Scope {
     pub(super) clusters: ClusterLists,
-    /// Small clusters, and parts of clusters, that take light from the records beside them.
+    /// Small clusters and near-field patches; they take the irradiance of the records beside them.
     pub(super) near_field: NearField,
-    /// These records: they are gathered ahead of the others, from clusters that do not have it yet.
+    /// The records beside these clusters. They are gathered before the others, from clusters
+    /// without near-field light.
     pub(super) sources: RecordList,
     pub(super) source_count: u32,
-    /// Those of them that stand in narrow cavities, and are gathered again.
+    /// The records of `sources` in narrow cavities. They are gathered again.
     pub(super) gaps: RecordList,
     pub(super) gap_count: u32,
 }
 
-/// What scopes are made from.
+/// Inputs of a scope.
 struct Sources {
     levels: Vec<Range<u32>>,
     near_clusters: Vec<NearCluster>,
     near_patches: Vec<NearCluster>,
-    /// Records, and how many the device is shown at a time.
+    /// Number of records, and number of records in one part of the merged rays.
     records: [u32; 2],
-    /// The first so many stand in narrow cavities.
+    /// Number of records in narrow cavities. They come first.
     narrow_count: u32,
 }
 
@@ -62,12 +63,12 @@ impl Sources {
     }
 }
 
-/// What something reads of the hierarchy, and all of it, for which there is no room
-/// before somebody asks.
+/// The live set and, once it is requested, the whole hierarchy. The whole hierarchy takes memory
+/// only from then on.
 pub(super) struct Scopes {
     context: Arc<Context>,
     sources: Sources,
-    /// What something reads.
+    /// The live set.
     pub(super) read: Scope,
     whole: Option<Scope>,
 }
@@ -85,7 +86,7 @@ impl Scopes {
         Ok(Self { context: context.clone(), sources, read, whole: None })
     }
 
-    /// All of the hierarchy.
+    /// Builds the scope of the whole hierarchy.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -94,12 +95,12 @@ impl Scopes {
         self.sources.scope(&self.context, &Reads::all(clusters))
     }
 
-    /// Parts of clusters that single cache points see.
+    /// Near-field patches of single cache points.
     pub(super) fn near_patches(&self) -> &[NearCluster] {
         &self.sources.near_patches
     }
 
-    /// What a frame works out, skipping what nothing reads or not.
+    /// Builds the scope of the whole hierarchy if `skips` is false and the scope does not exist.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -110,13 +111,13 @@ impl Scopes {
         Ok(())
     }
 
-    /// As it was prepared; before that, what something reads.
+    /// The live set if `skips`; else the whole hierarchy, if [`Self::prepare`] has built it.
     pub(super) fn of(&self, skips: bool) -> &Scope {
         self.whole.as_ref().filter(|_| !skips).unwrap_or(&self.read)
     }
 }
 
-/// What something reads. Where pixels may be glossy, their rays may read any cluster.
+/// Computes the live set. If a material may be glossy, rays of glossy pixels may read any cluster.
 pub(super) fn reads(made: &Precomputed, proxies: &Proxies, pyramid: &Pyramid) -> Result<Reads> {
     if made.gloss.is_some() {
         return Ok(Reads::all(made.hvds.cluster_count()));
@@ -126,7 +127,7 @@ pub(super) fn reads(made: &Precomputed, proxies: &Proxies, pyramid: &Pyramid) ->
     Ok(Reads::of(&made.hvds, targets, made.packing, proxies.tables(), &made.near_patches, &sources))
 }
 
-/// Shares of the hierarchy that nothing reads, 0..=1.
+/// Fractions of the hierarchy outside the live set, 0..=1.
 pub(super) fn unread(made: &Precomputed, reads: &Reads, directions: Directions) -> BTreeMap<String, f64> {
     let mut unread = BTreeMap::new();
     let mut note = |what: &str, read: usize, all: usize| {
@@ -157,7 +158,7 @@ pub(super) fn unread(made: &Precomputed, reads: &Reads, directions: Directions) 
     unread
 }
 
-/// Clusters of all levels that hold what may be glossy.
+/// Number of clusters, of all levels, that hold a surface that may be glossy.
 fn glossy_clusters(gloss: &GlossTables, hvds: &Hvds) -> usize {
     let mut is_glossy = vec![false; hvds.cluster_count() as usize];
     for (is_glossy, &shift) in is_glossy.iter_mut().zip(&gloss.shifts) {

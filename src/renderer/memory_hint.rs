@@ -1,9 +1,8 @@
-//! Which setting to lower where the device has no room for a buffer.
+//! Out-of-memory hint: the setting to lower if the device lacks memory for a buffer.
 
 use crate::error::Error;
 
-/// Settings, and words of which one stands in the names of the buffers that grow with them. The
-/// first that fits is meant.
+/// Settings, each with fragments of the names of buffers that grow with it. The first match counts.
 const HINTS: [(&str, &[&str]); 5] = [
     ("lower quality.entry_points", &["entr", "path", "contribution", "vert", "lobes"]),
     (
@@ -18,7 +17,7 @@ const HINTS: [(&str, &[&str]); 5] = [
     ("take a model of fewer triangles", &["triangle", "node", "surface", "texture coordinates"]),
 ];
 
-/// The error with what to do about it, where that is known.
+/// Adds the hint to an out-of-memory error, if the buffer's name has one.
 pub(super) fn with_hint(error: Error) -> Error {
     let Error::OutOfMemory(message) = error else { return error };
     let name = message.split('`').nth(1).unwrap_or_default();
@@ -44,7 +43,7 @@ mod tests {
         assert!(hinted("splat weights").contains("--size"));
         assert!(hinted("nodes").ends_with("fewer triangles"));
         assert!(hinted("zero").ends_with(Error::SMALLER));
-        // Whoever knows better has said so.
+        // An error with its own advice stays.
         assert_eq!(
             with_hint(Error::OutOfMemory("no `entry points`".to_owned())).to_string(),
             "out of device resources: no `entry points`"

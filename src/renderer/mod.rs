@@ -1,5 +1,4 @@
-//! The renderer: owns the passes; the precomputation and the frame are recipes in
-//! the paper's order.
+//! The renderer owns the passes. The precomputation and the frame run them in the paper's order.
 
 mod ablation;
 mod changes;
@@ -63,8 +62,8 @@ use report::FrameWatch;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// A scene whose light paths, cache points and gather rays are traced: every frame is
-/// the converged picture.
+/// A scene with traced light paths, cache points and gather rays. Every frame is the converged
+/// picture.
 pub struct Renderer {
     context: Arc<Context>,
     scene: Scene,
@@ -75,24 +74,24 @@ pub struct Renderer {
     primary: Primary,
     direct: Direct,
     antialias: Antialias,
-    /// Edge pixels of the last view.
+    /// Number of edge pixels in the last view.
     edge_count: u32,
     form_factors: FormFactors,
     near_lights: NearLights,
     path_scan: PathScan,
-    /// Paths by which editable materials reflect them.
+    /// Ranges of light paths by the editable materials that reflect them.
     path_groups: Vec<PathGroup>,
     path_names: Vec<u32>,
-    /// Materials as they were when the paths were traced.
+    /// Materials at the time when the light paths were traced.
     traced_with: Vec<Reflectance>,
     pyramid: Pyramid,
     proxies: Proxies,
     scopes: Scopes,
-    /// Cache points in narrow cavities see the first so many parts of clusters.
+    /// Number of near-field patches that cache points in narrow cavities see. They come first.
     narrow_patches: u32,
     gather: Gather,
     needs: Needs,
-    /// None where no material may be glossy.
+    /// `None` if no material may be glossy.
     gloss: Option<GlossPasses>,
     blend: Blend,
     splat: Splat,
@@ -100,15 +99,15 @@ pub struct Renderer {
     compose: Compose,
     tonemap: Tonemap,
     exposure_stops: f32,
-    /// Of direct and indirect light in the picture.
+    /// Weights of direct and indirect light in the picture.
     shares: [f32; 2],
     cluster_tables: ClusterTables,
-    /// None where no material may be glossy: then rays ask for clusters no more.
+    /// `None` if no material may be glossy: no ray queries clusters after the precomputation.
     clusters: Option<ClusterBuffers>,
     closed: Enclosures,
     statistics: Statistics,
     changes: Changes,
-    /// Frames leave out what has not changed.
+    /// Frames skip passes whose inputs have not changed.
     skips: bool,
 }
 
@@ -126,7 +125,7 @@ impl Renderer {
         make().map_err(memory_hint::with_hint)
     }
 
-    /// Takes what the precomputation made, which began then.
+    /// Builds the renderer from the results of a precomputation that began at `start`.
     fn of(context: &Arc<Context>, mut scene: Scene, mut made: Precomputed, start: Instant) -> Result<Self> {
         let reach = seen::paths_to_view(&mut scene, &made)?;
         let size = scene.cameras[0].size;
@@ -212,11 +211,11 @@ impl Renderer {
         Ok(renderer)
     }
 
-    /// Renders one frame: redoes what has changed since the last, and what depends on it.
-    /// Where nothing has, the first such frame after an edit of the light gathers the
-    /// records that the view did not need, so that the camera finds them when it moves; the
-    /// others do nothing. One after light and camera have come into the same enclosure
-    /// precomputes anew ([`Self::open_enclosures`]).
+    /// Renders one frame: updates the stale results and everything that depends on them. The first
+    /// frame without a change after a light edit gathers the records that the view does not use, so
+    /// that they are current when the camera moves. Later frames without a change do nothing. If
+    /// the camera and a light have come into the same enclosure, the frame precomputes the scene
+    /// anew ([`Self::open_enclosures`]).
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -253,8 +252,8 @@ impl Renderer {
         Ok(FrameReport { passes, frame_ms, pipelines_ms, columns, bytes, rays, gathered, lights_unchanged })
     }
 
-    /// The frame. [Yue §3] Every pass waits for the one before, so that the timings
-    /// tell them apart.
+    /// Records the frame. [Yue §3] Each pass waits for the one before, so that the timings of
+    /// passes are separate.
     fn record(&self, rec: &mut Recorder, stages: Stages, gathering: Gathering) {
         let pixels = &self.primary.pixels;
         if stages.view {

@@ -1,5 +1,4 @@
-//! Lights that surface is near to: looked for when form factors are due, before the
-//! frame is recorded.
+//! Near-light correction: computed when form factors are stale, before the frame is recorded.
 
 use super::Renderer;
 use super::precompute::Precomputed;
@@ -9,17 +8,18 @@ use crate::passes::frame::near_lights::NearLights;
 use crate::scene::Scene;
 use std::sync::Arc;
 
-/// `NearFactor`s, and their number.
+/// A buffer of `NearFactor`s and their number.
 pub(super) type NearFactors = (Buffer, u32);
 
-/// Entry points by place.
+/// Prepares the search for entry points near a light.
 pub(super) fn near_lights(context: &Arc<Context>, scene: &Scene, made: &Precomputed) -> Result<NearLights> {
     let may_be_glossy = |material: u32| scene.materials[material as usize].may_be_glossy();
     NearLights::new(context, &made.entry_points, &made.surfaces, may_be_glossy, made.area_m2)
 }
 
 impl Renderer {
-    /// Finds what becomes of the form factors beside such lights. Device time, milliseconds.
+    /// Computes the near-light correction of lights with stale form factors. Returns device time,
+    /// milliseconds.
     pub(super) fn find_near_lights(&mut self) -> Result<f64> {
         let mut device_ms = 0.0;
         let (surfaces, gloss) = (&self.surfaces, &self.gloss);

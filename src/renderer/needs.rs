@@ -1,6 +1,8 @@
-//! Which records a frame gathers. After an edit of the light, those that the view needs; when the
-//! camera moves, those that it needs besides; when nothing is to be done, once, the others: then a
-//! camera finds all records current.
+//! Selects the records that a frame gathers.
+//!
+//! - After a light edit: the records that the view uses.
+//! - After a camera movement: further records that the new view uses.
+//! - Once, in a frame without a change: all others. All records are then current for any camera.
 
 use super::changes::Stages;
 use crate::error::Result;
@@ -12,32 +14,32 @@ use crate::passes::frame::needed_records::{NeededRecords, RecordList, RecordRequ
 use crate::passes::frame::splat::Splat;
 use std::sync::Arc;
 
-/// What a frame gathers.
+/// The records that a frame gathers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Gathering {
-    /// Nothing: all that the view needs is current.
+    /// No record: each record that the view uses is current.
     Nothing,
     All,
-    /// What the last list holds: all that this view needs.
+    /// The last list again: it holds the records that this view uses.
     Listed,
-    /// What a new list will hold.
+    /// A new list, built by the frame.
     List(RecordRequest),
 }
 
-/// The lists, and what is known of them.
+/// The lists of records, and their state.
 pub(super) struct Needs {
     pass: NeededRecords,
     all: RecordList,
     record_count: u32,
-    /// The marks of seen records are those of the view.
+    /// The mask of seen records is current for the view.
     knows_view: bool,
-    /// The list holds all that the view needs.
+    /// The list holds every record that the view uses.
     has_list: bool,
-    /// Some records may be out of date.
+    /// Some records may be stale.
     lags: bool,
-    /// Records that the last frame to gather any gathered.
+    /// Number of records in the last frame that gathered any.
     gathered: u32,
-    /// The last list was made for a new view.
+    /// The last list was built for a new view.
     marked_view: bool,
 }
 
@@ -56,7 +58,7 @@ impl Needs {
         })
     }
 
-    /// What a frame of those stages has to gather.
+    /// Returns the records that a frame with these stages gathers.
     pub(super) fn of(&self, stages: Stages, skips: bool) -> Gathering {
         let request = RecordRequest {
             view_is_new: stages.view || !self.knows_view,
@@ -76,9 +78,8 @@ impl Needs {
         }
     }
 
-    /// Makes the list, if one is to be made; it is ready for what follows. Returns the list to
-    /// gather and marks of the records to blend, none where these are all; none at all where there
-    /// is nothing to gather.
+    /// Builds the list of stale records and makes it visible to the gather pass. Returns the list
+    /// and a mask of records to blend (`None`: all). Returns `None` if no record is stale.
     pub(super) fn record(
         &self,
         rec: &mut Recorder,
@@ -98,7 +99,7 @@ impl Needs {
         }
     }
 
-    /// Takes note of what a frame has done; returns how many records it gathered.
+    /// Updates the state after a frame. Returns the number of records that the frame gathered.
     pub(super) fn settle(&mut self, stages: Stages, gathering: Gathering) -> Result<u32> {
         self.knows_view &= !stages.view;
         self.has_list &= !stages.view;
@@ -120,12 +121,12 @@ impl Needs {
         Ok(self.gathered)
     }
 
-    /// Whether the last list was made for a new view, whose splat weights were read.
+    /// Whether the last list was built for a new view, so that its pass read the splat weights.
     pub(super) fn marked_view(&self) -> bool {
         self.marked_view
     }
 
-    /// Records that the last frame to gather any gathered, ahead of others or not.
+    /// Number of records in the last frame that gathered any, records gathered ahead included.
     pub(super) fn gathered(&self) -> u32 {
         self.gathered
     }
@@ -134,7 +135,7 @@ impl Needs {
         &self.all
     }
 
-    /// Records that the view needs, where that is known.
+    /// Number of records that the view uses. `None` if the list does not hold them.
     pub(super) fn of_view(&self) -> Option<u32> {
         self.has_list.then_some(self.gathered)
     }

@@ -1,4 +1,4 @@
-//! What can be read when a frame is done: pictures, numbers, and the buffers between its stages.
+//! Outputs of a frame: pictures, statistics, and the buffers between its stages.
 
 use super::{Layer, Renderer, Statistics};
 use crate::error::Result;
@@ -14,12 +14,12 @@ impl Renderer {
         [self.view.width, self.view.height]
     }
 
-    /// The scene, its triangles in BVH order.
+    /// The scene, with its triangles in BVH order.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// The last frame for eyes: sRGB codes R, G, B, 255, row by row from the top.
+    /// The displayed picture of the last frame: sRGB codes R, G, B, 255, row by row from the top.
     ///
     /// # Errors
     /// The device failed.
@@ -27,7 +27,7 @@ impl Renderer {
         self.tonemap.display.read()
     }
 
-    /// The same, where passes and windows find it.
+    /// The displayed picture on the device, for passes and windows.
     pub fn display_buffer(&self) -> &Buffer {
         &self.tonemap.display
     }
@@ -38,7 +38,7 @@ impl Renderer {
     /// The device failed.
     pub fn layer(&self, layer: Layer) -> Result<Vec<[f32; 3]>> {
         let pixels = || self.primary.pixels.read::<PixelSurface>();
-        // Composed again with a share of the light only; then the picture is put back.
+        // The picture is composed again with one kind of light, and then restored.
         let share = |shares: [f32; 2]| -> Result<Vec<[f32; 3]>> {
             let compose = |shares| {
                 self.context.run(|rec| self.compose.record(rec, &self.buffers, self.irradiances(), shares))
@@ -70,7 +70,7 @@ impl Renderer {
         self.statistics.precompute_s
     }
 
-    /// Costs and sizes so far, the last view's shortcomings included. Much is read back for it.
+    /// Costs and sizes so far, the warnings of the last view included. Reads back large buffers.
     ///
     /// # Errors
     /// The device failed.
@@ -112,7 +112,7 @@ impl Renderer {
         Ok(statistics)
     }
 
-    /// Flux of each light path's first vertex, W, summed when it is asked for; frames do without.
+    /// Flux of each light path's first vertex, W. It is summed on request; no frame needs it.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -123,7 +123,7 @@ impl Renderer {
         flux.read()
     }
 
-    /// What the passes can be asked about, for tests: the buffers between the stages.
+    /// The buffers between the stages of a frame, for tests.
     pub fn stages(&self) -> StageBuffers<'_> {
         StageBuffers {
             emission_scale: self.lights.emission_scale,
@@ -143,14 +143,13 @@ impl Renderer {
 
 /// The buffers between the stages of a frame.
 pub struct StageBuffers<'a> {
-    /// What all light in them is to be multiplied with: where a single light is
-    /// active, its emission.
+    /// Factor of all light in these buffers: the emission of a single active light.
     pub emission_scale: Vec3,
-    /// `Contribution`s in cluster order.
+    /// `Contribution`s in the order of clusters.
     pub contributions: &'a SplitBuffer,
     /// `ContributionRange` of each base cluster.
     pub contribution_ranges: &'a Buffer,
-    /// 1/area for which each cluster shows, 1/m².
+    /// 1 / exposed area of each cluster, 1/m².
     pub inverse_areas: &'a Buffer,
     /// `ClusterFlux` of each cluster, W.
     pub cluster_flux: &'a Buffer,
@@ -158,13 +157,13 @@ pub struct StageBuffers<'a> {
     pub cluster_irradiance: &'a Buffer,
     /// A `CachePoint` for each record.
     pub cache_points: &'a Buffer,
-    /// The gather rays, those of a cache point that meet the same cluster and material in one.
+    /// Merged rays of all cache points.
     pub merged_rays: &'a MergedRays,
-    /// `Record`s of the cache points as gathered.
+    /// `Record`s of the cache points before blending.
     pub gathered: &'a Buffer,
-    /// `Record`s of the cache points, blended.
+    /// `Record`s of the cache points after blending.
     pub records: &'a Buffer,
-    /// A word: [`LOOP_TRUNCATED`](crate::types::LOOP_TRUNCATED) once the device has ended the loops
-    /// of a kernel that follows rays.
+    /// Host-visible flag: [`LOOP_TRUNCATED`](crate::types::LOOP_TRUNCATED) once the device has
+    /// truncated a loop of a kernel that traces rays.
     pub truncated_loops: &'a Buffer,
 }

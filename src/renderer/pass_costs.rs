@@ -1,4 +1,4 @@
-//! What the passes of a frame have to move and trace, from their inputs.
+//! Pass cost model: bytes and rays that each pass needs at least, from its inputs.
 
 use super::Renderer;
 use crate::cpu::antialias::{samples_per_edge, slots_per_edge};
@@ -28,9 +28,9 @@ use std::collections::BTreeMap;
 type Account = BTreeMap<&'static str, u64>;
 
 impl Renderer {
-    /// Bytes and rays of the passes that ran. Bytes count every stored input and output once,
-    /// whatever the caches do; what a traced ray reads of the scene is not counted, its pass is
-    /// judged by rays per second.
+    /// Bytes and rays of the passes that ran. Each stored input and output counts once, whatever
+    /// the caches do. Scene data that traced rays read does not count: rays per second measure such
+    /// a pass.
     ///
     /// # Errors
     /// The device failed.
@@ -52,8 +52,8 @@ impl Renderer {
         let edge_samples = sample_count * size_of::<EdgeSample>() as u64;
         let slots = slot_count * size_of::<EdgeSlot>() as u64;
         let points = pixels + slot_count;
-        // A light is asked for at all samples of edges, and at those of the pixels that its
-        // shadows' edges cross.
+        // Shadow rays start at all samples of edge pixels, and at the samples of pixels at shadow
+        // edges.
         let mut edge_rays = 0;
         for (light, _) in self.lights.without_layer() {
             let crossed = Antialias::counted(self.lights.shadow_groups(light))?;
@@ -62,8 +62,8 @@ impl Renderer {
                 u64::from(light.samples) * (sample_count + u64::from(of_crossed) * u64::from(crossed));
         }
         let records = self.gather.records.bytes();
-        // Passes of one name share an account: of records gathered ahead of the others, again in
-        // narrow cavities, and the others, the mean.
+        // Passes of the same name share one entry. The gather passes (ahead, again in narrow
+        // cavities, and the rest) take the mean.
         let gathers = passes.iter().filter(|pass| pass.name == Gather::STEM).count();
         let scope = self.scopes.of(self.skips);
         let ahead = scope.source_count + self.gathered_again(scope).map(|again| again.1).sum::<u32>();
@@ -100,7 +100,7 @@ impl Renderer {
                 ClusterProxies::STEM => self.proxies.bytes(),
                 Gather::STEM => gathered * (self.gather.merged_rays.bytes() + records) / in_all + clusters,
                 NearField::STEM => near,
-                // Marks and sums of records, and of those the list; weights only where the view is
+                // Mask and sums of records, and sums of the list. Splat weights only if the view is
                 // new.
                 NeededRecords::STEM => {
                     u64::from(self.needs.marked_view()) * weights + self.blend.list_bytes() + 24 * in_all

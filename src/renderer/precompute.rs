@@ -35,64 +35,65 @@ use crate::types::{CachePoint, PathVertex, Surface};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Cells of the finest level along an axis for each that was asked for: where surfaces are nearer
-/// than a cell, clusters are smaller than one.
+/// Factor of the resolution of the finest level over the requested one. Where surfaces are nearer
+/// than a requested cell, clusters are smaller than that cell.
 const REFINED: u32 = 2;
-/// And in all: the table of cells is dense.
+/// Maximum number of finest cells along an axis: the table of cells is dense.
 pub(super) const FINEST: u32 = 256;
 
-/// Cache points that have a surface within so many base cells see parts of clusters.
+/// A cache point sees near-field patches if its clearance is below this many base cells.
 const SEES_NEAR: f32 = 2.0;
 
-/// And within so many, cache points stand in gaps in which light goes to and fro.
+/// A cache point stands in a narrow cavity, where light is reflected to and fro, if its clearance
+/// is below this many base cells.
 const TIGHT: f32 = 0.5;
 
-/// Clusters whose middle is within so many base cells of a cache point are too coarse for it.
+/// A cluster is too coarse for a cache point if its centre is within this many base cells.
 const NEAR_HITS: f32 = 1.5;
 
-/// Entry points that a part of a split cluster must hold before a gather ray reads it: the cluster
-/// around it holds the other side of the wall as well.
+/// Entry points that each cluster at a split plane must hold before a gather ray reads it. The
+/// coarser cluster around it also holds the other side of the plane.
 const MIN_APART: f32 = 3.0;
 
-/// All that the frames are made of.
+/// Results of the precomputation, from which frames are rendered.
 pub(super) struct Precomputed {
     pub(super) buffers: SceneBuffers,
     pub(super) surfaces: Vec<Surface>,
     pub(super) hvds: Hvds,
     pub(super) entry_points: Vec<PathVertex>,
-    /// Area that each entry point stands for, m², and that all do.
+    /// Area that each entry point stands for, m².
     pub(super) area_m2: f32,
     pub(super) all_area_m2: f64,
     pub(super) paths: LightPaths,
     pub(super) point_count: u32,
     pub(super) cache_points: Buffer,
-    /// They cover the scene's curved surfaces.
+    /// The cache points cover the scene's curved surfaces.
     pub(super) is_covering: bool,
-    /// What half of the surface has before it, metres.
+    /// Median clearance of the surface, metres.
     pub(super) clearance: f64,
     pub(super) neighbourhoods: Neighbourhoods,
     pub(super) merged_rays: MergedRays,
-    /// None where nothing hides a part of a cluster that is read.
+    /// `None` if no cluster that is read is partly hidden.
     pub(super) proxies: Option<ProxyTables>,
-    /// None where no material may be glossy.
+    /// `None` if no material may be glossy.
     pub(super) gloss: Option<GlossTables>,
     pub(super) hemisphere: Hemisphere,
     pub(super) packing: GatherTargetPacking,
     pub(super) cluster_tables: ClusterTables,
-    /// None where no material may be glossy: then rays ask for clusters no more.
+    /// `None` if no material may be glossy: no ray queries clusters after the precomputation.
     pub(super) clusters: Option<ClusterBuffers>,
     pub(super) closed: Enclosures,
     pub(super) near_clusters: Vec<NearCluster>,
-    /// Parts of clusters that single cache points see.
+    /// Near-field patches of single cache points.
     pub(super) near_patches: Vec<NearCluster>,
-    /// The first so many cache points stand in narrow cavities.
+    /// Number of cache points in narrow cavities. They come first.
     pub(super) narrow_count: u32,
-    /// They see the first so many parts.
+    /// Number of near-field patches that these cache points see. They come first.
     pub(super) narrow_patches: u32,
     pub(super) statistics: Statistics,
 }
 
-/// Traces everything that no light edit will change. Reorders the scene's triangles to BVH order.
+/// Traces everything that does not depend on lights. Reorders the scene's triangles to BVH order.
 pub(super) fn precompute(
     context: &Arc<Context>,
     scene: &mut Scene,
@@ -118,7 +119,7 @@ pub(super) fn precompute(
     let lengths = [(high - low).length(), clear_distance(&bvh.nodes[0])];
     let seed = quality.seed;
     let has_gaps = quality.gap_rounds > 0;
-    // Direct light alone: nothing will read a cluster, and clusters cost most of the time.
+    // Only direct light is rendered: no pass reads clusters, and clusters take most of the time.
     let is_direct = quality.entry_points == 0 && quality.cache_points == 0;
     let clustered =
         if is_direct { surfaces::one_side(&surfaces).into() } else { Cow::Borrowed(&surfaces[..]) };
@@ -200,7 +201,8 @@ pub(super) fn precompute(
     let mut placement =
         cache_points::place(&size_field, &buffers, &geometry, quality.cache_points, seed, progress)?;
     entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
-    // Points that see near clusters come first, and among them those in narrow cavities.
+    // Cache points that see near clusters come first, and among these the points in narrow
+    // cavities.
     let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;
     let [is_narrow, is_near] = [TIGHT, SEES_NEAR].map(|cells| within(if has_gaps { cells } else { 0.0 }));
     placement.points.sort_by_key(|placed| (!is_near(placed), !is_narrow(placed)));
@@ -351,12 +353,13 @@ pub(super) fn precompute(
     })
 }
 
-/// Cells of the finest level along an axis.
+/// Cells of the finest level along an axis, for `cells` requested ones.
 pub(super) fn finest_cells(cells: u32) -> u32 {
     (REFINED * cells).min(FINEST)
 }
 
-/// What cache points are placed on; the scene's size and how far rays start off surfaces, metres.
+/// The geometry on which cache points are placed, with the scene's size and the distance at which
+/// rays start off surfaces, metres.
 fn geometry<'a>(
     triangles: &'a [Triangle],
     surfaces: &'a [Surface],
@@ -367,7 +370,7 @@ fn geometry<'a>(
     Geometry { triangles, surfaces, hvds, scene_size, solids, clear_distance }
 }
 
-/// Uploads the scene and finds out which sides take part in transport.
+/// Uploads the scene and finds the sides that take part in transport.
 fn reachable_surfaces(
     context: &Arc<Context>,
     scene: &Scene,

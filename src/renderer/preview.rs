@@ -1,4 +1,4 @@
-//! A picture by direct light alone: what there is to see while light paths are traced.
+//! The preview: a picture with direct light only, shown while light paths are traced.
 
 use super::lights::Lights;
 use crate::error::Result;
@@ -18,14 +18,14 @@ use crate::types::View;
 use glam::Vec3;
 use std::sync::Arc;
 
-/// A scene that is ready to be seen by direct light.
+/// A scene that can be rendered with direct light.
 pub struct Preview {
     context: Arc<Context>,
     buffers: SceneBuffers,
     image: Image,
 }
 
-/// What depends on the size of the picture.
+/// Buffers that depend on the size of the picture.
 struct Image {
     size: [u32; 2],
     primary: Primary,
@@ -34,12 +34,12 @@ struct Image {
     pixel_colours: PixelColours,
     compose: Compose,
     tonemap: Tonemap,
-    /// Zero at every pixel.
+    /// Indirect irradiance, zero at every pixel.
     indirect: Buffer,
 }
 
 impl Preview {
-    /// Builds the acceleration structure and makes room for a picture of the first camera's size.
+    /// Builds the acceleration structure and allocates a picture of the first camera's size.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -54,8 +54,8 @@ impl Preview {
         Ok(Self { context: context.clone(), buffers, image })
     }
 
-    /// Makes the picture that a camera sees by these lights of a scene with these materials. Its
-    /// size is the camera's.
+    /// Renders the view of a camera, with these lights and materials of the scene. The picture has
+    /// the camera's size.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -101,7 +101,7 @@ impl Preview {
         self.buffers.refuse_truncated_loops("preview", 0)
     }
 
-    /// The last frame for eyes: sRGB codes R, G, B, 255, row by row from the top.
+    /// The displayed picture of the last frame: sRGB codes R, G, B, 255, row by row from the top.
     pub fn display(&self) -> &Buffer {
         &self.image.tonemap.display
     }

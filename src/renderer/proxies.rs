@@ -1,5 +1,5 @@
-//! What a frame does where surface in a cell hides other surface in it. Scenes in which none does
-//! have none of this.
+//! Frame pass of directional proxies, for cells whose surfaces hide each other. A scene without
+//! such cells skips it.
 
 use super::Renderer;
 use crate::error::Result;
@@ -14,11 +14,11 @@ use crate::scene::hvds::Hvds;
 use crate::types::CachePoint;
 use std::sync::Arc;
 
-/// The proxies of clusters, and the pass that evaluates them.
+/// Proxy tables with the pass that evaluates them, and the number of clusters.
 pub(super) struct Proxies(Option<(ProxyTables, ClusterProxies)>, u32);
 
 impl Proxies {
-    /// Uploads the proxies and makes room for their irradiance.
+    /// Uploads the proxies and allocates their irradiance.
     pub(super) fn new(
         context: &Arc<Context>,
         tables: Option<ProxyTables>,
@@ -33,22 +33,23 @@ impl Proxies {
         Ok(Self(Some((tables, pass)), clusters))
     }
 
-    /// The lists, where there are any.
+    /// The proxy tables. `None` if there are no proxies.
     pub(super) fn tables(&self) -> Option<&ProxyTables> {
         self.0.as_ref().map(|(tables, _)| tables)
     }
 
-    /// Clusters: targets of gather rays from there on are proxies, and then parts.
+    /// Index of the first proxy in gather targets: the number of clusters. Near-field patches
+    /// follow the proxies.
     pub(super) fn first(&self) -> u32 {
         self.1
     }
 
-    /// Bytes that the pass moves.
+    /// Bytes that the pass reads and writes.
     pub(super) fn bytes(&self) -> u64 {
         self.0.as_ref().map_or(0, |(_, pass)| pass.bytes())
     }
 
-    /// The irradiance of all proxies, from that of the clusters.
+    /// Records the pass that computes the irradiance of all proxies from that of the clusters.
     pub(super) fn record(&self, rec: &mut Recorder, pyramid: &Pyramid) {
         if let Some((_, pass)) = &self.0 {
             pass.record(rec, &pyramid.irradiance);
@@ -56,8 +57,8 @@ impl Proxies {
         }
     }
 
-    /// Lets gather rays of other points read proxies, where these were made for the cluster
-    /// and the direction.
+    /// Redirects the gather rays of `points` to proxies, if one exists for the cluster and
+    /// direction bin of a ray.
     pub(super) fn redirect(&self, rays: &RayTable, points: &[CachePoint], of: &Renderer) -> Result<()> {
         let Some((tables, _)) = &self.0 else { return Ok(()) };
         let mut rows = rays.read()?;

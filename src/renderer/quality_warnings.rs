@@ -1,4 +1,4 @@
-//! What the settings resolve of a scene, and what to say where that is too little.
+//! Quality warnings: they name what the settings do not resolve in a scene.
 
 use super::precompute::{FINEST, finest_cells};
 use crate::passes::frame::gloss::is_little;
@@ -9,18 +9,18 @@ use crate::scene::{Material, Scene};
 use crate::types::Grid;
 use glam::Vec3;
 
-/// Directions in which glossy clusters are read at most, unless more are asked for: enough for
-/// exponents up to 1 420. Each that a gather ray reads takes 28 bytes and 12 more a light, so that
-/// there are not many more of them than rays that read them.
+/// Maximum number of direction bins of glossy clusters, unless the settings request more. It
+/// resolves exponents up to 1 420. A bin that a gather ray reads takes 28 bytes and 12 more for
+/// each light, so there are not many more bins than rays that read them.
 const MAX_DIRECTIONS: u32 = 1 << 12;
 
-/// Directions in which glossy clusters are read at least, unless fewer are asked for.
+/// Minimum number of direction bins of glossy clusters, unless the settings request fewer.
 const MIN_DIRECTIONS: u32 = 64;
 
-/// Directions in which glossy clusters are read: more than asked for where that resolves the
-/// sharpest lobe, and fewer where all lobes are a little broad gloss: that is smooth, and each
-/// direction costs as much as another. Where a material is editable, as many as asked for at least,
-/// because its picture must not depend on what it was at load.
+/// Direction bins of glossy clusters. There are more than requested if that resolves the sharpest
+/// lobe. There are fewer if all lobes are weak and broad: their radiance is smooth, and each bin
+/// costs the same. If a material is editable, there are at least as many as requested, because the
+/// picture must not depend on the material at load.
 pub(super) fn outgoing_directions(materials: &[Material], directions: Directions) -> Directions {
     let stays = |material: &&Material| material.specular != Vec3::ZERO && !material.editable;
     let sharpest = materials.iter().filter(stays).map(|material| material.exponent).fold(0.0, f32::max);
@@ -31,7 +31,7 @@ pub(super) fn outgoing_directions(materials: &[Material], directions: Directions
     Directions::new(directions_for(sharpest).clamp(least, MAX_DIRECTIONS.max(count)))
 }
 
-/// What to say of lobes that are sharper than the directions that clusters are read in.
+/// Warnings about lobes that the direction bins do not resolve.
 pub(super) fn blurred(materials: &[Material], directions: Directions) -> impl Iterator<Item = String> {
     let resolved = resolved_exponent(directions.count());
     let is_sharp =
@@ -47,14 +47,14 @@ pub(super) fn blurred(materials: &[Material], directions: Directions) -> impl It
     })
 }
 
-/// Entry points on a square as wide as a gap that tell well enough how bright a light in it makes
-/// it. Measured (`hidden_light`): with 26 the walls around get what they should within 3 %, with 6
-/// within 35 %.
+/// Entry points on a square as wide as a gap that sample a light in it well enough. Measured
+/// (`hidden_light`): irradiance of the walls around is within 3 % with 26 entry points, within 35 %
+/// with 6.
 const ENOUGH: f32 = 16.0;
 
-/// What to say of lights in gaps so narrow that few entry points are next to them. `gaps` of the
-/// lights, metres, those below `resolved` count; so many entry points stand for `area_m2`, in cells
-/// of that size.
+/// Warnings about lights in narrow gaps with few entry points beside them. `gaps` are the widths at
+/// the lights, metres; widths below `resolved` count. `quality.entry_points` stand for `area_m2`,
+/// in cells of `cell_size`.
 pub(super) fn undersampled(
     scene: &Scene,
     gaps: &[f32],
@@ -80,16 +80,16 @@ pub(super) fn undersampled(
     })
 }
 
-/// Entry points that a light is carried by at the least: their number tells its indirect light to
-/// one part in the root of it. Measured (`docs/decisions.md`): with 16 it was 15 to 48 % off, with
-/// 150 3 to 4 %, with 600 as much as others.
+/// Minimum number of entry points that carry a light to the visible clusters. The relative error of
+/// its indirect light is about 1 over the root of this number. Measured (`docs/decisions.md`): with
+/// 16 entry points it was 15 to 48 % off, with 150 3 to 4 %, with 600 as much as other lights.
 pub(super) const FEWEST: f64 = 256.0;
 
-/// What to say of a light that so many entry points carry to what the camera sees.
+/// The warning about a light that `count` entry points carry to the visible clusters.
 pub(super) fn few_paths(scene: &Scene, light: usize, count: f64) -> String {
     let quality = &scene.quality;
     let needed = f64::from(quality.entry_points) * FEWEST / count;
-    // Two digits will do.
+    // Rounded up to two digits.
     let step = 10_f64.powf(needed.log10().floor() - 1.0);
     let needed = (needed / step).ceil() * step;
     let hint = match needed <= f64::from(1 << 24) {
@@ -105,16 +105,14 @@ pub(super) fn few_paths(scene: &Scene, light: usize, count: f64) -> String {
     )
 }
 
-/// What half of the surface has before it at least, in cells of the finest level, where
-/// these are not too wide. Measured: a box of two metres, and a speck further and
-/// further away (`docs/decisions.md`).
+/// Minimum median clearance of the surface, in cells of the finest level; below it, cells are too
+/// wide. Measured: a box of two metres, and a speck further and further away (`docs/decisions.md`).
 const CLEARANCE: f64 = 0.75;
-/// The same of what the camera sees, by few rays. The built-in scenes have 0.47 (atrium,
-/// `draft`) and more.
+/// Minimum median clearance of the surface in view, measured with few rays. The built-in scenes
+/// have 0.47 (atrium, `draft`) and more.
 const CLEARANCE_IN_VIEW: f64 = 0.45;
 
-/// How far half of the surface has no other before it, metres; by what the fragments are from
-/// what they see.
+/// Median clearance of the surface, metres, weighted by the exposed area of fragments.
 pub(super) fn typical_clearance(fragments: &[Fragment], clearances: &[f32]) -> f64 {
     let area = |fragment: &Fragment| fragment.open_area_m2();
     let mut by_clearance: Vec<(f32, f64)> =
@@ -129,14 +127,14 @@ pub(super) fn typical_clearance(fragments: &[Fragment], clearances: &[f32]) -> f
     middle.map_or(f64::INFINITY, |(clearance, _)| f64::from(*clearance))
 }
 
-/// What to say of cells that are wide beside most of the surface, as in a scene that fills a small
-/// part of its box. `grid` of the finest level.
+/// The warning about cells that are wide beside the clearance of most surface, as in a scene that
+/// fills a small fraction of its box. `grid` is that of the finest level.
 pub(super) fn wide_cells(clearance: f64, grid: &Grid, cells: u32) -> Option<String> {
     wide_cells_beside("half of the surface", (clearance, CLEARANCE), grid, cells)
 }
 
-/// The same of what the camera sees, as of a small building on a large ground. `clearance` is what
-/// half of that has before it.
+/// The warning about cells that are wide beside the surface in view, such as a small building on a
+/// large ground. `clearance` is the median clearance in view.
 pub(super) fn wide_cells_in_view(clearance: f64, grid: &Grid, cells: u32) -> Option<String> {
     wide_cells_beside("half of what the camera sees", (clearance, CLEARANCE_IN_VIEW), grid, cells)
 }
@@ -154,7 +152,7 @@ fn wide_cells_beside(what: &str, (clearance, least): (f64, f64), grid: &Grid, ce
     })
 }
 
-/// What to say of cache points that are too few.
+/// The warning about cache points that are too few.
 pub(super) fn uncovered(cache_points: u32) -> String {
     format!(
         "{cache_points} cache points do not cover the scene's curved surfaces; pixels without one take the nearest; raise quality.cache_points"

@@ -1,4 +1,4 @@
-//! One pass of the frame, again and again: to profile it.
+//! Pass replay: one pass of the frame recorded again and again, for a profiler.
 
 use super::changes::{Stages, Work};
 use super::report::{Columns, FrameWatch};
@@ -11,8 +11,8 @@ use crate::passes::frame::{
     primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 
-/// Every pass that a frame may have. A pass that changes what it reads follows the one that makes
-/// it anew, see [`prepared`].
+/// Every pass that a frame may have. A pass that changes its own input follows the pass that renews
+/// this input, see [`prepared`].
 const PASSES: [&str; 26] = [
     Primary::STEM,
     Antialias::STEM,
@@ -42,24 +42,23 @@ const PASSES: [&str; 26] = [
     Tonemap::STEM,
 ];
 
-/// The pass, after those that it cannot be repeated without.
+/// The pass, after the pass that must precede it, if there is one.
 fn prepared(place: usize) -> &'static [&'static str] {
-    // Shadows' edges are averaged in the layer in which they are found: in the averaged layer there
-    // are fewer.
+    // The shadow edge pass averages edges in the buffer in which it detects them: a buffer that is
+    // already averaged has fewer edges.
     let first = if PASSES[place] == Antialias::SHADOW_STEM { place - 1 } else { place };
     &PASSES[first..=place]
 }
 
 impl Renderer {
-    /// Names of all passes that frames may have. Which of them one has, depends on the scene.
+    /// Names of all passes that frames may have. The scene determines the passes of a frame.
     pub fn pass_names() -> &'static [&'static str] {
         &PASSES
     }
 
-    /// Does one pass as a frame does in which everything is new, all of its occurrences, and
-    /// nothing else but what it cannot be repeated without, which the report holds too: the results
-    /// of all others stand. The frame before must have been such a frame, for the next redoes
-    /// everything. Panics if there is no pass of that name.
+    /// Records all occurrences of one pass as in a frame with all results stale. The report also
+    /// holds the pass that must precede it; all other results stay. The previous frame must have
+    /// computed everything; the next one does. Panics if no pass has this name.
     ///
     /// # Errors
     /// The device failed.

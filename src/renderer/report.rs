@@ -1,4 +1,4 @@
-//! What a frame reports.
+//! Reports of frames and of the precomputation.
 
 use crate::gpu::{Context, PassTiming};
 use crate::passes::frame::{
@@ -27,7 +27,7 @@ pub enum Layer {
     Depth,
 }
 
-/// The paper's timing columns, milliseconds of device time. [Yue, Table 2]
+/// The paper's timing columns, as milliseconds of device time. [Yue, Table 2]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[expect(non_snake_case, reason = "the paper's names, which scripts rely on")]
 pub struct Columns {
@@ -86,7 +86,7 @@ impl FrameWatch {
         Self { start: Instant::now(), compiled: context.compile_time() }
     }
 
-    /// Milliseconds without and of compiling.
+    /// Milliseconds without compilation, and milliseconds of compilation.
     pub(super) fn stop(self, context: &Context) -> [f64; 2] {
         let compiling = context.compile_time() - self.compiled;
         [self.start.elapsed().saturating_sub(compiling), compiling].map(|time| 1e3 * time.as_secs_f64())
@@ -98,25 +98,24 @@ impl FrameWatch {
 pub struct FrameReport {
     /// Device time of each pass that ran.
     pub passes: Vec<PassTiming>,
-    /// Wall-clock time of recording, device and wait, milliseconds, without `pipelines_ms`.
+    /// Wall-clock time of recording, device and wait, milliseconds, except `pipelines_ms`.
     pub frame_ms: f64,
-    /// Wall-clock time of compiling the pipelines that no frame has needed before, milliseconds.
+    /// Wall-clock time of compiling new pipelines, milliseconds.
     pub pipelines_ms: f64,
     /// The passes by the paper's columns.
     pub columns: Columns,
-    /// Bytes that each pass has to move at the least: every input once, every output once.
+    /// Bytes that each pass moves at least: every input once, every output once.
     pub bytes: BTreeMap<&'static str, u64>,
     /// Rays of each pass that traces.
     pub rays: BTreeMap<&'static str, u64>,
-    /// Records that were gathered for the picture; those that were gathered ahead of them
-    /// do not count.
+    /// Records gathered for the picture, without the records gathered ahead of them.
     pub gathered: u32,
-    /// Share of the active lights whose form factors stood, and of those whose layer of the
-    /// picture did, 0..=1.
+    /// Fraction of the active lights with current form factors, and fraction with a current
+    /// irradiance buffer of pixels, 0..=1.
     pub lights_unchanged: [f64; 2],
 }
 
-/// What the precomputation made, and what it cost.
+/// Sizes and costs of the precomputation.
 #[derive(Clone, Debug, Default, serde::Serialize)]
 pub struct Statistics {
     /// Wall-clock seconds of the whole precomputation.
@@ -127,18 +126,18 @@ pub struct Statistics {
     pub memory_bytes: u64,
     /// Most device memory in use at any time.
     pub peak_memory_bytes: u64,
-    /// Size of the largest buffer.
+    /// Size of the largest buffer, bytes.
     pub largest_binding_bytes: u64,
-    /// Sizes of all that there is.
+    /// Numbers of items, by name.
     pub counts: BTreeMap<String, u64>,
-    /// Shares of work that was not needed, 0..=1.
+    /// Fractions of work that frames skip, 0..=1.
     pub skipped: BTreeMap<String, f64>,
-    /// Shares of energy that bounds take away, 0..=1.
+    /// Fractions of energy that clamping removes, 0..=1.
     pub removed: BTreeMap<String, f64>,
 }
 
 impl Statistics {
-    /// Adds the last stage of the precomputation, after so long in all.
+    /// Adds the last stage of the precomputation; `whole` is the total time.
     pub(super) fn end_precomputation(&mut self, stage: &str, whole: Duration) {
         let before = std::mem::replace(&mut self.precompute_s, whole.as_secs_f64());
         self.precompute_stages.push((stage.into(), self.precompute_s - before));

@@ -1,5 +1,4 @@
-//! The picture takes another size. What was traced ahead of the frames knows nothing of
-//! pixels, and stays.
+//! Changes the size of the picture. Results of the precomputation do not depend on pixels and stay.
 
 use super::Renderer;
 use crate::error::{Error, Result};
@@ -11,13 +10,13 @@ use crate::scene::camera;
 use crate::types::View;
 
 impl Renderer {
-    /// Gives the picture another size, width and height in pixels. The next frame does what the
-    /// camera's movement would make it do, and has the bits of a cold start at that size. Until it
-    /// is done, what can be read of the picture holds nothing.
+    /// Sets the size of the picture, width and height in pixels. The next frame computes the same
+    /// as after a camera movement, and has the bits of a cold start at that size. Until then, the
+    /// outputs of the picture are empty.
     ///
     /// # Errors
-    /// The size is none that a camera can have; the device lacks memory, for what was and what
-    /// comes, or failed. The renderer is then left as it was.
+    /// A camera cannot have this size; the device lacks memory for the old and the new buffers, or
+    /// failed. The renderer then stays as it was.
     pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
         if size == self.size() {
             return Ok(());
@@ -45,7 +44,7 @@ impl Renderer {
         let capacity = of_gloss.as_ref().map(|pixels| pixels.capacity);
         let layers = self.lights.new_layers(direct.point_count(), capacity)?;
 
-        // Nothing fails from here on.
+        // The rest cannot fail, so the renderer stays consistent.
         self.lights.take_layers(layers);
         if let (Some(gloss), Some(pixels)) = (&mut self.gloss, of_gloss) {
             gloss.pixels = pixels;

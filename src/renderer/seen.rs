@@ -1,4 +1,4 @@
-//! What the first camera sees of the scene, by a few rays: whether the settings resolve it, and
+//! A few rays sample what the first camera sees. They test whether the settings resolve it, and
 //! which light paths reach it.
 
 use super::Renderer;
@@ -15,23 +15,23 @@ use glam::Vec3;
 use std::collections::HashSet;
 use std::f32::consts::TAU;
 
-/// Camera rays, across and down.
+/// Number of camera rays, across and down.
 const RAYS: [u32; 2] = [32, 24];
-/// Rays from each point that they meet, spread over its hemisphere.
+/// Rays from each hit of a camera ray, spread over the hemisphere.
 const AROUND: u32 = 16;
-/// Levels at most from a base cluster to the one that stands for what is around a point: as wide as
-/// rays are apart there.
+/// Maximum number of levels from a base cluster to the cluster that stands for the surroundings of
+/// a point. That cluster is as wide as the spacing of rays at the point.
 const LEVELS: u32 = 3;
-/// Lights that are looked at, the first that are on.
+/// Maximum number of lights that are tested: the first active ones.
 const LIGHTS: usize = 16;
-/// A light that brings less of all light than that is left out.
+/// A light below this fraction of all light is not tested.
 const SLIGHT: f64 = 0.02;
 
-/// What the camera sees.
+/// Surface that the camera sees.
 pub(super) struct Seen {
-    /// Clusters, up to [`LEVELS`] above the base, that hold a point of it.
+    /// Clusters up to [`LEVELS`] above the base, one for each hit.
     clusters: HashSet<u32>,
-    /// How far each point has no other surface before it, metres, in order.
+    /// Clearances of the hits, metres, in ascending order.
     clearances: Vec<f32>,
 }
 
@@ -45,7 +45,7 @@ impl Seen {
         let queries: Vec<RayQuery> = camera_rays(&view).collect();
         let answers = made.closed.rays.trace(&made.buffers, &queries)?;
         let cell_size = made.hvds.grid.cell_size() as f32;
-        // Of two rays, a metre away.
+        // Spacing of two rays at a distance of one metre.
         let spacing = 2.0 * view.right.length() / RAYS[0] as f32;
         let clear = 1e-5 * (scene.bounds().1 - scene.bounds().0).length();
         let (mut clusters, mut around) = (HashSet::new(), Vec::new());
@@ -70,12 +70,13 @@ impl Seen {
         Ok(Self { clusters, clearances })
     }
 
-    /// How far half of what is seen has no other surface before it, metres.
+    /// Median clearance of the hits, metres. Infinite if there are none.
     pub(super) fn clearance(&self) -> f64 {
         self.clearances.get(self.clearances.len() / 2).map_or(f64::INFINITY, |&room| f64::from(room))
     }
 
-    /// Which light paths bring light to what is seen, after a reflection at least.
+    /// For each light path, whether it brings light to a visible cluster after at least one
+    /// reflection.
     pub(super) fn paths(&self, made: &Precomputed) -> Vec<bool> {
         let mut reach = vec![false; made.entry_points.len()];
         for (cluster, runs) in (0..).zip(made.paths.contribution_offsets.windows(3).step_by(2)) {
@@ -89,8 +90,8 @@ impl Seen {
     }
 }
 
-/// Which light paths bring light to what the first camera sees; warns where the settings do not
-/// resolve that. None where there are no paths.
+/// For each light path, whether it brings light to a cluster that the first camera sees. Adds a
+/// warning if the settings do not resolve these clusters. Empty if there are no paths.
 pub(super) fn paths_to_view(scene: &mut Scene, made: &Precomputed) -> Result<Vec<bool>> {
     if made.entry_points.is_empty() {
         return Ok(Vec::new());
@@ -107,7 +108,7 @@ pub(super) fn paths_to_view(scene: &mut Scene, made: &Precomputed) -> Result<Vec
     Ok(seen.paths(made))
 }
 
-/// Rays through the middles of equal rectangles of the picture, row by row.
+/// Rays through the centres of equal rectangles of the picture, row by row.
 fn camera_rays(view: &View) -> impl Iterator<Item = RayQuery> {
     let [columns, rows] = RAYS;
     let middle = |place: u32, count: u32| (place as f32 + 0.5) / count as f32 * 2.0 - 1.0;
@@ -117,16 +118,16 @@ fn camera_rays(view: &View) -> impl Iterator<Item = RayQuery> {
     })
 }
 
-/// A base cluster and those that hold it.
+/// A base cluster and its ancestors, from the finest level up.
 fn above(made: &Precomputed, cluster: u32) -> impl Iterator<Item = u32> {
     std::iter::successors(Some(cluster), |&cluster| {
         Some(made.hvds.parents[cluster as usize]).filter(|&parent| parent != NO_CLUSTER)
     })
 }
 
-/// Rays to all sides of a surface. Unit directions.
+/// Rays over the hemisphere above a surface, with unit directions.
 fn hemisphere(origin: Vec3, normal: Vec3) -> impl Iterator<Item = RayQuery> {
-    /// Of a turn: neighbours along a spiral lie apart.
+    /// Fraction of a turn between neighbours along the spiral; it keeps them apart.
     const GOLDEN: f32 = 0.381_966;
     let (tangent, bitangent) = normal.any_orthonormal_pair();
     (0..AROUND).map(move |index| {
@@ -138,8 +139,8 @@ fn hemisphere(origin: Vec3, normal: Vec3) -> impl Iterator<Item = RayQuery> {
 }
 
 impl Renderer {
-    /// Warns of lights that few light paths carry to what the camera sees. `reach` of the paths, as
-    /// [`Seen::paths`] finds it.
+    /// Warns of lights that few light paths carry to the visible clusters. `reach` marks paths as
+    /// [`Seen::paths`] does.
     pub(super) fn warn_of_few_paths(&mut self, reach: &[bool]) -> Result<()> {
         if reach.is_empty() {
             return Ok(());
@@ -210,7 +211,7 @@ mod tests {
             along.sort_by(f32::total_cmp);
             along.dedup_by(|a, b| (*a - *b).abs() < 1e-4);
             assert_eq!(along.len(), count as usize);
-            // The middles of equal parts of -1 … 1.
+            // The centres of equal intervals of -1 … 1.
             for (index, middle) in along.iter().enumerate() {
                 assert!(
                     (middle - ((2 * index + 1) as f32 / count as f32 - 1.0)).abs() < 1e-4,

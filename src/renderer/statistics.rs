@@ -1,4 +1,4 @@
-//! What the precomputation found, in numbers for people, and what it took.
+//! Statistics of the precomputation: sizes and times.
 
 use super::Statistics;
 use crate::passes::precompute::cache_points::Placement;
@@ -8,7 +8,7 @@ use crate::scene::{Scene, Triangle, hvds::Hvds};
 use crate::types::Surface;
 use std::time::Instant;
 
-/// Measures the stages as they pass.
+/// Measures the time of each stage.
 pub(super) struct Watch {
     pub(super) start: Instant,
     lap: Instant,
@@ -28,7 +28,7 @@ impl Watch {
     }
 }
 
-/// Notes what came out.
+/// Adds the sizes of the results.
 pub(super) fn note(
     statistics: &mut Statistics,
     scene: &Scene,

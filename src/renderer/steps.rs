@@ -1,5 +1,5 @@
-//! Steps of a frame that are recipes themselves: the hierarchy, what stands near other surface,
-//! the lights' layers.
+//! Steps of a frame that consist of several passes: hierarchy, near field, per-light irradiance
+//! buffers.
 
 use super::Renderer;
 use super::liveness::Scope;
@@ -11,8 +11,8 @@ use crate::passes::frame::{
 };
 
 impl Renderer {
-    /// The hierarchy, as far as it is asked for: the layers of the lights for which that is due,
-    /// and the sum of all lights' layers.
+    /// Records the hierarchy within `scope`: the irradiance buffers of the lights in `due`, then
+    /// the sum over all lights.
     pub(super) fn record_flux(&self, rec: &mut Recorder, scope: &Scope, due: &[ClusterLight<'_>]) {
         if !due.is_empty() {
             self.pyramid.record_layers(rec, due, &self.path_scan.contributions, &scope.clusters);
@@ -22,8 +22,9 @@ impl Renderer {
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// Proxies of clusters; then small clusters, and parts of them, take the light of the records
-    /// beside them, and proxies are seen again; and so on with records that are gathered again.
+    /// Records proxies and the near field. Small clusters and near-field patches take the
+    /// irradiance of the records beside them; proxies are then evaluated again. Each extra gather
+    /// iteration repeats both with records that are gathered again.
     pub(super) fn record_near_field(&self, rec: &mut Recorder, scope: &Scope) {
         let (near_field, records) = (&scope.near_field, &self.gather.records);
         let part_count = near_field.part_count();
@@ -45,9 +46,10 @@ impl Renderer {
         take(rec, part_count);
     }
 
-    /// Records that are gathered again, round by round, their number, and the parts of clusters
-    /// that they read: if there are several rounds, all of them first, because few paths tell what
-    /// light comes to shadows; then, as it goes to and fro there, those in narrow cavities.
+    /// The extra gather iterations: records, their number, and the number of near-field patches
+    /// that they read. If there are several iterations, the first takes all records, because few
+    /// paths sample the light in shadows. The others take the records in narrow cavities, where
+    /// light is reflected to and fro.
     pub(super) fn gathered_again<'a>(
         &self,
         scope: &'a Scope,
@@ -68,7 +70,7 @@ impl Renderer {
         }
     }
 
-    /// The layers of the lights that have none.
+    /// Records the irradiance buffers of pixels of lights with a stale one.
     pub(super) fn record_layers(&self, rec: &mut Recorder) {
         let (lights, pixels) = (self.lights.without_layer(), &self.primary.pixels);
         if !self.lights.has_batches {

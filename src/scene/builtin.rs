@@ -1,4 +1,4 @@
-//! Where files come from: the disk, or the built-in scenes that are part of the binary.
+//! Sources of scene files: the disk, memory, or the built-in scenes in the binary.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -19,8 +19,8 @@ const EMBEDDED: [(&str, &str); 5] = [
     ("room.toml", include_str!("../../assets/room.toml")),
 ];
 
-/// Names of the embedded models: `built_in = "box"` in any scene file is what `file = "box.obj"` is
-/// in the built-in scene.
+/// Names of the embedded models. `built_in = "box"` in a scene file means `file = "box.obj"` in
+/// the built-in scene.
 pub(super) const MODELS: [&str; 1] = ["box"];
 
 /// The file of an embedded model.
@@ -28,30 +28,30 @@ pub(super) fn model_file(name: &str) -> PathBuf {
     PathBuf::from(format!("{name}.obj"))
 }
 
-/// The OBJ text of the embedded model of that name, if there is one.
+/// The OBJ text of the embedded model of that name. `None` if there is none.
 pub(super) fn model(name: &str) -> Option<Vec<u8>> {
     MODELS.contains(&name).then(|| Files::Embedded.read(&model_file(name), limits::OBJ_BYTES).ok()).flatten()
 }
 
-/// Files that are read instead of the disk's, by their paths.
+/// Files by path that are read instead of the disk's.
 pub type Memory = Arc<BTreeMap<PathBuf, Vec<u8>>>;
 
-/// A place to read files from.
+/// A source of files.
 #[derive(Clone, Debug)]
 pub(super) enum Files {
-    /// On disk: those in this folder and below it, or all.
+    /// On disk: the files in this folder and below it, or all files.
     Disk(Option<PathBuf>),
     Memory(Memory),
     Embedded,
 }
 
 impl Files {
-    /// Those beside a file that the user named, and below its folder.
+    /// The folder of a file that the user named, and everything below it.
     pub(super) fn beside(file: &Path) -> Self {
         Self::Disk(Some(file.with_file_name("")))
     }
 
-    /// Those that a file that the user named may name, unless it is built in.
+    /// The source of the files that a user's file may name; built-in files have their own.
     pub(super) fn of(file: &Path, options: &LoadOptions) -> Self {
         match &options.memory {
             Some(files) => Self::Memory(files.clone()),
@@ -60,13 +60,13 @@ impl Files {
         }
     }
 
-    /// The bytes of a file that the user named, which may be anywhere, or a link to anywhere.
+    /// Reads a file that the user named. It may be anywhere, or a link to anywhere.
     pub(super) fn read_named(&self, file: &Path, most: u64) -> std::result::Result<Vec<u8>, String> {
         if let Self::Disk(_) = self { Self::Disk(None).read(file, most) } else { self.read(file, most) }
     }
 
-    /// The bytes of a regular file that has `most` at most; where there are none, why, in words
-    /// that follow its name.
+    /// Reads a regular file of at most `most` bytes. Fails with a reason that follows
+    /// the file's name.
     pub(super) fn read(&self, path: &Path, most: u64) -> std::result::Result<Vec<u8>, String> {
         match self {
             Self::Embedded => {
@@ -82,12 +82,12 @@ impl Files {
         }
     }
 
-    /// The path of a file that was read from the disk, `None` for files that are not there.
+    /// The path of a file on disk. `None` if its source is not the disk.
     pub(super) fn on_disk(&self, file: &Path) -> Option<PathBuf> {
         matches!(self, Self::Disk(_)).then(|| file.to_owned())
     }
 
-    /// Whether there is a regular file of that path that may be read.
+    /// Whether the path is a regular file that may be read.
     pub(super) fn is_file(&self, path: &Path) -> bool {
         match self {
             Self::Embedded => EMBEDDED.iter().any(|(name, _)| Path::new(name) == path),
@@ -96,7 +96,7 @@ impl Files {
         }
     }
 
-    /// Whether there is a file or a folder of that path that may be read.
+    /// Whether the path is a file or a folder that may be read.
     pub(super) fn exists(&self, path: &Path) -> bool {
         match self {
             Self::Embedded => self.is_file(path),
@@ -105,7 +105,7 @@ impl Files {
         }
     }
 
-    /// Names of what is in a folder, at most [`limits::FOLDER_NAMES`]. Empty if it may not be read.
+    /// Names in a folder, at most [`limits::FOLDER_NAMES`]. Empty if it may not be read.
     pub(super) fn names_in(&self, folder: &Path) -> Vec<OsString> {
         let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         match self {
@@ -123,7 +123,7 @@ impl Files {
         }
     }
 
-    /// Where a file really is, links followed; fails where that is not among these.
+    /// The path of a file with its links resolved. Fails if it lies outside of this source.
     pub(super) fn locate(&self, path: &Path) -> std::result::Result<PathBuf, String> {
         let folder = match self {
             Self::Disk(Some(folder)) => folder,
@@ -136,7 +136,7 @@ impl Files {
             "leads out of the folder of the file that names it: move it there, or pass --allow-outside"
                 .to_owned()
         };
-        // Before anything is looked up: some systems ask other machines for certain paths.
+        // Checked before any lookup: some systems contact other machines for certain paths.
         if leads_out(folder, path) {
             return Err(outside());
         }
@@ -147,7 +147,7 @@ impl Files {
     }
 }
 
-/// Whether a path, as it is written, leaves the folder on its way.
+/// Whether a path, as written, leaves the folder at some point.
 fn leads_out(folder: &Path, path: &Path) -> bool {
     let Ok(below) = path.strip_prefix(folder) else { return true };
     let mut depth = 0_usize;

@@ -1,5 +1,5 @@
-//! The acceleration structure: built by `obvhs` on the host, traversed by our own compute
-//! code. [Ylitie 2017]
+//! The acceleration structure: `obvhs` builds it on the host, and our own compute code traverses
+//! it. [Ylitie 2017]
 
 use crate::error::{Error, Result};
 use crate::scene::Triangle;
@@ -8,17 +8,17 @@ use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 use std::time::Duration;
 
-/// Entries of the traversal stack in `glsl/include/bvh.glsl`; a node is pushed at most
+/// Entries of the traversal stack in `glsl/include/bvh.glsl`. A node is pushed at most
 /// once a level.
 const STACK_SIZE: usize = 32;
-/// Nodes that an entry of it tells apart: some hundred million triangles have as many.
+/// Largest node index of a stack entry: some hundred million triangles need as many nodes.
 const MAX_NODES: usize = 1 << 24;
 
-/// An eight-wide compressed BVH. Its triangles are the scene's in leaf order, each exactly once.
+/// An eight-wide compressed BVH. Its leaves hold each scene triangle exactly once.
 pub struct Bvh {
     /// Nodes, the root first.
     pub nodes: Vec<types::Node>,
-    /// Index of the scene triangle that stands at each place of the leaf order.
+    /// Scene triangle at each position of the leaf order.
     pub order: Vec<u32>,
 }
 
@@ -34,8 +34,8 @@ impl Bvh {
     /// Builds the tree over at least one triangle.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the tree is deeper than the traversal stack, which only degenerate
-    /// geometry brings about, or has more nodes than its entries tell apart.
+    /// [`Error::Usage`] if the tree is deeper than the traversal stack, which needs degenerate
+    /// geometry, or has more nodes than a stack entry can number.
     pub fn build(triangles: &[Triangle]) -> Result<Self> {
         let bounds: Vec<Bounds> =
             triangles.iter().map(|t| Bounds(Aabb::from_points(&t.positions.map(Into::into)))).collect();
@@ -47,7 +47,7 @@ impl Bvh {
     }
 }
 
-/// Refuses trees that rays cannot walk.
+/// Refuses trees that the kernels cannot traverse.
 fn check_size(nodes: usize, depth: usize) -> Result<()> {
     let too_much = if nodes > MAX_NODES {
         format!(
@@ -61,7 +61,7 @@ fn check_size(nodes: usize, depth: usize) -> Result<()> {
     Err(Error::Usage(too_much))
 }
 
-/// Levels of the tree: a child always stands behind its parent in the node array.
+/// Levels of the tree. A child always follows its parent in the node array.
 fn depth(nodes: &[types::Node]) -> usize {
     let mut levels = vec![1; nodes.len()];
     for (index, node) in nodes.iter().enumerate() {

@@ -2,20 +2,19 @@
 
 use glam::{DVec3, Vec3};
 
+use super::keys;
 use super::value::{COORDINATE, Section};
 use crate::Result;
 
-/// Keys of a camera in the scene file.
-pub(super) const KEYS: [&str; 6] = ["name", "position", "target", "up", "fov_y", "size"];
 /// Pixels along either axis of an image.
 pub const SIZE: std::ops::RangeInclusive<u32> = 1..=16384;
 /// Vertical fields of view, degrees.
 pub(super) const FOV_Y: std::ops::RangeInclusive<f64> = 0.01..=179.0;
 
-/// Vertical field of view where a file states none, degrees.
+/// Default vertical field of view, degrees.
 pub(super) const FOV_Y_DEFAULT: f64 = 40.0;
 
-/// Looks from `position` at `target`; recentred world space, metres.
+/// A pinhole camera at `position` that looks at `target`; recentred world space, metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// Name in the scene file; `"camera"` where the file gives none.
@@ -24,7 +23,7 @@ pub struct Camera {
     pub position: Vec3,
     /// Point in the middle of the image; differs from `position`.
     pub target: Vec3,
-    /// Which way is up; not parallel to the viewing direction.
+    /// Up direction; not parallel to the viewing direction.
     pub up: Vec3,
     /// Vertical field of view, degrees, in 0..180 exclusive.
     pub fov_y_degrees: f32,
@@ -33,7 +32,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Right, up and forward unit vectors: image x runs along right, image y against up.
+    /// Unit vectors right, up and forward: image x runs along right, image y against up.
     pub fn frame(&self) -> [Vec3; 3] {
         let forward = (self.target - self.position).normalize();
         let right = forward.cross(self.up).normalize();
@@ -42,7 +41,7 @@ impl Camera {
 
     /// Reads a camera in world space and moves it to the scene recentred on `origin`.
     pub(super) fn read(section: &Section, origin: DVec3) -> Result<Self> {
-        section.only(&KEYS)?;
+        section.only(&keys::names("camera", None))?;
         let point = |key| {
             let point = section.need(section.vector(key, COORDINATE)?, key, "three numbers, metres")?;
             Ok((point - origin).as_vec3())

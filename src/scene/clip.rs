@@ -3,15 +3,14 @@
 use crate::types;
 use glam::{DVec3, UVec3};
 
-/// How far a cell reaches beyond itself when it is asked whether a surface exists in it at all, in
-/// cells. Positions on the device are f32; a point that rounding puts across a boundary must still
-/// find a cluster there.
+/// Margin around a cell for the test whether a surface exists in it, in cells. Positions on the
+/// device are f32: a point that rounding moves across a boundary must still find a cluster.
 const REACH: f64 = 1e-3;
 
 /// A convex polygon; clipping a triangle by a box leaves at most nine corners.
 type Polygon = Vec<DVec3>;
 
-/// Cuts off what lies beyond a plane of constant coordinate; keeps the side where `sign·(p[axis] -
+/// Clips a polygon by a plane of constant coordinate; keeps the side where `sign·(p[axis] -
 /// bound) ≥ 0`.
 fn clip(polygon: &[DVec3], axis: usize, bound: f64, sign: f64) -> Polygon {
     let mut kept = Polygon::with_capacity(polygon.len() + 1);
@@ -30,7 +29,7 @@ fn clip(polygon: &[DVec3], axis: usize, bound: f64, sign: f64) -> Polygon {
     kept
 }
 
-/// Cuts off what lies behind a plane; `over` is a point's distance in front of it.
+/// Clips off the side behind a plane; `over` is a point's distance in front of it.
 pub fn clip_by(polygon: &[DVec3], over: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
     let mut kept = Polygon::with_capacity(polygon.len() + 1);
     for (i, &b) in polygon.iter().enumerate() {
@@ -56,16 +55,16 @@ pub fn area(polygon: &[DVec3]) -> f64 {
     if polygon.len() < 3 { 0.0 } else { 0.5 * (1..polygon.len() - 1).map(fan).sum::<DVec3>().length() }
 }
 
-/// Cuts a triangle along the cells of a grid. `visit` gets each cell that the triangle reaches and
-/// the part of it inside, whose area is zero where the triangle only grazes the cell. The parts add
-/// up to the triangle.
+/// Clips a triangle against the cells of a grid. `visit` gets each cell that the triangle reaches,
+/// and the polygon inside. The polygon's area is zero if the triangle only touches the cell. The
+/// polygons add up to the triangle.
 pub fn for_each_cell(triangle: [DVec3; 3], grid: &types::Grid, mut visit: impl FnMut(UVec3, Polygon)) {
     let range = |polygon: &[DVec3], axis: usize| {
         let low = f64::from(grid.low[axis]);
         let scaled = polygon.iter().map(|p| (p[axis] - low) / grid.cell_size());
         let (min, max) = scaled.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(s), b.max(s)));
         let last = grid.cells[axis] - 1;
-        // The first and last cell take what lies outside the grid, as the device's clamp does.
+        // The first and last cell include everything outside the grid, as the device's clamp does.
         ((min - REACH).max(0.0) as u32).min(last)..=((max + REACH).max(0.0) as u32).min(last)
     };
     let slab = |axis: usize, cell: u32, reach: f64| {
@@ -147,8 +146,8 @@ mod tests {
             seen[cell.x as usize] = true;
         });
         assert!(seen[3] && seen[4]);
-        // A part of zero width in the neighbour may repeat the face: the pull keeps real surfaces
-        // off this case.
+        // A polygon of zero width in the neighbour may repeat the face. The pull avoids this case
+        // for real surfaces.
         assert!((areas[4] - area(&triangle)).abs() < 1e-12);
     }
 }

@@ -1,4 +1,4 @@
-//! What files of images hold beside pixels, found before they are decoded.
+//! Checks of image files before they are decoded.
 
 use std::borrow::Cow;
 
@@ -6,13 +6,13 @@ use std::borrow::Cow;
 const PIXEL_CHUNKS: [&[u8]; 5] = [b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND"];
 const SIGNATURE_BYTES: usize = 8;
 
-/// A PNG without the chunks that its pixels do not depend on: colour profiles and texts can be
-/// compressed a thousandfold, and each kind of chunk is code that reads what strangers wrote.
+/// A PNG reduced to the chunks that its pixels depend on. Colour profiles and texts can be
+/// compressed a thousandfold, and each kind of chunk is more code that reads untrusted input.
 pub(super) fn png_pixels(bytes: &[u8]) -> Cow<'_, [u8]> {
     let mut chunks = Vec::new();
     let mut rest = bytes.get(SIGNATURE_BYTES..).unwrap_or_default();
     while let Some(&length) = rest.first_chunk::<4>() {
-        // Length, name, data, checksum. The last may be truncated: the decoder says so.
+        // Length, name, data, checksum. The decoder reports a truncated last chunk.
         let end = (u32::from_be_bytes(length) as usize).saturating_add(12).min(rest.len());
         let (chunk, after) = rest.split_at(end);
         chunks.push(chunk);
@@ -28,12 +28,12 @@ pub(super) fn png_pixels(bytes: &[u8]) -> Cow<'_, [u8]> {
     essential.into()
 }
 
-/// What is known of a JPEG.
+/// Properties of a JPEG's first image.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Jpeg {
-    /// Passes over the image; one, unless it is progressive.
+    /// Scans over the image; one unless it is progressive.
     pub(super) scans: usize,
-    /// Whether it ends where it says so; else it was cut.
+    /// Whether the file has an end marker; else it was cut.
     pub(super) has_end: bool,
 }
 
@@ -43,12 +43,12 @@ pub(super) fn jpeg(bytes: &[u8]) -> Jpeg {
     const SCAN: u8 = 0xda;
     let mut found = Jpeg { scans: 0, has_end: false };
     let mut rest = bytes.get(2..).unwrap_or_default();
-    // Pixels have no marker in them: 0xff is followed by 0 there.
+    // Pixel data contains no marker: a 0 follows 0xff there.
     while let Some(at) = rest.iter().position(|&byte| byte == 0xff) {
         rest = &rest[at + 1..];
         let Some((&marker, after)) = rest.split_first() else { break };
         match marker {
-            // The first 0xff of several; the second may be that of a marker.
+            // The first of several 0xff; the second may start a marker.
             0xff => continue,
             0 | 1 | 0xd0..=0xd7 => (),
             END => return Jpeg { has_end: true, ..found },
@@ -89,7 +89,7 @@ mod tests {
         ]
         .concat();
         assert_eq!(png_pixels(&more), plain);
-        // However it is cut, nothing is made up.
+        // A cut file yields no invented bytes, wherever the cut is.
         for end in 0..more.len() {
             let cut = &more[..end];
             let kept = png_pixels(cut);
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn scans_of_a_jpeg_are_counted_and_its_end_is_found() {
         let scan = [0xff, 0xda, 0, 3, 9, 1, 2, 0xff, 0, 0xff, 0xd0, 0xff, 0xff, 0xd1, 3];
-        // A picture in a comment counts for nothing.
+        // A picture in a comment is not counted.
         let comment = [0xff, 0xfe, 0, 8, 0xff, 0xda, 0, 3, 0xff, 0xd9];
         let mut bytes = [&[0xff, 0xd8][..], &comment].concat();
         for scans in 1..=100 {

@@ -1,5 +1,5 @@
-//! The directions that outgoing radiance is discretised in: an equal-area map of the sphere to the
-//! unit square. [Clarberg 2008]
+//! The direction bins of outgoing radiance: an equal-area map of the sphere to the unit
+//! square. [Clarberg 2008]
 
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
@@ -12,12 +12,12 @@ pub struct Directions {
 }
 
 impl Directions {
-    /// As many bins as the largest square that `count` holds; one at the least.
+    /// The largest square grid of at most `count` bins; one bin at least.
     pub fn new(count: u32) -> Self {
         Self { side: count.isqrt().max(1) }
     }
 
-    /// Bins in all.
+    /// Number of bins.
     pub fn count(self) -> u32 {
         self.side * self.side
     }
@@ -36,22 +36,22 @@ impl Directions {
     }
 }
 
-/// Exponent of the sharpest Phong lobe that so many directions resolve: a bin is as wide as the
-/// lobe at half its height.
+/// Exponent of the sharpest Phong lobe that this number of directions resolves: a bin is as wide as
+/// the lobe at half its height.
 ///
-/// cosⁿα falls to a half at α² ≈ 2 ln 2/n; the cap of that radius covers the share α²/4
+/// cosⁿα falls to a half at α² ≈ 2 ln 2/n; the cap of that radius covers the fraction α²/4
 /// of the sphere.
 pub fn resolved_exponent(directions: u32) -> f32 {
     (f64::from(directions) * 2.0 * std::f64::consts::LN_2 / 4.0) as f32
 }
 
-/// Directions that resolve a Phong lobe of that exponent: the next square.
+/// Number of directions that resolves a Phong lobe of that exponent: the next square.
 pub fn directions_for(exponent: f32) -> u32 {
     let count = f64::from(exponent) * 2.0 / std::f64::consts::LN_2;
     (count.sqrt().ceil() as u32).pow(2)
 }
 
-/// Place of a unit direction in the unit square.
+/// Maps a unit direction to the unit square.
 fn square(direction: DVec3) -> DVec2 {
     let flat = direction.truncate().abs();
     let radius = (1.0 - direction.z.abs()).max(0.0).sqrt();
@@ -61,7 +61,7 @@ fn square(direction: DVec3) -> DVec2 {
     0.5 + 0.5 * place.copysign(direction.truncate())
 }
 
-/// The direction of a place in the unit square.
+/// Maps a point of the unit square to its direction.
 fn sphere(place: DVec2) -> DVec3 {
     let place = 2.0 * place - 1.0;
     let flat = place.abs();
@@ -84,7 +84,7 @@ mod tests {
             for bin in 0..directions.count() {
                 let middle = directions.middle(bin);
                 assert!((middle.length() - 1.0).abs() < 1e-12);
-                // The middle of an odd grid is the pole, where four places meet.
+                // The middle of an odd grid is the pole, where four bins meet.
                 assert!(directions.bin(middle) == bin, "{bin} of {side}²");
             }
             let mut counts = vec![0_u32; directions.count() as usize];

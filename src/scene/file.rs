@@ -1,5 +1,5 @@
-//! Loading a scene: the TOML file, the models that it names, what the command line changes, and
-//! what is missing.
+//! Loading a scene: the TOML file, its models, the changes of the command line, and defaults
+//! for missing sections.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -8,6 +8,7 @@ use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2};
 
 use super::builtin::{self, Files, Memory, utf8};
 use super::geometry::{Assembled, Mesh, assemble, too_many};
+use super::keys;
 use super::material::{MAX_ALBEDO, Override};
 use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
@@ -15,36 +16,35 @@ use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
 use super::{Camera, Light, Material, Quality, Scene, Triangle, camera, fit, kinds, limits, models, obj};
 use crate::{Error, Result};
 
-/// What a user may change about a scene when loading it.
+/// A user's changes to a scene at load.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
     /// `KEY=VALUE` changes to the scene file, in order: `camera.size=[64,64]`,
     /// `light.lamp.position=[0,1,0]`.
     pub set: Vec<String>,
-    /// Quality preset that replaces what `[quality]` says, all but the seed; `set` still
-    /// changes its numbers.
+    /// Quality preset that replaces `[quality]` except the seed; `set` still changes its numbers.
     pub preset: Option<String>,
     /// Image size in pixels, for every camera.
     pub size: Option<[u32; 2]>,
     /// Name of the camera to put first.
     pub camera: Option<String>,
-    /// Whether what a file names may lie outside of the folder of the file that the user named.
-    /// What `set` names may lie anywhere.
+    /// Whether a file may name files outside of the folder of the user's file. Paths in `set`
+    /// may lie anywhere.
     pub allow_outside: bool,
     /// Files that are read instead of the disk's.
     pub memory: Option<Memory>,
 }
 
 impl Scene {
-    /// Loads a scene file, an OBJ file alone (a camera and a light are then chosen to fit), or a
-    /// built-in scene by name.
+    /// Loads a scene file, an OBJ file alone (with a chosen camera and light), or a built-in
+    /// scene by name.
     ///
-    /// Paths in a file are relative to that file, and lead to its folder or below it unless the
-    /// options allow more. What was repaired or chosen is in [`Scene::warnings`].
+    /// Paths in a file are relative to that file. They stay in its folder or below it unless the
+    /// options allow more. [`Scene::warnings`] lists repairs and chosen defaults.
     ///
     /// # Errors
     /// [`Error::Usage`] for an unknown built-in name or options that do not fit the scene;
-    /// [`Error::Input`] with file, line and key for everything wrong in a file.
+    /// [`Error::Input`] with file, line and key for each fault in a file.
     pub fn load(spec: &str, options: &LoadOptions) -> Result<Self> {
         let (mut source, others) = Source::prepare(spec, options)?;
         let file = source.file.clone();
@@ -63,7 +63,7 @@ impl Scene {
         };
         let is_textured = |triangle: &Triangle| materials[triangle.material as usize].texture.is_some();
         let texture_coordinates = match materials.iter().any(|material| material.texture.is_some()) {
-            // Images show their lower left corner where no model says more.
+            // Triangles without texture coordinates show the image's lower left corner.
             true if coordinates.is_empty() && triangles.iter().any(is_textured) => {
                 vec![[Vec2::ZERO; 3]; triangles.len()]
             }
@@ -114,19 +114,19 @@ pub(super) struct Source {
     pub(super) files: Files,
     /// The file that the user named; the built-in's file name.
     pub(super) file: PathBuf,
-    /// What is in the file; what it would say, for an OBJ file alone.
+    /// The file's text; for an OBJ file alone, the text of an equivalent scene file.
     pub(super) text: String,
     pub(super) root: Node,
-    /// The user named an OBJ file: `root` only says so.
+    /// The user named an OBJ file; `root` only refers to it.
     is_model_only: bool,
 }
 
-/// What the models of a scene hold together.
+/// The models of a scene, merged.
 #[derive(Default)]
 struct Models {
     meshes: Vec<Mesh>,
     materials: Vec<Material>,
-    /// A warning for each material that is used but defined nowhere, with its index.
+    /// A warning for each material that is used but not defined, with its index.
     undefined: Vec<(usize, String)>,
 }
 
@@ -150,8 +150,8 @@ impl Source {
         Ok(Self { files, file, text, root, is_model_only })
     }
 
-    /// Opens it and makes those changes that are about models and presets; the others need to know
-    /// what the models come to.
+    /// Opens the source and applies the changes of models and presets. Returns the other changes,
+    /// which need the loaded models.
     pub(super) fn prepare(spec: &str, options: &LoadOptions) -> Result<(Self, Vec<Setting>)> {
         let mut source = Self::open(spec, options)?;
         let settings = options.set.iter().map(|text| Setting::parse(text)).collect::<Result<Vec<_>>>()?;
@@ -165,13 +165,13 @@ impl Source {
         Ok((source, others))
     }
 
-    /// Makes the other changes.
+    /// Applies the remaining changes.
     pub(super) fn change(&mut self, others: &[Setting], options: &LoadOptions) -> Result<()> {
         let chosen = options.camera.as_deref();
         others.iter().try_for_each(|setting| setting.apply(&mut self.root, chosen))
     }
 
-    /// The file that the user named, where it was read as a scene file.
+    /// The user's file, if it was read as a scene file.
     fn inputs(&self) -> Vec<PathBuf> {
         let file = if self.is_model_only { None } else { self.files.on_disk(&self.file) };
         file.into_iter().collect()
@@ -198,13 +198,13 @@ impl Source {
         let mut triangles = 0;
         let mut reading = Reading::new(self.files.clone(), warnings, inputs);
         for section in &sections {
-            section.only(&["file", "built_in", "triangles", "translate", "rotate", "scale"])?;
+            section.only(&keys::names("model", None))?;
             let transform = read_transform(section)?;
             let Models { meshes, materials, undefined } = match section.text("built_in")? {
                 Some(name) => built_in(section, name, &mut reading)?,
                 None => self.load_model(section, &mut reading)?,
             };
-            // Before the next is read.
+            // Checked before the next model is read.
             triangles += meshes.iter().map(|mesh| mesh.indices.len() / 3).sum::<usize>();
             if triangles > limits::TRIANGLES {
                 return Err(section.fault(too_many(triangles)));
@@ -236,7 +236,7 @@ impl Source {
         let is_users =
             self.is_model_only || matches!(section.get("file"), Some(Node { origin: Origin::Flag(_), .. }));
         let (named, beside) = match &self.files {
-            // What the user named may lie anywhere, and what it names beside it.
+            // The user's model may lie anywhere, and the files that it names beside it.
             Files::Disk(Some(_)) if is_users => (Files::Disk(None), Files::beside(&path)),
             files => (files.clone(), files.clone()),
         };
@@ -249,8 +249,7 @@ impl Source {
         read_obj(reading, &path, bytes)
     }
 
-    /// Adds a camera that fits where there is none, and a light where there can be none: beside
-    /// a model alone.
+    /// Adds a fitting camera if there is none. Adds a light if an OBJ file was loaded alone.
     pub(super) fn complete(
         &mut self,
         view: impl FnOnce() -> fit::View,
@@ -298,7 +297,7 @@ fn read_obj(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result<Models
     Ok(Models { undefined: undefined.collect(), meshes, materials })
 }
 
-/// A model that is part of the binary, or made rather than read.
+/// An embedded or generated model.
 fn built_in(section: &Section, name: &str, reading: &mut Reading) -> Result<Models> {
     if section.get("file").is_some() {
         return Err(section.fault_at("built_in", "a model has either a file or a built-in name, not both"));
@@ -383,7 +382,7 @@ fn override_materials(
     Ok(())
 }
 
-/// The warning of the first material, which says of how many it holds.
+/// The first warning, with the number of materials that it applies to.
 fn counted(first: Option<&String>, count: usize) -> Option<String> {
     first.map(
         |first| {

@@ -1,4 +1,4 @@
-//! A camera and a light for a model that has none.
+//! Default camera and light for a model without them.
 
 use glam::{DVec3, Vec3};
 
@@ -7,15 +7,15 @@ use super::value::{Kind, Node, Origin};
 
 /// Vertical field of view of a chosen camera, degrees.
 const FOV_Y: f64 = 40.0;
-/// Mean direct irradiance that a chosen light is to give, W/m².
+/// Mean direct irradiance of a chosen light, W/m².
 const IRRADIANCE: f64 = 1.0;
 
-/// What can be told about a model by looking along the axes from its middle; world metres.
+/// Shape of a model, measured by rays along the axes from its middle; world metres.
 pub(super) struct View {
     middle: DVec3,
     half: DVec3,
     area_m2: f64,
-    /// Free distance along +x, -x, +y, -y, +z, -z; `None` where nothing is hit.
+    /// Free distance along +x, -x, +y, -y, +z, -z; `None` if the ray hits nothing.
     free: [Option<f64>; 6],
     is_room: bool,
 }
@@ -30,7 +30,7 @@ impl View {
             points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         let middle = 0.5 * (low + high).as_dvec3();
         let hits = AXES.map(|axis| nearest(triangles, middle, axis));
-        // Walls turn their fronts to the middle of a room; an object turns them away. A room may
+        // The fronts of a room's walls face its middle; an object's fronts face away. A room may
         // lack one wall.
         let fronts = hits.iter().flatten().filter(|(_, is_front)| *is_front).count();
         Self {
@@ -42,8 +42,9 @@ impl View {
         }
     }
 
-    /// Position and target of a camera: through the missing wall of a room, else from where there
-    /// is most room inside it; from outside, slightly above and beside, for anything else.
+    /// Position and target of a camera. It looks into a room through its missing wall, else from
+    /// the side with the largest distance. It looks at any other model from outside, slightly
+    /// above and beside.
     pub(super) fn camera(&self) -> [DVec3; 2] {
         let tan = (0.5 * FOV_Y).to_radians().tan();
         let sideways = [4, 0, 1, 5];
@@ -63,8 +64,8 @@ impl View {
         [self.middle + offset, self.middle]
     }
 
-    /// Position and intensity (W/sr) of a point light: under the ceiling of a room, else above and
-    /// beside the object.
+    /// Position and intensity (W/sr) of a point light. It is under the ceiling of a room, else
+    /// above and beside the object.
     pub(super) fn light(&self) -> (DVec3, f64) {
         if self.is_room {
             let up = self.free[2].unwrap_or(self.half.y);
@@ -93,12 +94,12 @@ fn nearest(triangles: &[Triangle], from: DVec3, direction: DVec3) -> Option<(f64
     hits.min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// A camera as the scene file would state it.
+/// A camera as a node of the scene file.
 pub(super) fn camera_node([position, target]: [DVec3; 2]) -> Node {
     table([("position", vector(position)), ("target", vector(target)), ("fov_y", Kind::Float(FOV_Y))])
 }
 
-/// A list of one light as the scene file would state it.
+/// A list of one light as a node of the scene file.
 pub(super) fn light_node((position, intensity): (DVec3, f64)) -> Node {
     let entries = [
         ("name", Kind::Text("light".to_owned())),

@@ -1,4 +1,4 @@
-//! From indexed meshes in world space to checked, recentred triangles.
+//! Conversion of indexed meshes in world space to checked, recentred triangles.
 
 use std::collections::HashSet;
 
@@ -7,10 +7,10 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
 use super::Triangle;
 use super::limits::TRIANGLES;
 
-/// A triangle is dropped when twice its area is below this share of its longest edge squared: f32
-/// coordinates cannot tell such a sliver from a line.
+/// A triangle is dropped if twice its area is below this fraction of its longest edge squared: in
+/// f32 coordinates, such a sliver is a line.
 const SLIVER: f64 = 1e-8;
-/// Longest axis of a scene, metres: beyond this, squares and cubes of lengths leave the
+/// Longest axis of a scene, metres. Outside this range, squares and cubes of lengths leave the
 /// range of f32.
 const EXTENT_M: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
@@ -18,17 +18,17 @@ const EXTENT_M: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Mesh {
     pub(super) positions: Vec<DVec3>,
-    /// One a position, not necessarily unit; or none at all.
+    /// One per position, not necessarily unit; or empty.
     pub(super) normals: Vec<DVec3>,
-    /// Image coordinates, one a position; none where the material has no image.
+    /// Image coordinates, one per position; empty if the material has no image.
     pub(super) coordinates: Vec<DVec2>,
-    /// Three a triangle.
+    /// Three per triangle.
     pub(super) indices: Vec<u32>,
     pub(super) material: u32,
 }
 
 impl Mesh {
-    /// Applies an invertible transform. Normals stay on the side they are on; a mirror image
+    /// Applies an invertible transform. Normals stay on their side, and a mirror image
     /// keeps its front.
     pub(super) fn transform(&mut self, world_from_local: &DAffine3) {
         let normal_matrix: DMat3 = world_from_local.matrix3.inverse().transpose();
@@ -40,7 +40,7 @@ impl Mesh {
     }
 }
 
-/// What was repaired.
+/// Numbers of repaired triangles.
 #[derive(Default)]
 struct Repairs {
     degenerate: usize,
@@ -49,29 +49,29 @@ struct Repairs {
     flipped_normals: usize,
 }
 
-/// What the meshes come to.
+/// Triangles of all meshes, recentred.
 pub(super) struct Assembled {
     pub(super) triangles: Vec<Triangle>,
-    /// Image coordinates of each triangle's corners; none at all where no mesh has any.
+    /// Image coordinates of each triangle's corners; empty if no mesh has any.
     pub(super) coordinates: Vec<[Vec2; 3]>,
-    /// What was subtracted from all positions.
+    /// Offset subtracted from all positions.
     pub(super) origin: DVec3,
 }
 
-/// More than fits the 32-bit offsets of the acceleration structure with room to spare.
+/// The message for more triangles than the 32-bit offsets of the acceleration structure allow,
+/// with a margin.
 pub(super) fn too_many(count: usize) -> String {
     format!("{count} triangles are too many: at most {TRIANGLES} can be traced")
 }
 
-/// Recentres the meshes on the middle of their bounding box and drops what has no area or is there
-/// twice. Where nothing usable is left, says why.
+/// Recentres the meshes on the middle of their bounding box. Drops degenerate and repeated
+/// triangles. Fails with the reason if nothing usable is left.
 pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<Assembled, String> {
     let count: usize = meshes.iter().map(|mesh| mesh.indices.len() / 3).sum();
     if count > TRIANGLES {
         return Err(too_many(count));
     }
-    // A transform may take numbers out of range, and no smallest or largest tells of one that is
-    // none.
+    // A transform may produce infinities, and minima and maxima ignore NaN.
     if !meshes.iter().flat_map(|mesh| &mesh.positions).all(|p| p.is_finite()) {
         return Err("the model is infinitely large with its transform: scale it".to_owned());
     }
@@ -83,7 +83,7 @@ pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<As
         let (least, most) = (EXTENT_M.start(), EXTENT_M.end());
         return Err(format!("the model is {extent:e} m large, {least:e} to {most:e} m expected: scale it"));
     }
-    // A centre that f32 holds exactly lets shaders and files carry it without loss.
+    // An origin that is exact in f32 reaches shaders and files without loss.
     let origin = (0.5 * (low + high)).as_vec3().as_dvec3();
     let mut repairs = Repairs::default();
     let mut seen = HashSet::with_capacity(count);
@@ -126,7 +126,7 @@ fn is_degenerate(positions: [Vec3; 3]) -> bool {
     double_area <= (SLIVER * longest_squared).max(f64::from(f32::MIN_POSITIVE))
 }
 
-/// The same for triangles that cover the same points, whichever way they face: surfaces
+/// A key that is equal for triangles with the same corners, in either winding: surfaces
 /// have two sides.
 fn identity(positions: [Vec3; 3]) -> [[u32; 3]; 3] {
     // Adding zero makes -0 equal to 0.
@@ -135,14 +135,14 @@ fn identity(positions: [Vec3; 3]) -> [[u32; 3]; 3] {
     corners
 }
 
-/// The model's normals where they can be used: unit, and on the front side.
+/// The model's normals if usable: unit, and on the front side.
 fn shading_normals(triangle: &Triangle, stated: [Option<DVec3>; 3], repairs: &mut Repairs) -> [Vec3; 3] {
     let front = triangle.cross().normalize();
     let unit = stated.map(|normal| normal.filter(|n| n.is_finite()).and_then(DVec3::try_normalize));
     let is_bad = |index: usize| stated[index].is_some() && unit[index].is_none();
     repairs.bad_normals += usize::from((0..3).any(is_bad));
-    // Normals that together oppose the winding belong to the other side. One that leans over alone
-    // is no better turned round: the face's own normal replaces it.
+    // If the sum of the normals opposes the winding, the normals belong to the other side. A single
+    // normal that opposes the rest is replaced by the face's own normal.
     let together: f64 = unit.iter().flatten().map(|n| n.dot(front)).sum();
     let side = if together < 0.0 { -1.0 } else { 1.0 };
     let leans_over = |n: DVec3| side * n.dot(front) <= 0.0;

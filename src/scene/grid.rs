@@ -1,4 +1,4 @@
-//! The base grid of the volumetric hierarchy, and the normal codes that split a cell's
+//! The base grid of the volumetric hierarchy, and the normal codes that divide a cell's
 //! surface into clusters.
 
 use crate::types;
@@ -7,20 +7,20 @@ use glam::{DVec3, UVec3, Vec3};
 /// Normal codes: one for each of the 26 neighbours of a cube, about 30° apart.
 pub const CODE_COUNT: u32 = 26;
 
-/// Where the scene's low corner lies inside the first cell, in cells: irrational, so that no wall
-/// of a model built on round numbers coincides with a cell boundary.
+/// Offset of the scene's low corner in the first cell, in cells. It is irrational, so that no wall
+/// at round coordinates coincides with a cell boundary.
 const PAD: f64 = 0.381_966_011_250_105;
 
-/// The pull inside the surface, in cells.
+/// Distance by which lookups move inside the surface, in cells.
 const PULL: f64 = 1.0 / 64.0;
 
-/// Lays a grid of cubic cells over a box: `cells` (a power of two) along its longest axis.
+/// A grid of cubic cells over a box: `cells` (a power of two) along its longest axis.
 pub fn grid(low: Vec3, high: Vec3, cells: u32) -> types::Grid {
     let extent = (high - low).as_dvec3();
-    // One cell is shared by the padding on both ends. A flat or tiny scene still gets cells of
-    // positive size.
+    // The padding at both ends shares one cell. A flat or tiny scene still gets cells
+    // of positive size.
     let cell = (extent.max_element() / (f64::from(cells) - 1.0)).max(1e-30);
-    // Round once, here: everything else derives from the f32 values that the device sees.
+    // The only rounding: all else derives from the f32 values that the device reads.
     let inverse_cell = (1.0 / cell) as f32;
     let cell = 1.0 / f64::from(inverse_cell);
     let count = (extent / cell + PAD + PULL).as_uvec3() + UVec3::ONE;
@@ -38,7 +38,7 @@ impl types::Grid {
         1.0 / f64::from(self.inverse_cell)
     }
 
-    /// Base cells in all.
+    /// Number of base cells.
     pub fn cell_count(&self) -> usize {
         self.cells.as_usizevec3().element_product()
     }
@@ -51,7 +51,7 @@ impl types::Grid {
         scaled.max(Vec3::ZERO).as_uvec3().min(self.cells - UVec3::ONE)
     }
 
-    /// Place of a cell in the cell table.
+    /// Index of a cell in the cell table.
     pub fn index_of(&self, cell: UVec3) -> usize {
         let [x, y, z] = cell.as_usizevec3().to_array();
         (z * self.cells.y as usize + y) * self.cells.x as usize + x
@@ -76,15 +76,15 @@ pub fn normal_code(normal: Vec3) -> u32 {
     best.1
 }
 
-/// What surfaces of one cell must share to be one cluster: the code of their normal, and whether
-/// they are fronts or backs. `normal` is that of the side. The two differ where a thin hollow part,
-/// a handle or a spout, has its outside and the far wall of its inside in one cell: they face the
-/// same way, but one is in the light and the other is not.
+/// Code that all sides in a cluster share: the normal code, and whether the sides are fronts or
+/// backs. `normal` is that of the side. A thin hollow part, such as a handle or a spout, needs the
+/// second bit: its outside and the far wall of its inside lie in one cell and face the same way,
+/// but only the outside is lit.
 pub fn cluster_code(normal: Vec3, back: bool) -> u32 {
     2 * normal_code(normal) + u32::from(back)
 }
 
-/// Unit direction that a code stands for.
+/// Unit direction of a normal code.
 pub fn code_direction(code: u32) -> DVec3 {
     // The 27 cells of a 3×3×3 cube without the middle one.
     let cell = if code < 13 { code } else { code + 1 };

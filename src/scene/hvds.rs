@@ -1,10 +1,9 @@
-//! The hierarchical volumetric data structure: which (level, cell, cluster code) hold surface, how
-//! much, and how they nest. [Yue §2]
+//! The hierarchical volumetric data structure: which (level, cell, cluster code) triples hold
+//! surface, their areas, and their nesting. [Yue §2]
 //!
-//! Such a triple is a *cluster*. Only clusters that hold surface exist. They are numbered level
-//! by level from the base, within a level by cluster code and then along a Morton curve, so
-//! that the children of a cluster stand together, in order, one level down, and so do
-//! neighbours on a surface.
+//! A triple that holds surface is a *cluster*. Clusters are numbered level by level from the base.
+//! Within a level, the order is by cluster code and then along a Morton curve. So the children of a
+//! cluster are contiguous one level down, in order, and neighbours on a surface are close together.
 
 use crate::scene::walls::{self, CellCluster, PART_BITS, Plane, Walls};
 use crate::scene::{Triangle, clip};
@@ -13,7 +12,7 @@ use glam::{UVec3, Vec3};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// The part of one triangle side in one base cell: where candidate cache points are drawn.
+/// The polygon of one triangle side in one base cell, in which candidate cache points are drawn.
 #[derive(Clone, Debug)]
 pub struct Fragment {
     /// 2·triangle + (1 if the back side).
@@ -22,14 +21,14 @@ pub struct Fragment {
     pub cluster: u32,
     /// Exact area, m².
     pub area_m2: f64,
-    /// Share of it outside of solids, 0..=1.
+    /// Exposed area fraction: the fraction outside of solids, 0..=1.
     pub open: f32,
     /// Corners of the convex polygon, on the surface.
     pub corners: Vec<Vec3>,
 }
 
 impl Fragment {
-    /// Area that light can come to, m².
+    /// Exposed area, m².
     pub fn open_area_m2(&self) -> f64 {
         f64::from(self.open) * self.area_m2
     }
@@ -42,31 +41,31 @@ pub struct Hvds {
     pub grid: types::Grid,
     /// Clusters of each level, base first, root last.
     pub levels: Vec<Range<u32>>,
-    /// First place in `cell_clusters` of each base cell, and the end.
+    /// First index in `cell_clusters` of each base cell, and the end.
     pub cell_offsets: Vec<u32>,
-    /// Clusters of the base cells: `code << 26 | cluster`; behind one that a wall splits, the
-    /// wall's plane ([`Self::clusters_in`]).
+    /// Clusters of the base cells: `code << 26 | cluster`. The split plane follows a cluster that
+    /// is split ([`Self::clusters_in`]).
     pub cell_clusters: Vec<u32>,
-    /// Exact surface area of each cluster, m²; an unweighted cluster has that of its cluster.
+    /// Exact surface area of each cluster, m². An unweighted cluster has the area of its cluster.
     pub areas_m2: Vec<f32>,
-    /// Area for which each shows, m²: less where a part of it does not show to readers from afar.
+    /// Area of each cluster that distant readers see, m².
     pub shown_m2: Vec<f32>,
-    /// Of each base cluster that is not read by readers from nearby, the one that is
-    /// ([`Self::add_unweighted`]); else [`types::NO_CLUSTER`].
+    /// The unweighted cluster of each base cluster, for readers nearby ([`Self::add_unweighted`]);
+    /// [`types::NO_CLUSTER`] if it has none.
     pub unweighted: Vec<u32>,
     /// The cluster one level up; [`types::NO_CLUSTER`] at the root.
     pub parents: Vec<u32>,
     /// First child of each cluster one level down, and the end; zero for base clusters.
     pub child_offsets: Vec<u32>,
-    /// Parts of active sides in base cells.
+    /// Fragments of active sides in base cells.
     pub fragments: Vec<Fragment>,
-    /// Of each cluster, whether it holds surface so different that it stands for none below it;
-    /// empty where all may.
+    /// Whether each cluster is visibility-inconsistent, so that it stands for none of its children.
+    /// Empty if no cluster is.
     pub inconsistent: Vec<bool>,
 }
 
-/// Key of a base cluster: cluster code, then Morton index of the cell, then three bits for the part
-/// of a split one. One level up, and first of all to be whole, it loses three bits.
+/// Key of a base cluster: cluster code, then Morton index of the cell, then three bits for the side
+/// of a split plane. Each level up drops three bits, first those of the split plane.
 fn key(code: u32, cell: UVec3) -> u64 {
     let spread = |v: u32| (0..15).fold(0u64, |m, bit| m | (u64::from(v >> bit) & 1) << (3 * bit));
     let cell = spread(cell.z) << 2 | spread(cell.y) << 1 | spread(cell.x);
@@ -78,14 +77,14 @@ fn key_up(key: u64) -> u64 {
 }
 
 impl Hvds {
-    /// Builds the clusters of all active sides; base clusters are split between surfaces of which
-    /// one covers the other, and along walls without thickness that stand on them. `surfaces` goes
-    /// with `triangles`; `cells` is a power of two.
+    /// Builds the clusters of all active sides. Base clusters are split between stacked surfaces,
+    /// and along walls without thickness that stand on them. `surfaces` goes with `triangles`;
+    /// `cells` is a power of two.
     pub fn build(triangles: &[Triangle], surfaces: &[types::Surface], grid: types::Grid, cells: u32) -> Self {
         Self::build_with(triangles, surfaces, grid, cells, Walls::Sheets)
     }
 
-    /// The same; base clusters that any wall stands on are split along it.
+    /// Builds the clusters with base clusters split along all walls that stand on them.
     pub fn build_split(
         triangles: &[Triangle],
         surfaces: &[types::Surface],
@@ -109,7 +108,8 @@ impl Hvds {
         let planes =
             walls::split(&mut fragments, grid.cell_size(), normal_of, walls::cell_key, is_sheet, stands);
         if stands == Walls::All || !planes.is_empty() {
-            // Cells that a triangle only grazes count, too; what is split counts part by part.
+            // Cells that a triangle only touches count too. A split cluster's
+            // halves count separately.
             parts.retain(|part| part.1 == 0.0 && !planes.contains_key(&part.0));
             parts.extend(fragments.iter().map(|(key, fragment)| (*key, fragment.area_m2)));
         }
@@ -170,7 +170,7 @@ impl Hvds {
         hvds
     }
 
-    /// The clusters alone: where, how large, and how they nest.
+    /// The clusters without fragments: cells, areas and nesting.
     pub fn without_fragments(&self) -> Self {
         Self {
             grid: self.grid,
@@ -187,12 +187,12 @@ impl Hvds {
         }
     }
 
-    /// Clusters in all.
+    /// Number of clusters.
     pub fn cluster_count(&self) -> u32 {
         self.areas_m2.len() as u32
     }
 
-    /// The cluster one level up if it may stand for this one; else [`types::NO_CLUSTER`].
+    /// The parent cluster if it may stand for this one; else [`types::NO_CLUSTER`].
     pub fn coarser(&self, cluster: u32) -> u32 {
         let parent = self.parents[cluster as usize];
         let is_inconsistent =
@@ -209,8 +209,8 @@ impl Hvds {
         self.sum_levels(self.with_unweighted(of_base))
     }
 
-    /// Takes away interior surface: `open` is the share, 0..=1, that is left of each fragment.
-    /// Clusters stay where they are, even those of which nothing is left.
+    /// Removes interior surface: `open` is the exposed area fraction, 0..=1, of each fragment.
+    /// Clusters stay, even without any exposed area.
     pub fn leave_out_interior(&mut self, open: &[f32]) {
         if open.iter().all(|&open| open == 1.0) {
             return;
@@ -223,14 +223,14 @@ impl Hvds {
         self.shown_m2.clone_from(&self.areas_m2);
     }
 
-    /// The clusters of a base cell, by its place in the table.
+    /// The clusters of a base cell, by its index in the table.
     pub fn clusters_in(&self, cell: usize) -> impl Iterator<Item = CellCluster> {
         walls::read(
             &self.cell_clusters[self.cell_offsets[cell] as usize..self.cell_offsets[cell + 1] as usize],
         )
     }
 
-    /// Which base clusters are parts of one that a wall splits.
+    /// The base clusters that are halves of a split one.
     pub fn split_clusters(&self) -> impl Iterator<Item = u32> {
         let split = walls::read(&self.cell_clusters).filter(|found| found.plane.is_some());
         split.flat_map(|found| [found.cluster, found.cluster + 1])
@@ -245,7 +245,7 @@ impl Hvds {
     fn cell_table(&mut self, base: &[(u64, f64)], planes: &HashMap<u64, Plane>) {
         let mut entries: Vec<(usize, u32, u64)> = Vec::with_capacity(base.len());
         for (cluster, &(key, _)) in (0..).zip(base) {
-            // The second part of a cluster follows the first, and is listed with it.
+            // The second half of a split cluster follows the first, and shares its entry.
             if key & 1 == 1 && planes.contains_key(&(key ^ 1)) {
                 continue;
             }
@@ -264,8 +264,8 @@ impl Hvds {
         self.cell_offsets.resize(self.grid.cell_count() + 1, self.cell_clusters.len() as u32);
     }
 
-    /// Makes `child_offsets` from `parents`: children of a cluster stand together, and all of those
-    /// in the order of their parents.
+    /// Builds `child_offsets` from `parents`. The children of a cluster are contiguous, in the
+    /// order of their parents.
     pub fn link_children(&mut self) {
         let base = self.levels[0].len();
         let mut child_offsets = vec![0; base];
@@ -274,18 +274,18 @@ impl Hvds {
                 child_offsets.push(child as u32);
             }
         }
-        // The last level's clusters are nobody's children: they end the children of the level's own
-        // last cluster.
+        // The clusters of the last level have no parent, so they end the child range of
+        // its last cluster.
         child_offsets.push(self.levels.last().map_or(0, |root| root.start));
         self.child_offsets = child_offsets;
     }
 }
 
-/// Things with the key of their cluster.
+/// Items with the key of their cluster.
 pub(super) type Keyed<T> = Vec<(u64, T)>;
 
-/// Cuts every active side along the grid: (cluster key, area) of each part, and the parts
-/// themselves, their clusters still to be numbered.
+/// Clips every active side against the grid. Returns (cluster key, area) of each polygon, and the
+/// fragments without cluster numbers.
 fn cut_sides(
     triangles: &[Triangle],
     surfaces: &[types::Surface],
@@ -317,7 +317,7 @@ fn cut_sides(
     (parts, fragments)
 }
 
-/// Adds up the areas of equal keys; keys come sorted and stay so.
+/// Adds up the areas of equal keys. Keys are sorted and stay sorted.
 fn merge(parts: &[(u64, f64)]) -> Keyed<f64> {
     let mut merged: Keyed<f64> = Vec::new();
     for &(key, area) in parts {

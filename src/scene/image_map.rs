@@ -1,4 +1,4 @@
-//! What follows `map_Kd`: options and the name of an image.
+//! The arguments of `map_Kd`: options and the name of an image.
 
 use glam::DVec2;
 
@@ -11,12 +11,12 @@ pub(super) struct Map<'a> {
     pub(super) file: &'a str,
     /// Image coordinates are `scale·vt + offset`.
     pub(super) scale: DVec2,
-    /// See `scale`.
+    /// Offset of image coordinates, see `scale`.
     pub(super) offset: DVec2,
     pub(super) is_clamped: bool,
 }
 
-/// Options that are passed over, with the most numbers that each takes; 0 for a word.
+/// Ignored options, with the largest count of numbers that each takes; 0 for a word.
 const OPTIONS: [(&str, usize); 9] = [
     ("-blendu", 0),
     ("-blendv", 0),
@@ -29,13 +29,13 @@ const OPTIONS: [(&str, usize); 9] = [
     ("-texres", 1),
 ];
 
-/// Words after an option that is not known, at most.
+/// Largest number of words after an unknown option.
 const UNKNOWN_WORDS: usize = 4;
 
 impl<'a> Map<'a> {
-    /// Options, then a file name to the end of the line, which may hold spaces. Options that are
-    /// passed over, or have no sense, go to `passed_over`. Where names and options can be taken for
-    /// each other, `is_file` decides.
+    /// Parses options, then a file name to the end of the line, which may contain spaces.
+    /// Ignored and invalid options go to `passed_over`. If names and options are
+    /// ambiguous, `is_file` decides.
     ///
     /// `None` if there is no name.
     pub(super) fn parse(
@@ -72,7 +72,7 @@ impl<'a> Map<'a> {
                 }
             }
         }
-        // Some programs put options behind the name.
+        // Some programs write options after the name.
         if let Some((file, options)) =
             rest.split_once(" -").filter(|(file, _)| !is_file(rest) && is_file(file.trim_end()))
         {
@@ -84,7 +84,7 @@ impl<'a> Map<'a> {
     }
 }
 
-/// What follows the values of an option that is not known: the longest name of a file, or else
+/// The text after the values of an unknown option: the longest name of a file, or else
 /// the last word.
 fn after_unknown(rest: &str, is_file: impl Fn(&str) -> bool) -> &str {
     let mut from = rest;
@@ -97,8 +97,8 @@ fn after_unknown(rest: &str, is_file: impl Fn(&str) -> bool) -> &str {
     rest.rsplit(char::is_whitespace).next().unwrap_or_default()
 }
 
-/// The numbers at the start of `rest`, so many at most; the last word of a line is a file name,
-/// even where it is a number.
+/// The numbers at the start of `rest`, at most `most`. The last word of a line is a file name, even
+/// if it is a number.
 fn leading_numbers(rest: &mut &str, most: usize) -> Vec<f64> {
     let mut found = Vec::new();
     while found.len() < most {
@@ -113,7 +113,7 @@ fn leading_numbers(rest: &mut &str, most: usize) -> Vec<f64> {
     found
 }
 
-/// The first two of one to three numbers up to 1e6; what is not there is taken from `default`.
+/// The first two of one to three numbers up to 1e6; missing ones come from `default`.
 fn vector(rest: &mut &str, default: DVec2) -> Option<DVec2> {
     let found = leading_numbers(rest, 3);
     let is_good = !found.is_empty() && found.iter().all(|number| number.abs() <= 1e6);

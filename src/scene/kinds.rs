@@ -1,4 +1,4 @@
-//! Kinds of files that are no scenes of ours: what they are, and what to do.
+//! Files of other formats: their description, and advice for the user.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ const PROGRAM: &str = "export it as OBJ from the program that wrote it";
 const CONVERT: &str = "convert it to OBJ";
 const UNPACK: &str = "unpack it, and give the .obj or .toml file in it";
 
-/// Endings in lower case, what a file of these is, and what to do.
+/// File extensions in lower case, the format's description, and the advice.
 const KINDS: [(&[&str], &str, &str); 22] = [
     (&["gltf", "glb"], "a glTF model", IMPORT),
     (&["blend", "blend1"], "a Blender file", BLENDER),
@@ -47,20 +47,20 @@ const KINDS: [(&[&str], &str, &str); 22] = [
 ];
 
 fn ending(name: &str) -> Option<String> {
-    // Paths of other systems, too.
+    // Also handles paths of other systems.
     let ending = Path::new(name).extension()?.to_str()?.to_ascii_lowercase();
     (!ending.contains('\\')).then_some(ending)
 }
 
-/// Why a file of this name is not read as a model, in words that follow the name. `None` if it
-/// may be one.
+/// Why a file of this name is not read as a model; the text follows the name. `None` if it may
+/// be a model.
 pub(super) fn not_read(name: &str) -> Option<String> {
     let ending = ending(name)?;
     let (_, what, hint) = KINDS.iter().find(|(endings, ..)| endings.contains(&&*ending))?;
     Some(format!("is {what}, which is not read: {hint}"))
 }
 
-/// Why a SCENE that is neither built in nor ends in `.toml` or `.obj` is none.
+/// The error for a SCENE that is neither built in nor ends in `.toml` or `.obj`.
 pub(super) fn no_scene(spec: &str) -> Error {
     if let Some(what) = not_read(spec) {
         return Error::input(spec, what);

@@ -1,17 +1,17 @@
-//! Surfaces that lie over each other in one cell and face the same way, a screen close to a wall:
-//! what is between them may be as bright as the room before them is dark, so they are no one
-//! cluster. [Yue §5, Figure 3]
+//! Stacked surfaces in one cell face the same way and cover each other, such as a screen close to a
+//! wall. The gap between them may be bright while the room is dark, so they need separate clusters.
+//! [Yue §5, Figure 3]
 
 use super::hvds::Fragment;
 use super::walls::Plane;
 use glam::{DVec2, DVec3, Vec3};
 
-/// Layers are so many cells apart at the least.
+/// Smallest distance between stacked surfaces, in cells.
 const APART: f64 = 4e-3;
-/// One covers the other if the boxes around them share so much of the smaller.
+/// One surface covers another if their bounding boxes share this fraction of the smaller box.
 const COVERS: f64 = 0.25;
 
-/// Fragments between two heights, and the box around them as seen along the normal.
+/// Fragments between two heights, and their bounding box as seen along the normal.
 #[derive(Clone, Copy)]
 struct Slab {
     bottom: f64,
@@ -40,8 +40,8 @@ impl Slab {
     }
 }
 
-/// The plane half-way between two layers of a cluster; none where nothing covers anything. The
-/// widest gap of several is taken.
+/// The plane half-way between two stacked surfaces of a cluster, in the widest gap. `None` if no
+/// surface covers another.
 pub(super) fn between(
     cluster: &[&(u64, Fragment)],
     cell_size: f64,
@@ -89,7 +89,7 @@ mod tests {
     use crate::scene::{Triangle, grid, surfaces};
     use glam::Vec3;
 
-    /// A level square from `low` to `high` in x and z.
+    /// A horizontal square from `low` to `high` in x and z.
     fn level(y: f32, low: f32, high: f32) -> [Triangle; 2] {
         let p = [[low, low], [low, high], [high, high], [high, low]].map(|[x, z]| Vec3::new(x, y, z));
         [[0, 1, 2], [0, 2, 3]].map(|corners| {
@@ -99,7 +99,7 @@ mod tests {
         })
     }
 
-    /// With that surface over a floor: parts of clusters that are split, and clusters that hold
+    /// Counts for that surface over a floor: halves of split clusters, and clusters that hold
     /// surface of both heights.
     fn parted(upper: [Triangle; 2], both: [f32; 2]) -> [usize; 2] {
         let triangles = [level(0.0, 0.0, 2.0), upper].concat();

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
+use super::keys;
 use super::value::{COORDINATE, POWER, Section, unknown};
 use crate::Result;
 
@@ -10,9 +11,9 @@ use crate::Result;
 pub struct Light {
     /// Name in the scene file; unique.
     pub name: String,
-    /// What and where it is.
+    /// Kind and position of the light.
     pub kind: LightKind,
-    /// Whether it is on. One that is off keeps its place, and can be switched on.
+    /// Whether it is on. A light that is off keeps its index and can be switched on.
     pub is_on: bool,
 }
 
@@ -36,7 +37,7 @@ pub enum LightKind {
         intensity: Vec3,
         /// Half-angle of the cone, radians.
         angle: f32,
-        /// Share of the half-angle over which the intensity falls to zero, linearly in
+        /// Fraction of the half-angle over which the intensity falls to zero, linearly in
         /// the angle, 0..=1.
         penumbra: f32,
     },
@@ -50,7 +51,7 @@ pub enum LightKind {
         edge_v: Vec3,
         /// Emitted radiance, W/m²/sr.
         radiance: Vec3,
-        /// How many point samples stand for it.
+        /// Number of point samples that represent it.
         samples: u32,
     },
     /// Parallel light from infinitely far away.
@@ -63,7 +64,7 @@ pub enum LightKind {
 }
 
 impl LightKind {
-    /// Where it is; none for a light at infinity. An area light is at its middle.
+    /// The light's position; the middle of an area light. `None` if the light is at infinity.
     pub fn position(&self) -> Option<Vec3> {
         match *self {
             Self::Point { position, .. } | Self::Spot { position, .. } => Some(position),
@@ -72,7 +73,7 @@ impl LightKind {
         }
     }
 
-    /// The same with its middle elsewhere; a light at infinity stays as it is.
+    /// The light with its middle at `to`; a light at infinity does not change.
     #[must_use]
     pub fn moved_to(self, to: Vec3) -> Self {
         match self {
@@ -96,7 +97,7 @@ impl LightKind {
         }
     }
 
-    /// The same with another intensity, radiance or irradiance, in the unit of its kind.
+    /// The light with another intensity, radiance or irradiance, in the unit of its kind.
     #[must_use]
     pub fn with_emission(mut self, emission: Vec3) -> Self {
         *match &mut self {
@@ -107,7 +108,7 @@ impl LightKind {
         self
     }
 
-    /// The word for it in a scene file.
+    /// The word of this kind in a scene file.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Point { .. } => "point",
@@ -119,13 +120,12 @@ impl LightKind {
 }
 
 impl Light {
-    /// What a light is called that has no name, by its number in the file.
+    /// Default name of a light, by its number in the file.
     pub(super) fn unnamed(number: usize) -> String {
         format!("light{number}")
     }
 
-    /// Reads a light in world space and moves it to the scene recentred on `origin`. The first
-    /// light is number 0.
+    /// Reads a light in world space and recentres it on `origin`. The first light is number 0.
     pub(super) fn read(section: &Section, number: usize, origin: DVec3) -> Result<Self> {
         let name = section.text("name")?.map_or_else(|| Self::unnamed(number), str::to_owned);
         let is_on = section.flag("on")?.unwrap_or(true);
@@ -134,10 +134,10 @@ impl Light {
 }
 
 impl LightKind {
-    /// Point samples of an area light where a file does not state them.
+    /// Default number of point samples of an area light.
     pub(super) const SAMPLES: u32 = 10;
 
-    /// Keys of a scene file by which its place and its light can be changed.
+    /// Keys of a scene file that change its position and emission.
     pub(super) fn keys(&self) -> &'static [&'static str] {
         match self {
             Self::Point { .. } => &["position", "intensity"],
@@ -158,25 +158,17 @@ impl LightKind {
             let direction = section.need(section.direction("direction")?, "direction", "three numbers")?;
             Ok(direction.as_vec3())
         };
-        match section.need(section.text("kind")?, "kind", "point, spot, area or directional")? {
-            "point" => {
-                section.only(&["name", "kind", "on", "position", "intensity"])?;
-                Ok(Self::Point {
-                    position: place("position")?,
-                    intensity: power("intensity", "three numbers, W/sr")?,
-                })
-            }
+        let kind = section.need(section.text("kind")?, "kind", "point, spot, area or directional")?;
+        if !KINDS.contains(&kind) {
+            return Err(section.fault_at("kind", unknown("kind of light", &KINDS, kind)));
+        }
+        section.only(&keys::names("light", Some(kind)))?;
+        match kind {
+            "point" => Ok(Self::Point {
+                position: place("position")?,
+                intensity: power("intensity", "three numbers, W/sr")?,
+            }),
             "spot" => {
-                section.only(&[
-                    "name",
-                    "kind",
-                    "on",
-                    "position",
-                    "intensity",
-                    "direction",
-                    "angle",
-                    "penumbra",
-                ])?;
                 let angle = section.number("angle", 0.01..=90.0)?;
                 Ok(Self::Spot {
                     position: place("position")?,
@@ -187,7 +179,6 @@ impl LightKind {
                 })
             }
             "area" => {
-                section.only(&["name", "kind", "on", "corner", "edge_u", "edge_v", "radiance", "samples"])?;
                 let (edge_u, edge_v): (Vec3, Vec3) = (edge("edge_u")?, edge("edge_v")?);
                 let [u, v] = [edge_u, edge_v].map(Vec3::as_dvec3);
                 if u.cross(v).length() <= 1e-6 * u.length() * v.length() {
@@ -201,14 +192,10 @@ impl LightKind {
                     samples: section.integer("samples", 1..=4096)?.unwrap_or(Self::SAMPLES),
                 })
             }
-            "directional" => {
-                section.only(&["name", "kind", "on", "direction", "irradiance"])?;
-                Ok(Self::Directional {
-                    direction: direction()?,
-                    irradiance: power("irradiance", "three numbers, W/m²")?,
-                })
-            }
-            word => Err(section.fault_at("kind", unknown("kind of light", &KINDS, word))),
+            _ => Ok(Self::Directional {
+                direction: direction()?,
+                irradiance: power("irradiance", "three numbers, W/m²")?,
+            }),
         }
     }
 }

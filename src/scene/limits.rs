@@ -1,5 +1,5 @@
-//! How much a scene's files may hold. What goes beyond is refused before memory is taken for it;
-//! `docs/reliability.md` says why each limit is where it is.
+//! Limits of a scene's files. Larger input is refused before memory is allocated for it.
+//! `docs/reliability.md` has the reason for each limit.
 
 /// Bytes of a scene's or a film's TOML file.
 pub const TOML_BYTES: u64 = 4 << 20;
@@ -17,11 +17,11 @@ pub const MODELS: usize = 1024;
 pub const TRIANGLES: usize = 1 << 26;
 /// MTL files that an OBJ file names.
 pub const LIBRARIES: usize = 256;
-/// Names of a folder that a file is looked for in without regard to case.
+/// Names of a folder that is searched without regard to case.
 pub const FOLDER_NAMES: usize = 1 << 16;
 /// Materials of all models, and `[[material]]`s of a scene.
 pub const MATERIALS: usize = 1 << 16;
-/// Lights of a scene, with those that a film adds.
+/// Lights of a scene, including lights that a film adds.
 pub const LIGHTS: usize = 1024;
 /// `[[camera]]`s of a scene.
 pub const CAMERAS: usize = 1024;
@@ -33,8 +33,8 @@ pub const FILM_FRAMES: u32 = 1_000_000;
 pub const IMAGE_SIDE: u32 = 8192;
 /// Texels of all images together.
 pub const TEXELS: u64 = 1 << 29;
-/// Bytes that an image has when decoded for each byte of its file: zlib's best is 1032, and grey
-/// images of one bit a texel grow eightfold.
+/// Decoded bytes of an image per byte of its file: zlib's best ratio is 1032, and grey images of
+/// one bit a texel grow eightfold.
 pub const IMAGE_GROWTH: u64 = 8256;
-/// Scans of a JPEG; programs write 1 to 20. Each passes over the whole image.
+/// Scans of a JPEG; programs write 1 to 20. Each scan passes over the whole image.
 pub const JPEG_SCANS: usize = 32;

@@ -1,16 +1,16 @@
-//! Text of OBJ and MTL files: its encoding, and its lines.
+//! Encoding and lines of OBJ and MTL files.
 
 use std::borrow::Cow;
 
-/// Windows-1252's characters 0x80 to 0x9f: what programs write that call it Latin-1. Where it has
-/// none, a mark that says so.
+/// Windows-1252's characters 0x80 to 0x9f, which programs write and call Latin-1. Unused
+/// codes become U+FFFD.
 const HIGH_CONTROLS: [char; 32] = [
     '€', '\u{fffd}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{fffd}', 'Ž', '\u{fffd}',
     '\u{fffd}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{fffd}', 'ž', 'Ÿ',
 ];
 
-/// The text in `bytes`, and whether it was UTF-8. Bytes that are not UTF-8 are taken as Latin-1.
-/// UTF-16 is known by its mark.
+/// The text of `bytes`, and whether it was UTF-8. A mark identifies UTF-16. Other bytes are
+/// taken as Latin-1.
 pub(super) fn decode(bytes: Vec<u8>) -> (String, bool) {
     let wide = |from: fn([u8; 2]) -> u16| {
         let units = bytes.as_chunks().0.iter().skip(1).map(|unit| from(*unit));
@@ -46,8 +46,8 @@ pub(super) fn latin1(bytes: &[u8]) -> String {
     text
 }
 
-/// The lines of a text with their numbers (from 1): they end in LF, CR LF or CR alone, and go on
-/// after a backslash at their end.
+/// The lines of a text with their numbers (from 1). A line ends in LF, CR LF or CR, and continues
+/// after a backslash at its end.
 pub(super) struct Lines<'a> {
     rest: &'a str,
     number: usize,
@@ -94,8 +94,8 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// The line without the backslash at its end, by which it goes on. `None` if it ends: comments do,
-/// and so do names of images and folders, which may end in a backslash themselves.
+/// The line without its continuation backslash. `None` if the line ends. Comments end, and so do
+/// names of images and folders, which may end in a backslash themselves.
 fn continued(line: &str) -> Option<&str> {
     let start = line.trim_end().strip_suffix('\\')?;
     let keyword = start.split_whitespace().next().unwrap_or_default();

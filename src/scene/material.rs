@@ -2,16 +2,17 @@
 
 use glam::Vec3;
 
+use super::keys;
 use super::texture::Texture;
 use super::value::Section;
 use crate::Result;
 
-/// Diffuse albedo where a model states none.
+/// Default diffuse albedo of a model.
 pub(super) const NEUTRAL: Vec3 = Vec3::splat(0.7);
 
-/// Largest albedo of a material, texel by texel and channel by channel. A path between surfaces of
-/// albedo ρ has 1/(1 − ρ) vertices in the mean, and does not end at 1. `docs/decisions.md` has what
-/// each bound costs.
+/// Largest albedo of a material, per texel and channel. A path between surfaces of albedo ρ has
+/// 1/(1 − ρ) vertices in the mean, and does not end at ρ = 1. `docs/decisions.md` has the cost
+/// of each bound.
 pub const MAX_ALBEDO: f32 = 0.99;
 
 /// BRDF `diffuse/π + specular·(exponent+2)/(2π)·cosⁿα`, linear Rec.709.
@@ -21,13 +22,13 @@ pub struct Material {
     pub name: String,
     /// Diffuse albedo ρ_d, each channel in 0..=1.
     pub diffuse: Vec3,
-    /// An image that `diffuse` is multiplied with, texel by texel.
+    /// An image that multiplies `diffuse`, per texel.
     pub texture: Option<Texture>,
     /// Specular albedo ρ_s; ρ_d + ρ_s ≤ 1 in each channel.
     pub specular: Vec3,
     /// Phong exponent n ≥ 1; meaningless where specular is zero.
     pub exponent: f32,
-    /// Light paths over it are cosine sampled, so that it may change its reflectance at run time.
+    /// Light paths over it are cosine sampled, so that its reflectance may change at run time.
     pub editable: bool,
 }
 
@@ -43,22 +44,22 @@ impl Material {
         }
     }
 
-    /// Whether it has a Phong lobe or may get one at run time.
+    /// Whether the material has a Phong lobe or may get one at run time.
     pub fn may_be_glossy(&self) -> bool {
         self.editable || self.specular != Vec3::ZERO
     }
 
-    /// Fraction of what it reflects that its Phong lobe does, in the channel where that is
-    /// the most; 0..=1.
+    /// Largest fraction, over the channels, of the reflected light that the Phong
+    /// lobe reflects; 0..=1.
     pub fn gloss_fraction(&self) -> f32 {
         (self.specular / (self.diffuse + self.specular).max(Vec3::splat(1e-6))).max_element()
     }
 
-    /// Dims the highlights of a material that would reflect more than it receives. Returns whether
-    /// that was needed.
+    /// Dims the highlights of a material that would reflect more than it receives. Returns
+    /// whether it changed.
     ///
     /// The diffuse albedo is kept up to 1. All channels of the specular albedo are scaled alike,
-    /// which keeps its hue, until no channel reflects more than [`MAX_ALBEDO`]: exporters write
+    /// which keeps its hue, until no channel reflects more than [`MAX_ALBEDO`]. Exporters write
     /// such materials by default.
     pub fn conserve_energy(&mut self) -> bool {
         if (self.diffuse + self.specular).max_element() <= 1.0 {
@@ -76,10 +77,10 @@ impl Material {
         true
     }
 
-    /// Scales a material that reflects more than [`MAX_ALBEDO`] where its image is brightest. True
-    /// where that was needed.
+    /// Scales a material that reflects more than [`MAX_ALBEDO`] at its image's brightest texel.
+    /// Returns whether it changed.
     pub fn bound_albedo(&mut self) -> bool {
-        // Without its image first: few materials need a look at all texels.
+        // Tested without the image first: few materials need a pass over all texels.
         if (self.diffuse + self.specular).max_element() <= MAX_ALBEDO {
             return false;
         }
@@ -95,9 +96,8 @@ impl Material {
     }
 }
 
-/// A `[[material]]` of the scene file: what it states replaces what the model says. A
-/// diffuse albedo replaces an image, too; a tint is the albedo that the image is multiplied
-/// with, and leaves it.
+/// A `[[material]]` of the scene file, which replaces properties of the model. A diffuse albedo
+/// also replaces an image. A tint keeps the image and multiplies it.
 pub(super) struct Override {
     /// Name of the material.
     pub(super) name: String,
@@ -110,7 +110,7 @@ pub(super) struct Override {
 
 impl Override {
     pub(super) fn read(section: &Section) -> Result<Self> {
-        section.only(&["name", "diffuse", "tint", "specular", "exponent", "editable"])?;
+        section.only(&keys::names("material", None))?;
         if section.get("diffuse").is_some() && section.get("tint").is_some() {
             return Err(section.fault_at(
                 "tint",

@@ -1,22 +1,22 @@
-//! Statements of MTL files that are passed over, and whether one misses them.
+//! Ignored statements of MTL files, and their effect on the picture.
 
-/// What a statement that is passed over would have changed.
+/// The effect of an ignored statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Missed {
-    /// Nothing: it is a comment, its value is neutral, or it changes nothing that is rendered.
+    /// No effect: a comment, a neutral value, or a property that is not rendered.
     Nothing,
-    /// What is named.
+    /// The named effect.
     Effect(&'static str),
-    /// Light that surfaces let through.
+    /// Light that passes through surfaces.
     Transparency,
-    /// The ambient colour: missed where the material has no other.
+    /// The ambient colour; it matters if the material has no other.
     Ambient,
-    /// The index of refraction: missed where light passes through.
+    /// The index of refraction; it matters if light passes through.
     Refraction,
     Unknown,
 }
 
-/// What is missed of a statement, whose keyword is in lower case.
+/// The effect of an ignored statement; `keyword` is in lower case.
 pub(super) fn missed(keyword: &str, rest: &str) -> Missed {
     use Missed::{Ambient, Effect, Nothing, Refraction, Transparency, Unknown};
     let unless = |is_neutral: bool, effect: Missed| if is_neutral { Nothing } else { effect };
@@ -25,7 +25,7 @@ pub(super) fn missed(keyword: &str, rest: &str) -> Missed {
         comment if comment.starts_with('#') || comment.starts_with("//") => Nothing,
         "d" => unless(all(rest, |value| value >= 1.0), Transparency),
         "tr" => unless(all(rest, |value| value <= 0.0), Transparency),
-        // Exporters write 0 or 1 for what is opaque.
+        // Exporters write 0 or 1 for opaque materials.
         "tf" => unless(all(rest, |value| value == 0.0) || all(rest, |value| value == 1.0), Transparency),
         "illum" => match rest.split_whitespace().next().and_then(|word| word.parse::<f64>().ok()) {
             Some(model) if [4.0, 6.0, 7.0, 9.0].contains(&model) => Transparency,
@@ -54,14 +54,14 @@ pub(super) fn missed(keyword: &str, rest: &str) -> Missed {
         "pc" => unless(all(rest, |value| value == 0.0), Effect("clear coat")),
         "map_pc" | "map_pcr" => Effect("clear coat"),
         "aniso" => unless(all(rest, |value| value == 0.0), Effect("anisotropy")),
-        // Without clear coat and anisotropy they mean nothing; smoothing of images is ours to
-        // choose.
+        // Without clear coat and anisotropy these have no meaning. The renderer chooses the
+        // filtering of images itself.
         "pcr" | "anisor" | "map_aat" => Nothing,
         _ => Unknown,
     }
 }
 
-/// Whether there are numbers, and they all are so.
+/// Whether the line has numbers, and all of them satisfy `is_so`.
 fn all(rest: &str, is_so: impl Fn(f64) -> bool) -> bool {
     let mut numbers = rest.split_whitespace().take_while(|word| !word.starts_with('#')).peekable();
     numbers.peek().is_some() && numbers.all(|word| word.parse().is_ok_and(&is_so))

@@ -1,9 +1,8 @@
 //! A scene on the host: triangles, materials, lights, cameras and quality settings, all
 //! in SI units.
 //!
-//! World space is right-handed with +Y up. At load the scene is recentred in f64 (`origin` is
-//! what was subtracted), so that f32 coordinates keep their precision however far from the origin
-//! a model lies.
+//! World space is right-handed with +Y up. Loading recentres the scene in f64 and stores the offset
+//! in `origin`. So f32 coordinates keep their precision for models far from the world's origin.
 
 use glam::{DVec3, Vec2, Vec3};
 use std::path::PathBuf;
@@ -21,6 +20,7 @@ mod geometry;
 pub mod grid;
 pub mod hvds;
 mod image_map;
+pub mod keys;
 mod kinds;
 mod layers;
 pub mod light;
@@ -57,12 +57,12 @@ pub use material::Material;
 pub use quality::Quality;
 pub use texture::{Image, Texture};
 
-/// One triangle with everything a ray hit needs. Positions are recentred world space, metres.
+/// A triangle with its vertex attributes. Positions are recentred world space, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triangle {
     /// Corners, counter-clockwise seen from the front.
     pub positions: [Vec3; 3],
-    /// Unit shading normals at the corners; the geometric normal where the model has none.
+    /// Unit shading normals at the corners; the geometric normal if the model has none.
     pub normals: [Vec3; 3],
     /// Index into [`Scene::materials`].
     pub material: u32,
@@ -80,44 +80,44 @@ impl Triangle {
         0.5 * self.cross().length()
     }
 
-    /// Unit geometric normal of the front side. Triangles of zero area are dropped at load,
-    /// so it exists.
+    /// Unit geometric normal of the front side. It exists because loading
+    /// drops degenerate triangles.
     pub fn geometric_normal(&self) -> Vec3 {
         self.cross().normalize().as_vec3()
     }
 }
 
-/// A whole scene, checked: at least one triangle, one camera and finite numbers everywhere.
+/// A checked scene: at least one triangle, one camera and finite numbers everywhere.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// File stem or built-in name; names outputs and tables.
     pub name: String,
     /// Non-degenerate triangles, recentred.
     pub triangles: Vec<Triangle>,
-    /// Where the triangles' corners lie in their materials' images, which are 1 wide and high: u
-    /// from the left, v from below. None at all where no material has an image.
+    /// Image coordinates of the triangles' corners: u from the left, v from below, 0..=1 over the
+    /// image. Empty if no material has an image.
     pub texture_coordinates: Vec<[Vec2; 3]>,
     /// Materials that triangles refer to.
     pub materials: Vec<Material>,
-    /// Lights, recentred; may be empty only where a command says so.
+    /// Lights, recentred; empty only if a command allows it.
     pub lights: Vec<Light>,
     /// Cameras, recentred; at least one, the first is the default.
     pub cameras: Vec<Camera>,
-    /// Points whose surroundings take part although they are closed and hold no camera.
+    /// Interior viewpoints beside the cameras: closed spaces around them take part in transport.
     pub places: Vec<Vec3>,
     /// Every number of the method that trades time for accuracy.
     pub quality: Quality,
-    /// What was subtracted from all coordinates at load, world metres.
+    /// Offset subtracted from all coordinates at load, world metres.
     pub origin: DVec3,
     /// Files on disk that the scene was read from: scene file, models, materials, images. No output
     /// may replace them.
     pub inputs: Vec<PathBuf>,
-    /// What was repaired or chosen at load, one sentence each, for stderr.
+    /// Repairs and chosen defaults at load, one sentence each, for stderr.
     pub warnings: Vec<String>,
 }
 
 impl Scene {
-    /// Puts triangles into another order: the new ones' old indices.
+    /// Reorders the triangles; `order` lists the old indices.
     pub fn reorder(&mut self, order: &[u32]) {
         self.triangles = order.iter().map(|&index| self.triangles[index as usize]).collect();
         if !self.texture_coordinates.is_empty() {
@@ -131,8 +131,8 @@ impl Scene {
         self.triangles.iter().map(Triangle::area_m2).sum()
     }
 
-    /// Where somebody may look from: an enclosure that holds none of these is never seen, and takes
-    /// no part. Lights open none: what they do in there is not seen either.
+    /// Interior viewpoints: all cameras and `places`. An enclosure without any of them is never
+    /// seen and takes no part in transport. A light in it has no visible effect either.
     pub fn viewpoints(&self) -> Vec<Vec3> {
         self.cameras.iter().map(|camera| camera.position).chain(self.places.iter().copied()).collect()
     }
@@ -145,7 +145,7 @@ impl Scene {
             .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
     }
 
-    /// What `info` prints: label and value, one pair a line, in world coordinates.
+    /// The lines of `info`: label and value, in world coordinates.
     pub fn summary(&self) -> Vec<(String, String)> {
         let row = |label: &str, value: String| (label.to_owned(), value);
         let (low, high) = self.bounds();

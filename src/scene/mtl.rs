@@ -1,4 +1,4 @@
-//! MTL files: the best that can be made of each line, and a note of what is passed over.
+//! MTL files: a tolerant reader that notes ignored statements.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -18,12 +18,12 @@ use super::texture::{Image, Texture};
 use super::value::{excerpt, printable};
 use crate::{Error, Result};
 
-/// A material, and where its texture lies.
+/// A material with its texture transform.
 pub(super) struct Definition {
     pub(super) material: Material,
     /// Image coordinates are `scale·vt + offset`.
     pub(super) scale: DVec2,
-    /// See `scale`.
+    /// Offset of image coordinates, see `scale`.
     pub(super) offset: DVec2,
 }
 
@@ -33,10 +33,10 @@ impl Definition {
     }
 }
 
-/// Largest number of `Kd`, `Ks` and `Ns`.
+/// Upper bound of `Kd`, `Ks` and `Ns`.
 const LARGEST: f64 = 1e6;
 
-/// A material whose lines are being read.
+/// A material while its lines are read.
 #[derive(Default)]
 struct Draft {
     name: String,
@@ -44,26 +44,26 @@ struct Draft {
     specular: Option<Vec3>,
     exponent: Option<f32>,
     texture: Option<(Texture, [DVec2; 2])>,
-    /// Lines of `Ka` and `Ni`, which are missed beside certain others alone.
+    /// Lines of `Ka` and `Ni`, which are noted only in combination with other statements.
     ambient: Option<usize>,
     refraction: Option<usize>,
     is_transparent: bool,
 }
 
-/// An MTL file that is being read.
+/// An MTL file while it is read.
 struct Library<'a, 'b> {
     reading: &'a mut Reading<'b>,
     path: &'a Path,
     line: usize,
     drafts: Vec<Draft>,
-    /// Images by file; `None` for those that cannot be used.
+    /// Images by file; `None` if an image is unusable.
     images: HashMap<PathBuf, Option<Arc<Image>>>,
 }
 
-/// Reads `text`, the contents of `path`: `Kd`, `Ks`, `Ns` and `map_Kd`, whose images lie relative
-/// to it. Notes what else would change the picture.
+/// Reads `text`, the contents of `path`: `Kd`, `Ks`, `Ns` and `map_Kd`. Image paths are relative to
+/// `path`. Notes other statements that would change the picture.
 ///
-/// Fails where there are too many materials, and on names that nobody can print.
+/// Fails on too many materials and on names that cannot be printed.
 pub(super) fn load(reading: &mut Reading, path: &Path, text: &str) -> Result<Vec<Definition>> {
     let mut library = Library { reading, path, line: 0, drafts: Vec::new(), images: HashMap::new() };
     for (line, content) in Lines::new(text) {
@@ -109,7 +109,7 @@ impl Library<'_, '_> {
         self.drafts.last_mut().expect("statements before the first material are passed over")
     }
 
-    /// Where the line is, for notes.
+    /// Position of the line, for notes.
     fn place(&self) -> String {
         place(self.path, self.line, self.drafts.last())
     }
@@ -141,7 +141,7 @@ impl Library<'_, '_> {
         }
     }
 
-    /// `None` if it is passed over.
+    /// `None` if the colour is ignored.
     fn colour(&mut self, keyword: &str, rest: &str) -> Option<Vec3> {
         let words: Vec<&str> =
             rest.split_whitespace().take_while(|word| !word.starts_with('#')).take(3).collect();
@@ -176,7 +176,7 @@ impl Library<'_, '_> {
         Some(clamped.as_vec3())
     }
 
-    /// `None` if it is passed over.
+    /// `None` if the exponent is ignored.
     fn exponent(&mut self, rest: &str) -> Option<f32> {
         let found = rest.split_whitespace().next().and_then(|word| word.parse::<f64>().ok());
         let Some(exponent) = found.filter(|exponent| !exponent.is_nan()) else {
@@ -187,7 +187,7 @@ impl Library<'_, '_> {
         if clamped != exponent {
             self.note("`Ns` below 0 or above 1e6 is clamped");
         }
-        // Exporters write 0 for "not shiny".
+        // Exporters write 0 for materials without highlights.
         Some((clamped as f32).max(1.0))
     }
 
@@ -215,7 +215,7 @@ impl Library<'_, '_> {
         }
     }
 
-    /// `Ok(None)` if what is wrong with it was noted before.
+    /// `Ok(None)` if the image's fault was noted before.
     fn image(&mut self, file: &str) -> Checking<Option<Arc<Image>>> {
         name(file)?;
         let place = self.place();
@@ -260,7 +260,7 @@ impl Library<'_, '_> {
 
 impl Draft {
     fn definition(self) -> Definition {
-        // An image is a colour of its own.
+        // The image provides the colour.
         let colour = if self.texture.is_some() { Vec3::ONE } else { NEUTRAL };
         let mut definition = Definition::new(Material {
             diffuse: self.diffuse.unwrap_or(colour),
@@ -276,7 +276,7 @@ impl Draft {
     }
 }
 
-/// A path as a part of a message.
+/// A path for use in a message.
 pub(super) fn shown(path: &Path) -> String {
     printable(&path.display().to_string())
 }

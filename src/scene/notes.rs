@@ -1,11 +1,11 @@
-//! What was passed over or mended in models, counted: one warning a kind.
+//! Counted notes on ignored and repaired statements of models: one warning per kind.
 
 use std::collections::HashMap;
 
-/// Names that a warning lists.
+/// Largest number of names in a warning.
 const NAMES: usize = 8;
 
-/// What was passed over or mended, by kind.
+/// Notes by kind, in the order of their first occurrence.
 #[derive(Default)]
 pub(super) struct Notes {
     kinds: Vec<Kind>,
@@ -14,21 +14,21 @@ pub(super) struct Notes {
 
 struct Kind {
     what: String,
-    /// Where it happened first: file, line, material.
+    /// First occurrence: file, line, material.
     place: String,
     count: usize,
-    /// What it happened to, each once.
+    /// Names of the affected items, each once.
     names: Vec<String>,
     has_more_names: bool,
 }
 
 impl Notes {
-    /// Counts something of the kind `what`, which is a clause that can follow `place` and a colon.
+    /// Counts one occurrence of the kind `what`, a clause that follows `place` and a colon.
     pub(super) fn add(&mut self, what: &str, place: impl FnOnce() -> String) {
         self.kind(what, place).count += 1;
     }
 
-    /// See [`Self::add`]. The warning lists the first names.
+    /// Counts a named occurrence, see [`Self::add`]. The warning lists the first names.
     pub(super) fn add_named(&mut self, what: &str, name: &str, place: impl FnOnce() -> String) {
         let kind = self.kind(what, place);
         kind.count += 1;
@@ -41,14 +41,14 @@ impl Notes {
         }
     }
 
-    /// Notes a number of things of a file that were counted elsewhere. Zero adds nothing.
+    /// Adds a count that was made elsewhere. A count of zero adds nothing.
     pub(super) fn add_total(&mut self, count: usize, what: &str, place: impl FnOnce() -> String) {
         if count > 0 {
             self.kind(&format!("{count} {what}"), place).count += 1;
         }
     }
 
-    /// Adds what was noted elsewhere.
+    /// Merges the notes of another reader.
     pub(super) fn absorb(&mut self, others: Self) {
         for Kind { what, place, count, names, has_more_names } in others.kinds {
             let kind = self.kind(&what, || place);
@@ -72,7 +72,7 @@ impl Notes {
         &mut self.kinds[index]
     }
 
-    /// One sentence a kind, in the order in which they were met first.
+    /// One sentence per kind, in the order of their first occurrence.
     pub(super) fn sentences(&self) -> impl Iterator<Item = String> {
         self.kinds.iter().map(|Kind { what, place, count, names, has_more_names }| {
             let mut text = format!("{place}: {what}");

@@ -1,36 +1,37 @@
-//! Numbers for files: the shortest that are read back as the very same f32.
+//! Shortest decimal numbers that are read back as the same f32.
 
-/// The number of fewest digits next to `value` that is accepted; `value` itself where none is.
+/// The accepted number with the fewest digits nearest to `value`. `value` itself if
+/// none is accepted.
 fn shortest(value: f64, is_accepted: impl Fn(f64) -> bool) -> f64 {
     let mut rounded = (0..17).filter_map(|digits| format!("{value:.digits$e}").parse().ok());
     rounded.find(|number| is_accepted(*number)).unwrap_or(value)
 }
 
-/// What is read as `value`.
+/// The shortest number that is read as `value`.
 pub(super) fn plain(value: f32) -> f64 {
     shortest(f64::from(value), |number| (number as f32).to_bits() == value.to_bits())
 }
 
-/// The world coordinate that is `value` after recentring on `origin`, metres.
+/// The world coordinate that recentres to `value` on `origin`, metres.
 ///
 /// Far from the world's origin f64 is too coarse for some values next to zero (below 1e-4 m at 1e5
-/// m): the nearest is taken, which is off by half the spacing of f64 there (7e-12 m).
+/// m). The nearest is taken, which is off by half the spacing of f64 there (7e-12 m).
 pub(super) fn place(value: f32, origin: f64) -> f64 {
     if origin == 0.0 {
         return plain(value);
     }
-    // Zero and negative zero are alike here: once an origin has been added nobody can tell.
+    // Zero and negative zero are equal here: after adding the origin they do not differ.
     let is_same = |number: f64| (number - origin) as f32 == value;
     shortest(f64::from(value) + origin, is_same)
 }
 
-/// The angle in degrees, not above `most`, that is `radians` in radians.
+/// The angle in degrees, at most `most`, that converts to `radians`.
 pub(super) fn degrees(radians: f32, most: f64) -> f64 {
     let is_same = |number: f64| number <= most && (number.to_radians() as f32).to_bits() == radians.to_bits();
     shortest(f64::from(radians).to_degrees(), is_same)
 }
 
-/// A number as a TOML file has it.
+/// A number in TOML syntax.
 pub(super) fn text(number: f64) -> String {
     format!("{number:?}")
 }

@@ -1,8 +1,8 @@
 //! Reads models from OBJ files.
 //!
-//! `tobj` turns indices into meshes, but names no line when it fails, takes polylines for
-//! faces, and lends a face without normals those of another. So every line is checked first,
-//! and `tobj` reads only what passed: positions (f64), normals, texture coordinates, faces
+//! `tobj` turns indices into meshes. But its errors name no line, it takes polylines for faces,
+//! and it gives a face without normals those of another. So each line is checked first, and
+//! `tobj` reads only checked lines: positions (f64), normals, texture coordinates, and faces
 //! with absolute indices.
 
 use std::collections::HashSet;
@@ -22,25 +22,25 @@ use super::reading::Reading;
 use super::value::excerpt;
 use crate::{Error, Result};
 
-/// What an OBJ file and its MTL files hold.
+/// The contents of an OBJ file and its MTL files.
 pub(super) struct Model {
-    /// Triangles, one mesh a run of faces with one material.
+    /// Triangles; each mesh is a sequence of faces with one material.
     pub(super) meshes: Vec<Mesh>,
     /// Every material that is defined or used.
     pub(super) materials: Vec<Material>,
-    /// Materials that are used but not defined, by their index, with the line of their first use;
+    /// Materials that are used but not defined: index, and line of their first use. They are
     /// neutral until overridden.
     pub(super) undefined: Vec<(usize, usize)>,
 }
 
-/// What has no material: faces before the first `usemtl`, or behind one without a name.
+/// Name of the material of faces before the first `usemtl`, or after one without a name.
 pub(super) const NO_MATERIAL: &str = "default";
 
-/// Reads the contents of `path`, and the MTL files that it names, which lie relative to it. Notes
-/// what is passed over or mended.
+/// Reads the contents of `path`, and the MTL files that it names relative to itself. Notes ignored
+/// and repaired statements.
 ///
-/// Fails with file and line on coordinates that are not finite numbers and indices of vertices out
-/// of range, and where there is no face at all, or too much of something.
+/// Fails with file and line on positions that are not finite and on vertex indices out of range.
+/// Also fails without any face, or above a limit.
 pub(super) fn load(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result<Model> {
     let text = decoded(reading, path, bytes);
     let checked = check(path, &text)?;
@@ -60,7 +60,7 @@ pub(super) fn load(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result
     Ok(Model { meshes, materials, undefined })
 }
 
-/// The text of a file; notes where it is not UTF-8.
+/// Decodes the text of a file; notes if it is not UTF-8.
 fn decoded(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> String {
     let (text, is_utf8) = decode(bytes);
     if !is_utf8 {
@@ -73,7 +73,7 @@ fn decoded(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> String {
     text
 }
 
-/// What the MTL files define. Those that cannot be read are noted.
+/// Reads the definitions of the MTL files; notes unreadable files.
 fn read_libraries(reading: &mut Reading, path: &Path, lines: &[(usize, String)]) -> Result<Vec<Definition>> {
     let mut definitions: Vec<Definition> = Vec::new();
     let mut seen = HashSet::new();
@@ -101,8 +101,8 @@ fn read_libraries(reading: &mut Reading, path: &Path, lines: &[(usize, String)])
     Ok(definitions)
 }
 
-/// The MTL files that a line names: one whose name may hold spaces, or several. And what is wrong
-/// with the others.
+/// The MTL files that a line names: one whose name may contain spaces, or several. Also the faults
+/// of the others.
 fn find_libraries(
     reading: &mut Reading,
     path: &Path,
@@ -136,7 +136,7 @@ fn find_libraries(
     (found, refused)
 }
 
-/// The names in a line, each of which ends in `.mtl`, but for the last.
+/// The names in a line. Each ends in `.mtl`, except possibly the last.
 fn libraries(line: &str) -> Vec<&str> {
     let mut names = Vec::new();
     let mut rest = line;
@@ -152,14 +152,14 @@ fn libraries(line: &str) -> Vec<&str> {
     names
 }
 
-/// The faces of lines that were checked, as triangles.
+/// Converts the checked face lines to triangles.
 fn read_meshes(
     reading: &mut Reading,
     path: &Path,
     [vertices, faces]: [&str; 2],
     definitions: &[Definition],
 ) -> Result<Vec<Mesh>> {
-    // The materials are known already: `tobj` gets their names.
+    // The materials are already read: `tobj` gets their names.
     let library = |_: &Path| {
         let named = |(index, definition): (usize, &Definition)| (definition.material.name.clone(), index);
         let indices = definitions.iter().enumerate().map(named).collect();
@@ -188,7 +188,7 @@ fn read_meshes(
     Ok(meshes)
 }
 
-/// Of definitions of one name the last counts, and stands where it stands.
+/// Keeps the last definition of each name, at its position.
 fn keep_last(definitions: &mut Vec<Definition>) {
     let mut seen = HashSet::new();
     definitions.reverse();
@@ -209,7 +209,7 @@ fn convert(model: tobj::Model, definitions: &[Definition], triangulator: &mut Tr
         mesh.texcoords.chunks_exact(2).map(place).collect()
     };
     let positions = points(&mesh.positions);
-    // None are stated where all faces are triangles.
+    // `tobj` stores no arities if all faces are triangles.
     let indices = if mesh.face_arities.is_empty() {
         mesh.indices
     } else {

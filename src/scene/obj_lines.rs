@@ -1,4 +1,4 @@
-//! Lines of an OBJ file, checked.
+//! Line-by-line check of an OBJ file.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -13,44 +13,44 @@ use super::obj::{NO_MATERIAL, too_many_materials};
 use super::value::{excerpt, printable};
 use crate::{Error, Result};
 
-/// An OBJ file, as far as it is known to be good.
+/// The checked lines of an OBJ file.
 #[derive(Default)]
 pub(super) struct Checked {
-    /// What `tobj` is to read first: `v`, `vn` and `vt`, which faces may precede in the file.
+    /// First input of `tobj`: `v`, `vn` and `vt`, which faces may precede in the file.
     pub(super) vertices: String,
-    /// What `tobj` is to read then.
+    /// Second input of `tobj`: the faces.
     pub(super) faces: String,
-    /// Names of MTL files with the line that names them.
+    /// Names of MTL files, each with its line.
     pub(super) libraries: Vec<(usize, String)>,
-    /// Materials with the line that first uses them.
+    /// Materials, each with the line of its first use.
     pub(super) used: Vec<(usize, String)>,
     pub(super) notes: Notes,
-    /// The names of materials.
+    /// Names of the used materials.
     names: HashSet<String>,
     triangles: usize,
-    /// Whether a material is in force.
+    /// Whether a `usemtl` is in effect.
     has_material: bool,
     /// Whether the last face had normals, and texture coordinates.
     had: Option<[bool; 2]>,
-    /// How many positions, normals and texture coordinates there are so far.
+    /// Counts of positions, normals and texture coordinates so far.
     counts: [usize; 3],
-    /// How many normals and texture coordinates there are in the whole file, if that is known.
+    /// Counts of normals and texture coordinates in the whole file. `None` in the first pass.
     totals: Option<[usize; 2]>,
-    /// The highest index of each seen, and its line: a face may precede its vertices.
+    /// The highest index of each kind and its line: a face may precede its vertices.
     highest: [(usize, usize); 3],
 }
 
-/// What is wrong with a line.
+/// The result of a line's check, with the fault as text.
 pub(super) type Checking<T> = std::result::Result<T, String>;
 
-/// What the corners of faces refer to.
+/// The kinds of data that a face corner refers to.
 const KINDS: [&str; 3] = ["vertices", "normals", "texture coordinates"];
 
-/// The index of a normal or of texture coordinates that there cannot be.
+/// The index of a normal or of texture coordinates that the file lacks.
 const LACKING: usize = usize::MAX;
 
-/// Statements that change nothing of what is rendered: names of parts, smoothing of what
-/// has normals, display.
+/// Statements without an effect on the picture: names of parts, smoothing of surfaces that
+/// have normals, display.
 const SILENT: [&str; 12] =
     ["", "o", "g", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "end"];
 
@@ -65,7 +65,7 @@ pub(super) fn check(path: &Path, text: &str) -> Result<Checked> {
     }
     let totals = [checked.counts[1], checked.counts[2]];
     if normals.0 > totals[0] || coordinates.0 > totals[1] {
-        // Faces name what is not in the rest of the file either: now it is known which.
+        // Some faces refer to data that the whole file lacks. The second pass has the totals.
         return check_with(path, text, Some(totals));
     }
     Ok(checked)
@@ -94,7 +94,7 @@ fn check_with(path: &Path, text: &str, totals: Option<[usize; 2]>) -> Result<Che
     Ok(checked)
 }
 
-/// A name at the end of a line, which others may have to print.
+/// A name at the end of a line; it must be printable.
 pub(super) fn name(rest: &str) -> Checking<&str> {
     if rest.is_empty() {
         return Err("a name is missing".to_owned());
@@ -105,7 +105,7 @@ pub(super) fn name(rest: &str) -> Checking<&str> {
     Ok(rest)
 }
 
-/// Keyword and the rest of a line.
+/// The keyword and the rest of a line.
 pub(super) fn statement(line: &str) -> (&str, &str) {
     let line = line.trim();
     line.split_once(char::is_whitespace).map_or((line, ""), |(keyword, rest)| (keyword, rest.trim_start()))
@@ -119,11 +119,11 @@ impl Checked {
             word.parse::<f64>().map_err(|_| format!("{} is not a number", excerpt(word)))
         };
         let [x, y, z] = [next()?, next()?, next()?];
-        // Nothing can repair a position.
+        // A position cannot be repaired.
         if ![x, y, z].into_iter().all(f64::is_finite) {
             return Err(format!("{} is not a finite position", excerpt(rest)));
         }
-        // One more number is a weight.
+        // A fourth number is a weight.
         if words.take_while(|word| !word.starts_with('#')).count() >= 3 {
             self.notes.add("colours of vertices are passed over", place);
         }
@@ -132,7 +132,7 @@ impl Checked {
         Ok(())
     }
 
-    /// A normal that is no number is repaired, and counted, where a face has it.
+    /// An invalid normal is stored as NaN, and repaired and counted when a face uses it.
     fn normal(&mut self, rest: &str) -> Checking<()> {
         let mut words = rest.split_whitespace().map(|word| word.parse().unwrap_or(f64::NAN));
         let [x, y, z] = [(); 3].map(|()| words.next().unwrap_or(f64::NAN));
@@ -214,8 +214,8 @@ impl Checked {
             }
         }
         if self.had.replace(has).is_some_and(|had| had != has) {
-            // Starts another mesh: those with and without normals, or texture coordinates, must not
-            // mix.
+            // Starts another mesh: faces with and without normals, or texture coordinates,
+            // must not mix.
             self.faces.push_str("o next\n");
         }
         self.faces.push('f');
@@ -237,12 +237,12 @@ impl Checked {
         Ok(())
     }
 
-    /// Index of position, normal and texture coordinates (from 1; 0 for none, [`LACKING`] for what
-    /// the file does not have) of `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    /// Indices of position, normal and texture coordinates of `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    /// They count from 1; 0 is none, and [`LACKING`] is an index that the file lacks.
     fn corner(&self, word: &str) -> Checking<[usize; 3]> {
         let mut parts = word.split('/');
         let (position, coordinates, normal) = (parts.next().unwrap_or_default(), parts.next(), parts.next());
-        // Negative indices count back from the last one so far.
+        // Negative indices count back from the last item so far.
         let absolute = |index: i64, of: usize| match index {
             0.. => index as usize,
             _ => usize::try_from(index.saturating_add_unsigned(self.counts[of] as u64 + 1)).unwrap_or(0),

@@ -1,21 +1,21 @@
-//! Polygons as triangles.
+//! Triangulation of polygons.
 
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
 
 /// Area that triangles may miss or cover twice, as a fraction of the polygon's: corners in decimal
-/// notation are not quite in a plane.
+/// notation are not exactly planar.
 const INEXACT: f64 = 1e-6;
 
-/// Corners of a polygon whose ears are clipped, at most: the time can grow with their square, up to
-/// ten seconds for so many.
+/// Largest polygon whose ears are clipped, in corners. The time can grow with their square, up to
+/// ten seconds at this limit.
 const CORNERS: usize = 1 << 16;
 
-/// Divides polygons into triangles, and counts what it could not do exactly.
+/// Divides polygons into triangles, and counts inexact results.
 #[derive(Default)]
 pub(super) struct Triangulator {
-    /// Polygons whose triangles do not cover their area once: they cross themselves, are bent too
-    /// far, or have more than [`CORNERS`].
+    /// Polygons whose triangles do not cover their area once: they intersect themselves, are bent
+    /// too far, or have more than [`CORNERS`].
     pub(super) inexact: usize,
     earcut: Earcut<f64>,
     points: Vec<[f64; 2]>,
@@ -23,11 +23,11 @@ pub(super) struct Triangulator {
 }
 
 impl Triangulator {
-    /// Appends the triangles of a polygon to `triangles`. `corners` are indices of `positions`, and
-    /// so is what is appended.
+    /// Appends the triangles of a polygon to `triangles`. Both `corners` and the result are
+    /// indices of `positions`.
     ///
-    /// Returns a fan around the first corner if that covers the polygon exactly: triangles, convex
-    /// polygons, and many others. Otherwise clips ears.
+    /// A fan around the first corner is used if it covers the polygon exactly, as for triangles,
+    /// convex polygons and many others. Otherwise ears are clipped.
     pub(super) fn divide(&mut self, positions: &[DVec3], corners: &[u32], triangles: &mut Vec<u32>) {
         if corners.len() < 4 {
             triangles.extend_from_slice(corners);
@@ -57,39 +57,39 @@ impl Triangulator {
             self.inexact += 1;
         }
         if self.ears.is_empty() {
-            // Nothing is better than what other programs show of it.
+            // Without ears, a fan matches the behaviour of other programs.
             fan(corners, triangles);
             return;
         }
         for ear in self.ears.chunks_exact(3) {
-            // Fronts face where the polygon's does.
+            // The triangles keep the polygon's front side.
             let ear = if area(ear) < 0.0 { [ear[0], ear[2], ear[1]] } else { [ear[0], ear[1], ear[2]] };
             triangles.extend(ear.map(|index| corners[index as usize]));
         }
     }
 }
 
-/// The triangles that share the first corner.
+/// The triangles around the first corner.
 fn fan(corners: &[u32], triangles: &mut Vec<u32>) {
     for pair in corners[1..].windows(2) {
         triangles.extend([corners[0], pair[0], pair[1]]);
     }
 }
 
-/// The plane that a polygon is projected to, in units of its size.
+/// The plane that a polygon is projected to, in units of the polygon's size.
 struct Plane {
     origin: DVec3,
     scale: f64,
     normal: DVec3,
     axes: [DVec3; 2],
-    /// Twice the polygon's area along `normal`; parts that wind the other way count as negative.
+    /// Twice the polygon's area along `normal`; regions of opposite winding count as negative.
     double_area: f64,
 }
 
 impl Plane {
-    /// Newell's plane: its normal is that of the polygon's vector area. If that is zero (two equal
-    /// lobes), the plane of the largest triangle of the fan. `None` if all corners lie on a line,
-    /// or too far apart for f64.
+    /// Newell's plane, whose normal is that of the polygon's vector area. If that is zero (two
+    /// equal lobes), the plane of the largest triangle of the fan. `None` if all corners lie on a
+    /// line, or too far apart for f64.
     fn new(positions: &[DVec3], corners: &[u32]) -> Option<Self> {
         let origin = positions[corners[0] as usize];
         let size = corners.iter().map(|&corner| (positions[corner as usize] - origin).abs().max_element());
@@ -127,8 +127,8 @@ impl Plane {
         DVec2::new(self.axes[0].dot(arm), self.axes[1].dot(arm))
     }
 
-    /// Whether the triangles of the fan cover the polygon once: all of them turn one way, and
-    /// together at most once around.
+    /// Whether the fan covers the polygon once: its triangles have one winding, and together turn
+    /// at most once around.
     fn fan_is_exact(&self, positions: &[DVec3], corners: &[u32]) -> bool {
         let (mut backwards, mut angle) = (0.0, 0.0);
         let mut last = DVec2::ZERO;
@@ -149,7 +149,7 @@ impl Plane {
 mod tests {
     use super::*;
 
-    /// Triangles of the polygon in the plane z = 0, and what was counted.
+    /// Triangles of the polygon in the plane z = 0, and the triangulator's counts.
     fn divided(points: &[DVec2]) -> (Vec<[DVec2; 3]>, Triangulator) {
         let positions: Vec<DVec3> = points.iter().map(|point| point.extend(0.0)).collect();
         let corners: Vec<u32> = (0..points.len() as u32).collect();
@@ -167,7 +167,7 @@ mod tests {
         [[a, b, point], [b, c, point], [c, a, point]].into_iter().all(|side| double_area(side) > 0.0)
     }
 
-    /// Whether a point is inside, by the edges that a ray from it crosses.
+    /// Whether a point is inside: the parity of the edges that a ray from it crosses.
     fn is_inside(points: &[DVec2], at: DVec2) -> bool {
         let edges = points.iter().zip(points.iter().cycle().skip(1));
         let crosses = |(a, b): &(&DVec2, &DVec2)| {
@@ -232,7 +232,7 @@ mod tests {
                     let edges = shape.iter().zip(shape.iter().cycle().skip(1));
                     let area: f64 = edges.map(|(a, b)| a.perp_dot(*b)).sum();
                     for x in 0..40 {
-                        // Points off all edges.
+                        // Points away from all edges.
                         let at =
                             DVec2::new(0.1237 * f64::from(x) - 1.5, 0.0911 * f64::from((x * 17) % 53) - 1.2);
                         let facing =
@@ -245,7 +245,7 @@ mod tests {
         }
     }
 
-    /// What a fan covers exactly stays a fan: pictures keep their bytes.
+    /// A polygon that a fan covers exactly stays a fan, so that pictures keep their bytes.
     #[test]
     fn convex_polygons_stay_fans() {
         let circle = |count: u32| -> Vec<DVec2> {
@@ -260,7 +260,7 @@ mod tests {
             let fan: Vec<_> = shape[1..].windows(2).map(|pair| [shape[0], pair[0], pair[1]]).collect();
             assert_eq!(triangles, fan);
         }
-        // Bent quads, too: neither diagonal is better.
+        // Also for bent quads: neither diagonal is better.
         let bent = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.4), DVec3::Y];
         let mut triangles = Vec::new();
         Triangulator::default().divide(&bent, &[0, 1, 2, 3], &mut triangles);
@@ -281,7 +281,7 @@ mod tests {
         }
     }
 
-    /// A star of a million corners, whose ears nobody waits for, is done at once, and counted.
+    /// A star of a million corners, whose ears would take too long, is counted at once.
     #[test]
     fn polygons_of_too_many_corners_are_counted() {
         let star = |count: u32| -> Vec<DVec2> {
@@ -293,7 +293,7 @@ mod tests {
         assert_eq!((triangles.len(), counted.inexact), (999_998, 1));
     }
 
-    /// Without an area, or without numbers that squares of exist for.
+    /// Polygons without area, or with numbers whose squares overflow.
     #[test]
     fn degenerate_polygons_give_finite_work() {
         for scale in [0.0, 1e-300, 1.0, 1e200, f64::MAX] {

@@ -1,12 +1,13 @@
-//! The numbers of the method that trade time and memory for accuracy, and their presets.
+//! The settings that trade time and memory for accuracy, and their presets.
 
+use super::keys;
 use super::value::{Section, unknown};
 use crate::Result;
 
 /// Settings of the precomputation. The `paper` preset holds the paper's numbers.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Quality {
-    /// Where the numbers came from: `draft`, `paper` or `high`.
+    /// Preset of the numbers: `draft`, `paper` or `high`.
     pub preset: &'static str,
     /// Light paths, one from each entry point.
     pub entry_points: u32,
@@ -14,28 +15,28 @@ pub struct Quality {
     pub cache_points: u32,
     /// Final gather rays per cache point: 4·k², the strata being k rings of 4k sectors.
     pub gather_rays: u32,
-    /// Discretised outgoing directions of glossy cells.
+    /// Direction bins of outgoing radiance in glossy cells.
     pub directions: u32,
-    /// Rays of a glossy pixel into its Phong lobe.
+    /// Rays from a glossy pixel into its Phong lobe.
     pub gloss_rays: u32,
     /// Base cells of the volumetric hierarchy along the scene's longest axis: a power of two.
     pub cells: u32,
-    /// Clusters of which other surface in their cell hides a part are read as what shows
-    /// towards the reader.
+    /// Reads a cluster that is partly hidden in its cell through its directional proxies.
     pub occlusion: bool,
-    /// Times that cache points in narrow cavities are gathered again, because light goes to and fro
-    /// there. With none, clusters are split along walls without thickness alone, and not read in
-    /// parts by what is near. From two on, the first is of all cache points beside which clusters
-    /// take their light from them, and clusters in the shadow of something do that, too.
+    /// Extra gather iterations of cache points in narrow cavities, where light is reflected back
+    /// and forth. At 0, clusters are split only along walls without thickness, and near readers
+    /// read no near-field patches. From 2 on, the first iteration gathers all cache points whose
+    /// neighbouring clusters take their light from them. Clusters in shadows then take their light
+    /// from cache points too.
     pub gap_rounds: u32,
-    /// Samples of a pixel that shows an edge; 0 turns antialiasing off.
+    /// Samples of a pixel that shows an edge; 0 disables antialiasing.
     pub edge_samples: u32,
     /// Seeds every sampled decision; the same seed gives the same bytes.
     pub seed: u32,
 }
 
 impl Quality {
-    /// For a first look: a quarter of the paper's paths, less than half of its records.
+    /// For a preview: a quarter of the paper's paths, less than half of its records.
     pub const DRAFT: Self = Self {
         preset: "draft",
         entry_points: 100_000,
@@ -63,7 +64,7 @@ impl Quality {
         edge_samples: 16,
         seed: 0,
     };
-    /// Where accuracy counts more than the precomputation's time.
+    /// For accuracy before precomputation time.
     pub const HIGH: Self = Self {
         preset: "high",
         entry_points: 1_600_000,
@@ -81,27 +82,14 @@ impl Quality {
     /// Names of the presets, fastest first.
     pub const PRESETS: [&str; 3] = ["draft", "paper", "high"];
 
-    /// The preset of that name.
+    /// The preset of that name. `None` if the name is unknown.
     pub fn preset(name: &str) -> Option<Self> {
         [Self::DRAFT, Self::PAPER, Self::HIGH].into_iter().find(|q| q.preset == name)
     }
 
-    /// Reads `[quality]`: a preset, and any of its numbers replaced.
+    /// Reads `[quality]`: a preset, with some of its numbers replaced.
     pub(super) fn read(section: &Section) -> Result<Self> {
-        let keys = [
-            "preset",
-            "entry_points",
-            "cache_points",
-            "gather_rays",
-            "directions",
-            "gloss_rays",
-            "cells",
-            "occlusion",
-            "gap_rounds",
-            "edge_samples",
-            "seed",
-        ];
-        section.only(&keys)?;
+        section.only(&keys::names("quality", None))?;
         let mut quality = Self::default();
         if let Some(name) = section.text("preset")? {
             quality = Self::preset(name)

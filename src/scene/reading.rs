@@ -1,4 +1,4 @@
-//! What is under way while the models of a scene are read.
+//! Shared state of the readers of a scene's models.
 
 use std::collections::HashMap;
 use std::ffi::OsString;
@@ -13,21 +13,21 @@ use super::texture::{Decoded, Image};
 use super::value::excerpt;
 use crate::files::guarded;
 
-/// Where files come from, what was said of them, and what they may still hold.
+/// Source of the files, notes on them, and remaining limits.
 pub(super) struct Reading<'a> {
     pub(super) files: Files,
     warnings: &'a mut Vec<String>,
-    /// What was passed over or mended. Becomes warnings when all is read.
+    /// Notes on ignored and repaired statements; they become warnings at the end.
     pub(super) notes: Notes,
     /// Files on disk that were read: [`super::Scene::inputs`].
     inputs: &'a mut Vec<PathBuf>,
-    /// Of all images so far.
+    /// Texels of all images so far.
     texels: u64,
-    /// Names in folders that were searched.
+    /// Names in the searched folders.
     listings: HashMap<PathBuf, Rc<Listing>>,
 }
 
-/// Names in a folder by how they look in lower case.
+/// Names in a folder by their lower-case form.
 type Listing = HashMap<String, OsString>;
 
 impl<'a> Reading<'a> {
@@ -35,19 +35,19 @@ impl<'a> Reading<'a> {
         Self { files, warnings, notes: Notes::default(), inputs, texels: 0, listings: HashMap::new() }
     }
 
-    /// Adds the warnings.
+    /// Adds the notes to the warnings.
     pub(super) fn finish(self) {
         self.warnings.extend(self.notes.sentences());
     }
 
-    /// Reads a file, and lists it as an input. Fails in words that follow the file's name.
+    /// Reads a file and lists it as an input. Fails with a reason that follows the file's name.
     pub(super) fn read(&mut self, file: &Path, max_bytes: u64) -> Result<Vec<u8>, String> {
         let bytes = self.files.read(file, max_bytes)?;
         self.inputs.extend(self.files.on_disk(file));
         Ok(bytes)
     }
 
-    /// Reads an image. Fails in words that follow the file's name.
+    /// Reads an image. Fails with a reason that follows the file's name.
     pub(super) fn image(&mut self, file: &Path) -> Result<Decoded, String> {
         let bytes = self.read(file, limits::IMAGE_BYTES)?;
         let left = limits::TEXELS - self.texels;
@@ -56,11 +56,11 @@ impl<'a> Reading<'a> {
         Ok(decoded)
     }
 
-    /// The file that `by` calls `name`: as written; with slashes for backslashes; in other
-    /// letter case; then its last part, beside `by`. What is found by more than slashes is
-    /// noted at `place`.
+    /// Finds the file that `by` names `name`: as written; with slashes for backslashes; in other
+    /// letter case; then its last component, beside `by`. Notes a name that differs by more than
+    /// slashes at `place`.
     ///
-    /// Fails in words that follow the name.
+    /// Fails with a reason that follows the name.
     pub(super) fn find(
         &mut self,
         by: &Path,
@@ -87,7 +87,7 @@ impl<'a> Reading<'a> {
         Ok(path)
     }
 
-    /// A file below `folder` whose path is `name` but for the case of its letters.
+    /// A file below `folder` whose path equals `name` except for letter case.
     fn in_other_case(&mut self, folder: &Path, name: &str) -> Option<PathBuf> {
         let mut path = folder.to_owned();
         for part in Path::new(name).components() {
@@ -111,8 +111,8 @@ impl<'a> Reading<'a> {
     fn listing(&mut self, folder: &Path) -> Rc<Listing> {
         let list = || {
             let mut names = self.files.names_in(folder);
-            // Of names that differ in case alone, the first in this order is found, on every
-            // system.
+            // Among names that differ only in case, the first in this order is found
+            // on every system.
             names.sort_unstable_by(|a, b| b.cmp(a));
             let entries =
                 names.into_iter().map(|name| (latin1(name.as_encoded_bytes()).to_lowercase(), name));

@@ -1,23 +1,23 @@
 //! `--set KEY=VALUE`: keys are dotted paths into the scene file.
 
-use super::camera;
+use super::keys;
 use super::value::{Kind, Node, Origin, printable, unknown};
 use crate::{Error, Result};
 
 /// Tables of a scene file.
 pub(super) const SECTIONS: [&str; 5] = ["model", "camera", "light", "material", "quality"];
 
-/// One change to the scene file.
+/// A change to the scene file.
 pub(super) struct Setting {
-    /// As typed, for messages.
+    /// The flag as typed, for messages.
     flag: String,
     path: Vec<String>,
     value: Node,
 }
 
 impl Setting {
-    /// Parses `KEY=VALUE`; fails where the key is no dotted path into a known table, or the value
-    /// is no TOML.
+    /// Parses `KEY=VALUE`. Fails if the key is no dotted path into a known table, or the value
+    /// is not TOML.
     pub(super) fn parse(text: &str) -> Result<Self> {
         let flag = format!("--set {}", printable(text));
         let usage = |message: String| Error::Usage(format!("{flag}: {message}"));
@@ -45,13 +45,13 @@ impl Setting {
         Ok(Self { value: Node::parse_flag(&flag, value.trim())?, flag, path })
     }
 
-    /// Whether it changes a model, which has to be known before the model is read.
+    /// Whether it changes a model; such a change applies before the model is read.
     pub(super) fn is_about_models(&self) -> bool {
         self.path[0] == "model"
     }
 
-    /// Makes the change. `chosen` is the camera that `camera.KEY` means, where a user chose one;
-    /// else the first.
+    /// Applies the change. `chosen` is the camera that `camera.KEY` refers to; `None`:
+    /// the first camera.
     pub(super) fn apply(&self, root: &mut Node, chosen: Option<&str>) -> Result<()> {
         let (key, path) = self.path.split_last().expect("a parsed key has a part");
         let empty = |kind| Node { origin: Origin::Flag(self.flag.clone()), kind };
@@ -69,7 +69,7 @@ impl Setting {
             material.set("name", empty(Kind::Text(path[1].clone())));
             overrides.push(material);
         }
-        // A single [camera] answers to its name, as does [quality], which has none.
+        // A single `[camera]` is found by its name, and `[quality]` without one.
         if matches!(node.kind, Kind::Table(_)) && (path.len() == 1 || is_named(node, &path[1])) {
             node.set(key, self.value.clone());
             return Ok(());
@@ -91,8 +91,8 @@ impl Setting {
                 found.ok_or_else(|| Error::Usage(format!("{}: {}", self.flag, what())))?
             }
             _ => {
-                let possible = if section == "camera" { &camera::KEYS[..] } else { &[] };
-                let what = unknown("key", possible, path.get(1).unwrap_or(key));
+                let possible = if section == "camera" { keys::names(section, None) } else { Vec::new() };
+                let what = unknown("key", &possible, path.get(1).unwrap_or(key));
                 return Err(Error::Usage(format!("{}: {what}", self.flag)));
             }
         };

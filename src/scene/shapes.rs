@@ -1,4 +1,4 @@
-//! Scenes with known answers.
+//! Test scenes with known results.
 
 use std::collections::HashMap;
 
@@ -7,10 +7,10 @@ use glam::{DVec3, Vec3};
 use super::{Camera, Light, LightKind, Material, Quality, Scene, Triangle};
 
 /// The inside of a sphere around the origin: an icosahedron whose faces were split into four
-/// `subdivisions` times (20·4ⁿ triangles, corners on the sphere, fronts and smooth normals inward),
-/// a point light of that flux in W, and a camera near the wall.
+/// `subdivisions` times. It has 20·4ⁿ triangles with corners on the sphere, fronts and smooth
+/// normals inward. It holds a point light of that flux in W, and a camera near the wall.
 ///
-/// Indirect irradiance is Φ/(4πr²)·ρ/(1−ρ) everywhere, wherever the light is.
+/// Indirect irradiance is Φ/(4πr²)·ρ/(1−ρ) everywhere, independent of the light's position.
 pub fn integrating_sphere(radius: f32, subdivisions: u32, albedo: f32, light: Vec3, flux: f32) -> Scene {
     let material = Material { diffuse: Vec3::splat(albedo), ..Material::neutral("wall") };
     let triangles = icosphere(subdivisions)
@@ -30,8 +30,8 @@ pub fn integrating_sphere(radius: f32, subdivisions: u32, albedo: f32, light: Ve
     scene("integrating_sphere", triangles, material, light, camera)
 }
 
-/// Two squares of the given side, parallel, centred on the y axis, with their fronts towards
-/// each other across `distance`; a point light of 1 W/sr half-way. The lower pair of
+/// Two parallel squares of the given side, centred on the y axis, with their fronts towards
+/// each other across `distance`. A point light of 1 W/sr is half-way. The lower pair of
 /// triangles comes first.
 pub fn facing_squares(side: f32, distance: f32, albedo: f32) -> Scene {
     let (s, d) = (0.5 * side, 0.5 * distance);
@@ -51,9 +51,9 @@ pub fn closed_box(size: Vec3, albedo: f32) -> Scene {
     scene("closed_box", inward_box(size), material, point_light(Vec3::ZERO, 1.0), camera)
 }
 
-/// A closed box of 2×1×1 m, parted at x = 0 by a wall of 1 mm that reaches past the box on all
-/// sides so that no crack is left. A light of 1 W/sr is in the left half and the camera in the
-/// right one, which must stay black.
+/// A closed box of 2×1×1 m, divided at x = 0 by a wall of 1 mm. The wall reaches past the box on
+/// all sides, so that no crack is left. A light of 1 W/sr is in the left half. The camera is in the
+/// right half, which must stay black.
 pub fn thin_wall() -> Scene {
     let mut triangles = inward_box(Vec3::new(2.0, 1.0, 1.0));
     let (half, reach) = (0.000_5, 0.51);
@@ -70,9 +70,10 @@ pub fn thin_wall() -> Scene {
     )
 }
 
-/// A cube of 2 m from inside, a screen (a square of that side, m) parallel to its wall at x = -1
-/// and `gap` away from the wall's middle, a point light of 1 W/sr half-way between the two, and a
-/// camera at the wall opposite: what is brightest in the room is hidden from it. [Yue §5, Figure 3]
+/// A cube of 2 m from inside. A screen (a square of that side, m) is parallel to the wall at x
+/// = -1 and `gap` away from its middle. A point light of 1 W/sr is half-way between the two,
+/// and a camera at the wall opposite. The screen hides the brightest surface from the room.
+/// [Yue §5, Figure 3]
 pub fn hidden_light(screen: f32, gap: f32, albedo: f32) -> Scene {
     let (s, x) = (0.5 * screen, gap - 1.0);
     let mut triangles = inward_box(Vec3::splat(2.0));
@@ -107,7 +108,7 @@ fn camera(position: Vec3, target: Vec3, fov_y_degrees: f32) -> Camera {
     Camera { name: "camera".to_owned(), position, target, up: Vec3::Y, fov_y_degrees, size: [64, 64] }
 }
 
-/// Two triangles of a parallelogram whose front is where `u × v` points.
+/// Two triangles of a parallelogram whose front faces `u × v`.
 fn quad(corner: Vec3, u: Vec3, v: Vec3) -> [Triangle; 2] {
     let [p0, p1, p2, p3] = [corner, corner + u, corner + u + v, corner + v];
     let normals = [u.cross(v).normalize(); 3];
@@ -136,8 +137,8 @@ fn icosphere(subdivisions: u32) -> Vec<[DVec3; 3]> {
         .flat_map(|(a, b)| [DVec3::new(a, b, 0.0), DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a)])
         .map(DVec3::normalize)
         .collect();
-    // A face of the icosahedron is any three corners that are pairwise nearest neighbours: cos of
-    // 63.4°.
+    // A face of the icosahedron is any three corners that are pairwise nearest neighbours:
+    // cos of 63.4°.
     let near = |i: usize, j: usize| points[i].dot(points[j]) > 0.4;
     let mut faces = Vec::new();
     for i in 0..points.len() {

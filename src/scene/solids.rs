@@ -1,16 +1,16 @@
-//! Solids: surfaces without a border that are wound outwards. Parts of a scene may reach into each
-//! other; interior surface is no surface, for no light ever comes there.
+//! Watertight solids: surfaces without a border that are wound outwards. Solids may interpenetrate.
+//! Their interior surface is inactive, because no light reaches it.
 
 use crate::scene::Triangle;
 use glam::{DVec3, UVec2, Vec2, Vec3};
 use std::collections::HashMap;
 
-/// Columns of the table along x and along z, at most.
+/// Largest number of columns of the table along x and along z.
 const MAX_COLUMNS: f32 = 2048.0;
 
 /// The solids of a scene.
 pub struct Solids {
-    /// Of each triangle: its solid.
+    /// The solid of each triangle.
     parts: Vec<Option<u32>>,
     /// Corners of the triangles of solids.
     corners: Vec<[DVec3; 3]>,
@@ -19,14 +19,15 @@ pub struct Solids {
     /// Columns to a metre.
     scale: Vec2,
     columns: UVec2,
-    /// First place in `listed` of each column, and the end.
+    /// First index in `listed` of each column, and the end.
     first: Vec<u32>,
-    /// Solid and corners of each triangle that reaches over a column.
+    /// Solid and corner index of each triangle that overlaps a column.
     listed: Vec<[u32; 2]>,
 }
 
 impl Solids {
-    /// Finds them. What holds one of the viewpoints is none: there its inside is meant.
+    /// Finds the solids. A closed surface around a viewpoint is not one: its inside is part
+    /// of the scene.
     pub fn new(triangles: &[Triangle], viewpoints: &[Vec3]) -> Self {
         let closed = Self::of(triangles, parts(triangles));
         let entered: Vec<u32> = viewpoints.iter().flat_map(|&point| closed.solids_around(point)).collect();
@@ -37,7 +38,7 @@ impl Solids {
         Self::of(triangles, closed.parts.into_iter().map(|part| part.filter(is_left)).collect())
     }
 
-    /// Those to which triangles belong.
+    /// The solids of the given triangles.
     fn of(triangles: &[Triangle], parts: Vec<Option<u32>>) -> Self {
         let of_solids: Vec<(u32, &Triangle)> =
             parts.iter().zip(triangles).filter_map(|(part, triangle)| Some(((*part)?, triangle))).collect();
@@ -86,7 +87,7 @@ impl Solids {
         self.parts.iter().map(Option::is_some)
     }
 
-    /// Whether there is none.
+    /// Whether the scene has no solids.
     pub fn is_empty(&self) -> bool {
         self.corners.is_empty()
     }
@@ -96,14 +97,12 @@ impl Solids {
         self.solids_around(point).next().is_some()
     }
 
-    /// The solids that a point is inside of: the way up from there leaves them more often than
-    /// it enters them.
+    /// The solids around a point: a ray straight up leaves each of them more often than it enters.
     pub fn solids_around(&self, point: Vec3) -> impl Iterator<Item = u32> + use<> {
         self.turns(point).into_iter().filter(|found| found.1 > 0).map(|found| found.0)
     }
 
-    /// How often the way up from a point leaves each solid that it meets, less how often
-    /// it enters it.
+    /// For each solid that a ray straight up meets: its exits minus its entries.
     fn turns(&self, point: Vec3) -> Vec<(u32, i32)> {
         let Self { low, scale, columns, .. } = self;
         let place = (Vec2::new(point.x, point.z) - low) * scale;
@@ -125,18 +124,18 @@ impl Solids {
         left
     }
 
-    /// Column over a point in x and z.
+    /// The column over a point in x and z.
     fn column(&self, point: Vec3) -> UVec2 {
         let place = (Vec2::new(point.x, point.z) - self.low) * self.scale;
         place.max(Vec2::ZERO).as_uvec2().min(self.columns - 1)
     }
 }
 
-/// How the way straight up from a point passes a triangle: 1 from its back to its front, -1 the
-/// other way, 0 not at all. Triangles that share an edge agree about its sides, to the bit.
+/// Crossing of a triangle by a ray straight up: 1 from its back to its front, -1 the other way, 0
+/// none. Triangles that share an edge agree about its sides, bit for bit.
 fn passes(corners: [DVec3; 3], point: DVec3) -> i32 {
     let [a, b, c] = corners.map(|corner| corner - point);
-    // Twice the area of the triangle that an edge makes with the point, seen from above.
+    // Twice the signed area of the triangle of an edge and the point, seen from above.
     let area = |p: DVec3, q: DVec3| p.z * q.x - p.x * q.z;
     let areas = [area(b, c), area(c, a), area(a, b)];
     let sum = areas[0] + areas[1] + areas[2];
@@ -153,8 +152,8 @@ fn passes(corners: [DVec3; 3], point: DVec3) -> i32 {
     }
 }
 
-/// The solid of each triangle. They may touch others along edges only if they are wound alike: then
-/// they are one.
+/// The solid of each triangle: a connected surface whose edges balance in direction, with a
+/// positive signed volume. Solids that share a corner count as one.
 fn parts(triangles: &[Triangle]) -> Vec<Option<u32>> {
     let mut corners: HashMap<[u32; 3], usize> = HashMap::new();
     let mut parent = Vec::new();
@@ -192,7 +191,7 @@ fn parts(triangles: &[Triangle]) -> Vec<Option<u32>> {
     parts.into_iter().map(|part| is_solid[part].then_some(part as u32)).collect()
 }
 
-/// The representative of a corner's surface.
+/// The representative corner of a surface.
 fn root(parent: &mut [usize], mut corner: usize) -> usize {
     while parent[corner] != corner {
         parent[corner] = parent[parent[corner]];
@@ -217,7 +216,7 @@ mod tests {
 
     #[test]
     fn backs_of_solids_are_inside_unless_somebody_looks_from_there() {
-        // A room has its fronts inside, a block outside; the last one lacks a facet.
+        // A room has its fronts inside, a block outside. The last one lacks a facet.
         let room = cube(2.0);
         let mut all = room.clone();
         all.extend(cube(0.5).iter().map(turned));
@@ -232,8 +231,8 @@ mod tests {
 
     #[test]
     fn points_are_inside_solids_and_not_between_them() {
-        // A ball, and three blocks in a row: the first reaches into the second, the third has a
-        // hollow.
+        // A ball and three blocks in a row: the first block reaches into the second, and the
+        // third is hollow.
         let mut all = shapes::integrating_sphere(0.5, 4, 0.5, Vec3::ZERO, 1.0).triangles;
         all.iter_mut().for_each(|triangle| *triangle = turned(triangle));
         let mut add = |triangles: &[Triangle], at: Vec3| {
@@ -251,8 +250,8 @@ mod tests {
         let inside = |point: Vec3| {
             let ball = point.length() < 0.495;
             let block = |x: f32| (point - Vec3::X * x).abs().max_element() < 0.5;
-            // The hollow's own surface is wound inwards and no solid; the block around it knows
-            // nothing of it.
+            // The hollow's surface is wound inwards, so it is no solid and its block
+            // counts as filled.
             ball || block(2.0) || block(2.75) || block(5.0)
         };
         let mut count = 0;

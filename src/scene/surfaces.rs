@@ -1,4 +1,4 @@
-//! Which sides of which triangles take part in light transport.
+//! Sides of triangles that take part in light transport.
 
 use crate::scene::{Triangle, grid::cluster_code};
 use crate::types;
@@ -20,14 +20,13 @@ impl types::Surface {
         self.sides & (if back { 0x2000 } else { 0x1000 }) != 0
     }
 
-    /// A side takes part no longer.
+    /// Removes a side from transport.
     pub fn deactivate_side(&mut self, back: bool) {
         self.sides &= !(if back { 0x2000 } else { 0x1000 });
     }
 }
 
-/// The device's view of a triangle's surface; `active` says which of front and back take
-/// part in transport.
+/// The device's surface of a triangle. `active`: whether front and back take part in transport.
 pub fn surface(triangle: &Triangle, active: [bool; 2]) -> types::Surface {
     let normal = triangle.geometric_normal();
     types::Surface {
@@ -44,7 +43,7 @@ pub fn surface(triangle: &Triangle, active: [bool; 2]) -> types::Surface {
     }
 }
 
-/// The surfaces, of which the first active side alone stays active.
+/// The surfaces with only their first active side.
 pub fn one_side(surfaces: &[types::Surface]) -> Vec<types::Surface> {
     let mut surfaces = surfaces.to_vec();
     let mut is_first = true;
@@ -58,17 +57,17 @@ pub fn one_side(surfaces: &[types::Surface]) -> Vec<types::Surface> {
     surfaces
 }
 
-/// Sides that have some part of the scene in front of them, as [front, back] of each triangle. The
-/// others, such as the outside of a room's walls, receive no indirect light and pass none on,
-/// wherever the lights stand.
+/// Whether the scene has geometry in front of each side, as [front, back] of each triangle. Other
+/// sides, such as the outside of a room's walls, receive and reflect no indirect light, wherever
+/// the lights are.
 pub fn sides_that_see_something(triangles: &[Triangle]) -> Vec<[bool; 2]> {
     let size = triangles.iter().flat_map(|t| t.positions).fold(0.0f32, |s, p| s.max(p.abs().max_element()));
     let slack = 1e-6 * f64::from(size);
     let extremes = extreme_points(triangles);
     let in_front = |point: DVec3, normal: DVec3| {
         let sees = |p: &Vec3| normal.dot(p.as_dvec3() - point) > slack;
-        // A few extreme points settle nearly every side; the full search is for those that look
-        // away from everything.
+        // A few extreme points decide nearly every side. Only sides that face away from everything
+        // need the full search.
         extremes.iter().any(sees) || triangles.iter().any(|t| t.positions.iter().any(sees))
     };
     triangles

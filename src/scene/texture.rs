@@ -1,4 +1,4 @@
-//! Images that materials take their diffuse albedo from.
+//! Images that provide the diffuse albedo of materials.
 
 use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -22,17 +22,16 @@ pub struct Image {
     pub codes: Vec<[u8; 3]>,
 }
 
-/// How a material's image lies on its surfaces; a triangle's corners say
-/// where, in [`super::Scene::texture_coordinates`].
+/// The image of a material. [`super::Scene::texture_coordinates`] has its mapping to triangles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    /// What is multiplied with the material's diffuse albedo.
+    /// Factor of the material's diffuse albedo.
     pub image: Arc<Image>,
-    /// Outside of the image, its outermost texels go on; otherwise it repeats itself.
+    /// Whether the outermost texels continue outside of the image; otherwise it repeats.
     pub is_clamped: bool,
 }
 
-/// Images are told apart by their contents without printing them.
+/// Prints a hash of the contents, since all texels would be too long.
 impl fmt::Debug for Image {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         let mut hasher = DefaultHasher::new();
@@ -42,17 +41,16 @@ impl fmt::Debug for Image {
     }
 }
 
-/// What an image's file holds.
+/// A decoded image file.
 pub(super) struct Decoded {
     pub(super) image: Arc<Image>,
-    /// Whether transparency was left out.
+    /// Whether transparency was ignored.
     pub(super) is_transparent: bool,
-    /// What is wrong with it, in words that follow the file's name.
+    /// A fault of the image; the text follows the file's name.
     pub(super) damage: Option<String>,
 }
 
-/// Formats that are known and not decoded: their files can be much smaller than what they hold, or
-/// hold several images.
+/// Known formats that are not decoded: a small file can expand greatly, or hold several images.
 const NOT_READ: [(ImageFormat, &str); 6] = [
     (ImageFormat::WebP, "a WebP"),
     (ImageFormat::Tiff, "a TIFF"),
@@ -79,11 +77,11 @@ impl Image {
         most.map(linear).into()
     }
 
-    /// Decodes a PNG, JPEG, BMP, GIF (its first picture) or TGA. Grey becomes colour, 16 bits
-    /// become 8. The contents decide what it is; a TGA is told by the ending of `name`.
+    /// Decodes a PNG, JPEG, BMP, GIF (its first picture) or TGA to 8-bit colour. The contents
+    /// decide the format, except for TGA, which the extension of `name` identifies.
     ///
-    /// Fails in words that follow the file's name; where it would have more than `most` texels, or
-    /// more than such a file can hold, before there is memory for them.
+    /// Fails with a reason that follows the file's name. An image of more than `most` texels, or
+    /// more than its file can hold, fails before memory is allocated.
     pub(super) fn decode(name: &Path, bytes: &[u8], most: u64) -> Result<Decoded, String> {
         use ImageFormat::{Bmp, Gif, Jpeg, Png, Tga};
         let has_ending = |ending| name.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
@@ -110,7 +108,7 @@ impl Image {
             damage = (!about.has_end).then(|| cut.to_owned());
         }
         let mut reader = ImageReader::with_format(Cursor::new(&*essential), format);
-        // Sizes are looked at here, where messages can say what to do.
+        // Sizes are checked here, so that messages can advise the user.
         let max_bytes = (bytes.len() as u64).saturating_mul(IMAGE_GROWTH);
         let mut limits = Limits::no_limits();
         limits.max_alloc = Some(max_bytes);
@@ -125,8 +123,8 @@ impl Image {
     }
 }
 
-/// Three codes a texel. `image` itself converts grey images by way of floats, which was half of the
-/// time to load them.
+/// Three codes per texel. `image` itself converts grey images through floats, which took half of
+/// the loading time.
 fn colours(image: DynamicImage) -> Vec<[u8; 3]> {
     match image {
         DynamicImage::ImageLuma8(image) => image.into_raw().into_iter().map(|grey| [grey; 3]).collect(),
@@ -140,7 +138,7 @@ fn colours(image: DynamicImage) -> Vec<[u8; 3]> {
     }
 }
 
-/// Refuses sizes before there is memory for them. Fails in words that follow the file's name.
+/// Refuses sizes before memory is allocated. Fails with a reason that follows the file's name.
 fn check_size(
     [width, height]: [u32; 2],
     decoded_bytes: u64,

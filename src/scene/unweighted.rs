@@ -1,22 +1,22 @@
-//! A cluster does not look the same from afar and from nearby: rays from afar meet its open parts
-//! more often than its crevices, which less light comes to. Where the two differ a cluster stands
-//! for what shows from afar, and its *unweighted* cluster, for all of it. Unweighted clusters have
-//! a hierarchy of their own: on each level they stand behind the others.
+//! A distant reader sees the open regions of a cluster more often than its crevices, which receive
+//! less light. So some clusters are weighted by ambient accessibility for distant readers. Their
+//! *unweighted* clusters hold the same surface without weights, for readers nearby. Unweighted
+//! clusters have their own hierarchy; on each level they follow the other clusters.
 
 use crate::scene::hvds::Hvds;
 use crate::types::NO_CLUSTER;
 
-/// How far what is nearby is away at most, in base cells (`glsl/include/target.glsl`).
+/// Largest distance of a nearby reader, in base cells (`glsl/include/target.glsl`).
 pub const NEARBY: f32 = 2.0;
 
 impl Hvds {
-    /// Gives those base clusters unweighted. Fragments lie in the clusters; the unweighted ones
-    /// hold the same.
+    /// Adds unweighted clusters to the marked base clusters. Fragments stay with
+    /// the weighted clusters.
     pub fn add_unweighted(&mut self, has_unweighted: &[bool]) {
         let levels = std::mem::take(&mut self.levels);
         let parents = std::mem::take(&mut self.parents);
         let areas_m2 = std::mem::take(&mut self.areas_m2);
-        // What has an unweighted cluster on the level at hand.
+        // The clusters of the current level that have an unweighted one.
         let base = (0..).zip(has_unweighted).filter(|(_, has)| **has);
         let mut divided: Vec<u32> = base.map(|(cluster, _)| cluster).collect();
         for (unweighted, &cluster) in (levels[0].end..).zip(&divided) {
@@ -27,7 +27,7 @@ impl Hvds {
             let end = first + (level.len() + divided.len()) as u32;
             self.areas_m2.extend(&areas_m2[level.start as usize..level.end as usize]);
             self.areas_m2.resize(end as usize, 0.0);
-            // The next level begins where this one ends, and its unweighted clusters stand behind
+            // The next level begins where this one ends. Its unweighted clusters follow
             // its own clusters.
             let own_up = levels.get(depth + 1).map_or(0, |up| up.len() as u32);
             let moved = |parent: u32| if parent == NO_CLUSTER { parent } else { end + (parent - level.end) };
@@ -48,8 +48,9 @@ impl Hvds {
         self.shown_m2.clone_from(&self.areas_m2);
     }
 
-    /// Takes clusters with an unweighted one for as much area as shows from afar. `samples` of
-    /// each: how much of its sample points shows, and of how much; without any, all of it does.
+    /// Scales the area of clusters with an unweighted one to the area that distant readers see.
+    /// `samples` of each cluster: the visible weight and the total weight of its sample points.
+    /// Without samples, the whole area counts.
     pub fn show(&mut self, samples: &[[f64; 2]]) {
         let areas = self.areas_m2[..self.levels[0].len()].iter().map(|&area| f64::from(area));
         let mut shown: Vec<f64> = areas.collect();
@@ -61,7 +62,7 @@ impl Hvds {
         self.shown_m2 = self.sum_levels(shown);
     }
 
-    /// Of base clusters, for which unweighted clusters hold what their clusters hold.
+    /// Copies values of base clusters to their unweighted clusters.
     pub(super) fn with_unweighted(&self, mut of_base: Vec<f64>) -> Vec<f64> {
         for (cluster, &unweighted) in
             self.unweighted.iter().enumerate().filter(|(_, unweighted)| **unweighted != NO_CLUSTER)
@@ -71,7 +72,7 @@ impl Hvds {
         of_base
     }
 
-    /// Sums what base clusters hold over every cluster of every level.
+    /// Sums values of base clusters over every cluster of every level.
     pub(super) fn sum_levels(&self, mut sums: Vec<f64>) -> Vec<f32> {
         sums.resize(self.parents.len(), 0.0);
         for (cluster, &parent) in self.parents.iter().enumerate() {
@@ -124,7 +125,7 @@ mod tests {
             }
         }
 
-        // Of one half shows, of another nothing was sampled.
+        // Half of the clusters are half visible; the others have no samples.
         let samples: Vec<[f64; 2]> =
             (0..base).map(|c| if c % 2 == 0 { [1.5, 3.0] } else { [0.0; 2] }).collect();
         hvds.show(&samples);

@@ -1,8 +1,7 @@
-//! A scene file as a tree whose every value knows where it came from, and typed, checked
-//! access to it.
+//! A scene file as a tree whose values carry their origin, and typed, checked access to it.
 //!
-//! Values from the file and values from the command line go through the same checks; only the blame
-//! differs: a line of the file, or the flag.
+//! Values from the file and from the command line pass the same checks. An error names the line of
+//! the file, or the flag.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -19,7 +18,7 @@ use crate::{Error, Result};
 pub(super) const COORDINATE: RangeInclusive<f64> = -1e12..=1e12;
 pub(super) const POWER: RangeInclusive<f64> = 0.0..=1e15;
 
-/// Whom to blame for a value.
+/// The origin of a value, for error messages.
 #[derive(Clone, Debug)]
 pub(super) enum Origin {
     /// A line of the scene file, 1-based.
@@ -28,14 +27,14 @@ pub(super) enum Origin {
     Flag(String),
 }
 
-/// A value and where it came from.
+/// A value with its origin.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
     pub(super) origin: Origin,
     pub(super) kind: Kind,
 }
 
-/// What TOML can say.
+/// The types of TOML values.
 #[derive(Clone, Debug)]
 pub(super) enum Kind {
     Table(Vec<(String, Node)>),
@@ -48,7 +47,7 @@ pub(super) enum Kind {
 }
 
 impl Node {
-    /// Parses the text of `file`. Fails with the parser's message and line where it is not TOML.
+    /// Parses the text of `file`. Fails with the parser's message and line if it is not TOML.
     pub(super) fn parse(file: &Path, text: &str) -> Result<Self> {
         let line_starts: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
         let line_of = |at: usize| 1 + line_starts.partition_point(|&newline| newline < at);
@@ -60,8 +59,8 @@ impl Node {
         Ok(Self::table(document.as_table(), Origin::Line(1), &line_of))
     }
 
-    /// Parses one value from the command line; an unquoted word counts as a string, since
-    /// shells eat quotes.
+    /// Parses one value from the command line. An unquoted word counts as a string, since
+    /// shells remove quotes.
     pub(super) fn parse_flag(flag: &str, text: &str) -> Result<Self> {
         let is_word = text.starts_with(char::is_alphabetic)
             && text.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.'));
@@ -122,7 +121,7 @@ impl Node {
         Self { origin, kind }
     }
 
-    /// The same value, with everything in it blamed on a flag.
+    /// The value with a flag as the origin of all its parts.
     pub(super) fn blamed_on(mut self, flag: &str) -> Self {
         self.origin = Origin::Flag(flag.to_owned());
         self.kind = match self.kind {
@@ -135,20 +134,20 @@ impl Node {
         self
     }
 
-    /// The entry of that name, where this is a table that has it.
+    /// The entry of that name. `None` if this is no table, or lacks it.
     pub(super) fn get(&self, key: &str) -> Option<&Self> {
         let Kind::Table(entries) = &self.kind else { return None };
         entries.iter().find(|(name, _)| name == key).map(|(_, node)| node)
     }
 
-    /// The entry of that name to write to; `None` where this is no table, or lacks it.
+    /// The mutable entry of that name. `None` if this is no table, or lacks it.
     pub(super) fn get_mut(&mut self, key: &str) -> Option<&mut Self> {
         let Kind::Table(entries) = &mut self.kind else { return None };
         entries.iter_mut().find(|(name, _)| name == key).map(|(_, node)| node)
     }
 
-    /// Adds or replaces an entry of a table; nothing happens to anything else, which a later
-    /// check refuses anyway.
+    /// Adds or replaces an entry of a table. Other types stay unchanged; a later
+    /// check refuses them.
     pub(super) fn set(&mut self, key: &str, value: Self) {
         if let Some(old) = self.get_mut(key) {
             *old = value;
@@ -157,7 +156,7 @@ impl Node {
         }
     }
 
-    /// The text, where this is one.
+    /// The text. `None` if this is another type.
     pub(super) fn as_text(&self) -> Option<&str> {
         if let Kind::Text(text) = &self.kind { Some(text) } else { None }
     }
@@ -183,7 +182,7 @@ impl Node {
     }
 }
 
-/// A table of the scene file under the dotted path that `--set` would use for it.
+/// A table of the scene file, with its dotted path as in `--set`.
 pub(super) struct Section<'a> {
     file: &'a Path,
     path: String,
@@ -191,7 +190,7 @@ pub(super) struct Section<'a> {
 }
 
 impl<'a> Section<'a> {
-    /// Fails where `node` is not a table.
+    /// Fails if `node` is not a table.
     pub(super) fn new(file: &'a Path, path: impl Into<String>, node: &'a Node) -> Result<Self> {
         let section = Self { file, path: path.into(), node };
         match node.kind {
@@ -200,7 +199,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The elements of the list of tables `root.key`, `most` at most; none where the key is absent.
+    /// The elements of the list of tables `root.key`, at most `most`. Empty if the key is absent.
     pub(super) fn list(file: &'a Path, root: &'a Node, key: &str, most: usize) -> Result<Vec<Self>> {
         let Some(node) = root.get(key) else { return Ok(Vec::new()) };
         let Kind::Array(elements) = &node.kind else {
@@ -218,19 +217,19 @@ impl<'a> Section<'a> {
         elements.iter().enumerate().map(named).collect()
     }
 
-    /// An error about this table as a whole.
+    /// An error about the whole table.
     pub(super) fn fault(&self, message: impl std::fmt::Display) -> Error {
         blame(self.file, &self.node.origin, format!("{}: {message}", self.path))
     }
 
-    /// An error about one key of it, present or not.
+    /// An error about one of its keys, present or not.
     pub(super) fn fault_at(&self, key: &str, message: impl std::fmt::Display) -> Error {
         let origin = self.get(key).map_or(&self.node.origin, |node| &node.origin);
         let path = if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) };
         blame(self.file, origin, format!("{path}: {message}"))
     }
 
-    /// Refuses every key that is not in `keys`, suggesting the nearest that is.
+    /// Refuses keys outside of `keys`, and suggests the nearest valid one.
     pub(super) fn only(&self, keys: &[&str]) -> Result<()> {
         let Kind::Table(entries) = &self.node.kind else { return Ok(()) };
         match entries.iter().find(|(name, _)| !keys.contains(&name.as_str())) {
@@ -239,17 +238,17 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The raw value.
+    /// The value without a check.
     pub(super) fn get(&self, key: &str) -> Option<&'a Node> {
         self.node.get(key)
     }
 
-    /// The file that it is in.
+    /// The file of the table.
     pub(super) fn file(&self) -> &'a Path {
         self.file
     }
 
-    /// A copy of the table without some keys, for a reader who does not know these.
+    /// A copy of the table without some keys, for readers that do not support them.
     pub(super) fn without(&self, keys: &[&str]) -> Node {
         let mut node = self.node.clone();
         if let Kind::Table(entries) = &mut node.kind {
@@ -258,7 +257,7 @@ impl<'a> Section<'a> {
         node
     }
 
-    /// Turns an absent value into an error that says what was expected.
+    /// Turns an absent value into an error that names the expected one.
     pub(super) fn need<T>(&self, value: Option<T>, key: &str, expected: &str) -> Result<T> {
         value.ok_or_else(|| self.fault(format!("the key `{key}` is missing ({expected})")))
     }
@@ -331,8 +330,8 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A string, not empty, not too long and free of control characters (it may be printed, or
-    /// open a file).
+    /// A string: not empty, not too long, without control characters. It may be printed, or
+    /// open a file.
     pub(super) fn text(&self, key: &str) -> Result<Option<&'a str>> {
         let Some(node) = self.get(key) else { return Ok(None) };
         let text = node.as_text().ok_or_else(|| self.expected(key, "a string", node))?;
@@ -354,16 +353,15 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A unit vector from three numbers that are not all zero. One that is of unit length but
-    /// for the rounding to f32 stays as it is, so that a direction that was written comes back
-    /// to the bit.
+    /// A unit vector from three numbers that are not all zero. A vector of unit length up to f32
+    /// rounding is kept, so that a written direction is read back bit for bit.
     pub(super) fn direction(&self, key: &str) -> Result<Option<DVec3>> {
         let Some(vector) = self.vector(key, COORDINATE)? else { return Ok(None) };
         unit(vector).map(Some).ok_or_else(|| self.fault_at(key, "a direction must not be zero"))
     }
 }
 
-/// The direction that three numbers state; none where they are all zero.
+/// The direction of three numbers. `None` if all are zero.
 pub(super) fn unit(vector: DVec3) -> Option<DVec3> {
     let is_unit = (vector.length() - 1.0).abs() <= 4.0 * f64::from(f32::EPSILON);
     if is_unit { Some(vector) } else { vector.try_normalize() }

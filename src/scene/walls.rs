@@ -1,21 +1,21 @@
-//! Where a wall stands on a surface, light differs on its two sides, however near they are: the
-//! cluster is split along the wall. Where one surface of a cluster covers another, it is split
-//! between the two.
+//! Split planes of base clusters. Light differs on the two sides of a wall that stands on a
+//! surface, however near they are, so the cluster is split along the wall. A cluster of stacked
+//! surfaces is split between them.
 
 use super::hvds::{Fragment, Keyed};
 use super::{clip, layers};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
-/// Cosine below which a surface stands on another: 45°.
+/// Largest cosine between the normals of a surface and a wall that stands on it: 45°.
 const STANDS: f64 = std::f64::consts::FRAC_1_SQRT_2;
-/// A wall reaches the surface up to so many cells, and stands at least so many cells above it.
+/// Largest distance of a wall's foot from the surface, and smallest height of a wall, in cells.
 const TOUCH: f64 = 0.02;
 const HEIGHT: f64 = 0.1;
-/// What a wall cuts off is a part of its own from this share of the cluster's area on.
+/// Smallest fraction of a cluster's area that a split plane may cut off.
 const MIN_SHARE: f64 = 0.02;
 
-/// The plane that splits a cluster: `normal·x = w`; what lies in front of it is the second part.
+/// The plane that splits a cluster: `normal·x = w`. The second half lies in front of it.
 pub type Plane = [f32; 4];
 
 fn over(plane: Plane, point: DVec3) -> f64 {
@@ -23,19 +23,19 @@ fn over(plane: Plane, point: DVec3) -> f64 {
     DVec3::new(x, y, z).dot(point) - w
 }
 
-/// Which walls split what they stand on.
+/// The walls along which clusters are split.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Walls {
-    /// Those without thickness: light comes to both of their sides, so that what they stand on
-    /// shows on both.
+    /// Walls without thickness. Light reaches both of their sides, so both sides of the surface
+    /// below them are visible.
     Sheets,
     All,
 }
 
-/// Splits the fragments of each cluster in which one surface covers another, and of each that one
-/// of these walls stands on in the same cell; `is_sheet` tells of a side whether light comes to the
-/// other one of its triangle, too. Keys have room for the part in their lowest bits. Returns the
-/// plane of each cluster that is split, by the key of its first part.
+/// Splits the fragments of clusters with stacked surfaces, and of clusters on which a wall of this
+/// kind stands in the same cell. `is_sheet`: whether light reaches both sides of a side's triangle.
+/// The lowest bits of the keys are free for the half. Returns the plane of each split cluster, by
+/// the key of its first half.
 pub(super) fn split(
     fragments: &mut Keyed<Fragment>,
     cell_size: f64,
@@ -81,7 +81,7 @@ pub(super) fn split(
     planes
 }
 
-/// The wall that touches most of a cluster, of those that cut it in two.
+/// The wall that touches most of a cluster and divides it.
 fn wall_on(
     cluster: &[&(u64, Fragment)],
     all: &[&(u64, Fragment)],
@@ -131,8 +131,8 @@ fn wall_on(
         let polygon: Vec<DVec3> = fragment.corners.iter().map(|corner| corner.as_dvec3()).collect();
         clip::area(&clip::clip_by(&polygon, |p| over(plane, p)))
     };
-    // In a corner the wall along the cluster's edge may touch more of it than one that stands on
-    // it.
+    // In a corner, the wall along the cluster's edge may touch more of it than a wall that
+    // stands on it.
     let cuts = |plane: &Plane| {
         let share = cluster.iter().map(|(_, fragment)| in_front(*plane, fragment)).sum::<f64>() / area;
         (MIN_SHARE..=1.0 - MIN_SHARE).contains(&share)
@@ -140,30 +140,29 @@ fn wall_on(
     walls.into_iter().map(|wall| wall.1).find(cuts)
 }
 
-/// A base cluster as a cell lists it, and the plane that parts it from the next one if they are
-/// parts of one.
+/// A base cluster of a cell's list, with its split plane. The next cluster is then its second half.
 pub struct CellCluster {
-    /// What the sides in it share.
+    /// Cluster code of its sides.
     pub code: u32,
-    /// The cluster, or the first part.
+    /// The cluster, or its first half.
     pub cluster: u32,
-    /// Plane of the wall between the parts; the other part is the next cluster.
+    /// Plane between the halves; the second half is the next cluster.
     pub plane: Option<Plane>,
 }
 
 impl CellCluster {
-    /// The cluster, or the part of it that holds a point.
+    /// The cluster, or the half of it that holds a point.
     pub fn at(&self, position: Vec3) -> u32 {
         let behind = |[x, y, z, w]: Plane| Vec3::new(x, y, z).dot(position) < w;
         self.cluster + u32::from(self.plane.is_some_and(|plane| !behind(plane)))
     }
 }
 
-/// Code of a word in a cell's list that says that the cluster before it is split: the plane follows
-/// as the bits of four floats.
+/// Code of the word in a cell's list that marks the preceding cluster as split. The bits of the
+/// plane's four floats follow.
 pub(super) const SPLIT: u32 = 63;
 
-/// Adds a cluster, in parts or whole, to a cell's list.
+/// Appends a cluster, split or not, to a cell's list.
 pub(super) fn write(list: &mut Vec<u32>, code: u32, cluster: u32, plane: Option<&Plane>) {
     list.push(code << 26 | cluster);
     if let Some(plane) = plane {
@@ -184,7 +183,7 @@ pub(super) fn read(list: &[u32]) -> impl Iterator<Item = CellCluster> {
     })
 }
 
-/// Whether a cell's list can be read, and names but the first so many clusters.
+/// Whether a cell's list is well formed, with all clusters below `clusters`.
 pub fn is_list(list: &[u32], clusters: usize) -> bool {
     let mut rest = list;
     while let Some((&entry, after)) = rest.split_first() {
@@ -198,10 +197,10 @@ pub fn is_list(list: &[u32], clusters: usize) -> bool {
     true
 }
 
-/// The grid's words for a part: a cell's own bits stand above them.
+/// Bits of a key for the half of a split cluster; the cell's bits follow above them.
 pub(super) const PART_BITS: u32 = 3;
 
-/// Cells of a grid.
+/// The key of a cell, without cluster code and half.
 pub(super) fn cell_key(key: u64) -> u64 {
     key & ((1 << 48) - 1) & !((1 << PART_BITS) - 1)
 }
@@ -213,7 +212,7 @@ mod tests {
     use crate::scene::{Triangle, grid, surfaces};
     use crate::types;
 
-    /// A floor with a wall across it, not along the grid.
+    /// A floor with a wall across it, oblique to the grid.
     fn floor_and_wall() -> Vec<Triangle> {
         let quad = |p: [[f32; 3]; 4]| {
             let p = p.map(Vec3::from);
@@ -254,8 +253,8 @@ mod tests {
         let mut split = [false; 2];
         for fragment in hvds.fragments.iter().filter(|fragment| fragment.side < 4 && fragment.area_m2 > 1e-6)
         {
-            // How far it reaches over the wall on either side; a corner of up to a fiftieth of a
-            // cell is not cut off.
+            // Distance over the wall on either side. A corner of up to a fiftieth of a cell is
+            // not cut off.
             let over = fragment.corners.iter().map(|p| p.x - 0.7 - 0.3 * p.z);
             let (behind, front) = over.fold((0.0_f32, 0.0_f32), |(a, b), d| (a.max(-d), b.max(d)));
             assert!(

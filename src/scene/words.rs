@@ -1,16 +1,16 @@
-//! Words of messages: what was found, cut to what can be read, and what was meant.
+//! Words of messages: excerpts of the input, and suggestions.
 
-/// Characters of a text in a message.
+/// Longest excerpt in a message, in characters.
 const MAX_SHOWN: usize = 200;
-/// Longest word that is searched for typing errors, bytes.
+/// Longest word that is compared with others to find typing errors, bytes.
 const MAX_HINT_BYTES: usize = 64;
-/// Words that are compared with one that is unknown, and those that are listed.
+/// Numbers of words that are compared with an unknown one, and that are listed.
 const MAX_WORDS_COMPARED: usize = 10_000;
 const MAX_WORDS_SHOWN: usize = 40;
 
 /// "unknown key `fov`: did you mean `fov_y`? Possible: …".
 pub(super) fn unknown(what: &str, possible: &[&str], found: &str) -> String {
-    // Typing errors are made in words, and comparing takes as long as both are, times each other.
+    // The comparison takes the product of both lengths, so long texts are skipped.
     let is_word = |word: &str| word.len() <= MAX_HINT_BYTES;
     let words = possible.iter().filter(|word| is_word(word) && is_word(found)).take(MAX_WORDS_COMPARED);
     let nearest = words.map(|word| (distance(word, found), *word)).min();
@@ -31,7 +31,7 @@ pub(super) fn unknown(what: &str, possible: &[&str], found: &str) -> String {
     format!("unknown {what} `{}`: {hint}possible: {list}", printable(found))
 }
 
-/// Levenshtein's distance in bytes; the longest words are scene keys, so the rows are short.
+/// Levenshtein distance in bytes. The longest words are scene keys, so the rows are short.
 fn distance(a: &str, b: &str) -> usize {
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, x) in a.bytes().enumerate() {
@@ -45,13 +45,13 @@ fn distance(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
-/// The text without characters that would break a line of output, and no longer than a line.
+/// The text cut to one line, without characters that would break it.
 pub(super) fn printable(text: &str) -> String {
     let shown = text.chars().take(MAX_SHOWN).map(|c| if c.is_control() { ' ' } else { c }).collect();
     if text.chars().nth(MAX_SHOWN).is_some() { shown + "…" } else { shown }
 }
 
-/// The text in quotation marks, or how it begins.
+/// The text or its start, in quotation marks.
 pub(super) fn excerpt(text: &str) -> String {
     match text.char_indices().nth(MAX_SHOWN) {
         Some((end, _)) => format!("{:?}…", &text[..end]),
@@ -59,7 +59,7 @@ pub(super) fn excerpt(text: &str) -> String {
     }
 }
 
-/// Lines of text as one.
+/// Joins lines of text to one.
 pub(super) fn one_line(text: &str) -> String {
     text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
 }

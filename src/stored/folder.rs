@@ -1,4 +1,4 @@
-//! A folder of files, of which those that were not used for longest go where there are too many.
+//! A folder of cached files with a size limit: the least recently used files are removed first.
 
 use super::temporary;
 use std::fs;
@@ -6,38 +6,38 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// What file names end in. Whatever else is in the folder is left alone.
+/// Extension of the cached files. Other files in the folder are ignored.
 const EXTENSION: &str = "paths";
 
-/// A temporary file that is older than this is nobody's any more.
+/// Age at which a temporary file counts as abandoned.
 const ABANDONED: Duration = Duration::from_secs(24 * 3600);
 
-/// A folder, and how much of it may be ours.
+/// A cache folder with the limit of its size.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Folder {
     /// Path of the folder.
     pub path: PathBuf,
-    /// Bytes of all its files together, at most.
+    /// Largest total size of the cached files, bytes.
     pub limit_bytes: u64,
 }
 
 impl Folder {
-    /// The file of that stem.
+    /// The path of the file with that stem.
     pub fn file(&self, stem: &str) -> PathBuf {
         self.path.join(format!("{stem}.{EXTENSION}"))
     }
 
-    /// Notes that a file was used. Where that fails it counts as older than it is.
+    /// Marks a file as used. A failure only makes it look older.
     pub fn touch(file: &Path) {
         let opened = fs::File::options().append(true).open(file);
         let _ = opened.and_then(|file| file.set_modified(SystemTime::now()));
     }
 
-    /// Makes room for so many bytes under the name `file`: removes those that were not used for
-    /// longest. What another process removes meanwhile is no error.
+    /// Frees space for `bytes` bytes under the name `file`: removes the least recently used files.
+    /// A file that another process removes meanwhile is no error.
     ///
     /// # Errors
-    /// What the system said.
+    /// The system's error.
     pub fn make_room(&self, file: &Path, bytes: u64) -> io::Result<()> {
         let mut kept = Vec::new();
         let mut total = bytes;
@@ -66,7 +66,7 @@ impl Folder {
     }
 }
 
-/// Of a regular file that is still there.
+/// Modification time and size. `None` if it is no regular file or has been removed.
 fn modified_and_size(path: &Path) -> Option<(SystemTime, u64)> {
     let found = fs::symlink_metadata(path).ok().filter(fs::Metadata::is_file)?;
     Some((found.modified().ok()?, found.len()))

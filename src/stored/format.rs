@@ -1,4 +1,4 @@
-//! The form of files, and how they are written.
+//! File format of stored results, and its writer.
 
 use super::{Temporary, VERSION};
 use bytemuck::{Pod, Zeroable};
@@ -9,7 +9,7 @@ use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
 /// First bytes of every file.
 pub(super) const MAGIC: [u8; 8] = *b"lpstored";
-/// Reads otherwise in another byte order.
+/// Marks the byte order: it reads differently in another one.
 pub(super) const BYTE_ORDER: u32 = 0x0102_0304;
 /// Longest name of a dependency or section, bytes.
 pub(super) const NAME_BYTES: usize = 24;
@@ -23,13 +23,13 @@ pub(super) struct Header {
     pub(super) version: u32,
     pub(super) dependency_count: u32,
     pub(super) section_count: u32,
-    /// Length of the file.
+    /// Length of the file, bytes.
     pub(super) file_bytes: u64,
-    /// Of the header, this field being zero, and of what follows it up to the sections.
+    /// Checksum of the header with this field zero, and of the tables up to the sections.
     pub(super) checksum: [u64; 2],
 }
 
-/// What the contents follow from.
+/// Something that the contents depend on.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Dependency {
@@ -37,7 +37,7 @@ pub(super) struct Dependency {
     pub(super) hash: [u64; 2],
 }
 
-/// Where a section ends follows from those before it.
+/// The preceding sections determine a section's offset.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Section {
@@ -47,7 +47,7 @@ pub(super) struct Section {
     pub(super) checksum: [u64; 2],
 }
 
-/// 128 bits that tell contents apart unless somebody makes them agree on purpose.
+/// A 128-bit hash of the contents. It does not resist deliberate collisions.
 pub fn hash(bytes: &[u8]) -> [u64; 2] {
     words(xxh3_128(bytes))
 }
@@ -56,7 +56,7 @@ fn words(hash: u128) -> [u64; 2] {
     [hash as u64, (hash >> 64) as u64]
 }
 
-/// A name as it is stored: zeros behind it.
+/// A name as it is stored: padded with zeros.
 fn padded(name: &str) -> [u8; NAME_BYTES] {
     assert!(name.len() <= NAME_BYTES, "`{name}` is longer than {NAME_BYTES} bytes");
     let mut bytes = [0; NAME_BYTES];
@@ -64,7 +64,7 @@ fn padded(name: &str) -> [u8; NAME_BYTES] {
     bytes
 }
 
-/// What the contents of a file follow from, each by name, with a hash.
+/// Dependencies of a file's contents: names and hashes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Key {
     pub(super) dependencies: Vec<(&'static str, [u64; 2])>,
@@ -79,7 +79,7 @@ impl Key {
         self
     }
 
-    /// One hash of those dependencies, in hexadecimal: fit for a file's name.
+    /// One hash of the named dependencies, in hexadecimal for a file name.
     pub fn digest(&self, names: &[&str]) -> String {
         let mut state = Xxh3::new();
         for (name, hash) in self.dependencies.iter().filter(|(name, _)| names.contains(name)) {
@@ -90,7 +90,7 @@ impl Key {
     }
 }
 
-/// Sections that will make up a file.
+/// The sections of a new file.
 #[derive(Default)]
 pub struct Writer<'a> {
     sections: Vec<(Section, Cow<'a, [u8]>)>,
@@ -118,7 +118,7 @@ impl<'a> Writer<'a> {
         head as u64 + self.sections.iter().map(|(_, bytes)| bytes.len() as u64).sum::<u64>()
     }
 
-    /// Everything before the sections.
+    /// The header and the tables.
     fn head(&self, key: &Key) -> Vec<u8> {
         let mut header = Header {
             magic: MAGIC,
@@ -147,11 +147,11 @@ impl<'a> Writer<'a> {
         all
     }
 
-    /// Writes the file: to a temporary one beside it, which takes its name once all is on the disk.
-    /// Of several processes that do so at once, one's file stands in the end, whole.
+    /// Writes a temporary file beside the target, which gets its name when all data is on the disk.
+    /// If several processes write at once, one complete file remains.
     ///
     /// # Errors
-    /// What the system said; what was there before is untouched then.
+    /// The system's error; an existing file is then unchanged.
     pub fn write(&self, file: &Path, key: &Key) -> io::Result<()> {
         let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new("."));
@@ -163,8 +163,8 @@ impl<'a> Writer<'a> {
         }
         out.flush()?;
         drop(out);
-        // Without this a crash soon after the rename could leave an empty file under the final
-        // name.
+        // Without this a crash soon after the rename could leave an empty file under
+        // the final name.
         temporary.file().sync_all()?;
         temporary.persist(file)?;
         #[cfg(unix)]
@@ -173,7 +173,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Checksum of a header and of the tables behind it.
+/// Checksum of a header and the tables behind it.
 pub(super) fn head_checksum(header: &Header, tables: &[u8]) -> [u64; 2] {
     let mut state = Xxh3::new();
     state.update(bytemuck::bytes_of(&Header { checksum: [0; 2], ..*header }));

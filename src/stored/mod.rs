@@ -1,8 +1,9 @@
-//! Files that keep what took long to find: sections of plain lists, and what they were made from.
+//! Files that store expensive results: sections of plain lists, and the dependencies that they
+//! were made from.
 //!
-//! A file is written whole or not at all, and read through checks that no damage gets past: whoever
-//! reads a section has what was written. What the numbers mean, and whether they fit together, is
-//! the reader's to check; this module knows nothing of it.
+//! A file is written completely or not at all. The reader's checks detect any damage, so that a
+//! section that is read is the section that was written. The meaning and consistency of the values
+//! are the caller's to check.
 //!
 //! | part | what |
 //! |---|---|
@@ -11,8 +12,8 @@
 //! | table | name, bytes of an element, elements and checksum of each section, in order |
 //! | sections | one behind the other, without gaps |
 //!
-//! Numbers are in the byte order of the machine that wrote them; the mark tells another order, and
-//! such a file is made anew.
+//! Numbers are in the byte order of the machine that wrote them. A file in another byte order is
+//! refused by its mark and written anew.
 
 mod folder;
 mod format;
@@ -26,21 +27,21 @@ pub use temporary::{Temporary, remove_temporaries};
 
 use std::fmt;
 
-/// Counts changes of the form of files.
+/// Version of the file format.
 pub const VERSION: u32 = 1;
 
-/// Why a file cannot be used. It reads as what follows the file's name.
+/// Why a file is unusable. Its text follows the file's name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CacheMiss {
-    /// There is none.
+    /// The file does not exist.
     Missing,
-    /// It is there and cannot be read: why, in words that follow its name.
+    /// The file cannot be read, with the reason.
     Unreadable(String),
-    /// It is none of ours, or of another version or byte order: which.
+    /// The file has another format, version or byte order.
     Foreign(String),
-    /// It is not what was written: where.
+    /// The file's contents have changed since it was written.
     Damaged(String),
-    /// It was made from something else: what has changed.
+    /// The file was made from other dependencies, which are listed.
     Stale(Vec<String>),
 }
 

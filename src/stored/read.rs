@@ -1,4 +1,4 @@
-//! How files are read: nothing is believed before it was checked.
+//! Reader of stored files: all data is checked before use.
 
 use super::format::{BYTE_ORDER, Dependency, Header, Key, MAGIC, Section, hash, head_checksum};
 use super::{CacheMiss, VERSION};
@@ -8,12 +8,12 @@ use std::fs;
 use std::io::Read;
 use std::path::Path;
 
-/// Bytes of a file at most: what it holds has to fit into a device.
+/// Largest size of a file, bytes: its contents must fit a device.
 pub const MAX_BYTES: u64 = 64 << 30;
-/// Dependencies and sections of a file at most.
+/// Largest number of dependencies, and of sections.
 const MAX_ENTRIES: u32 = 256;
 
-/// The sections of a file whose every byte is what was written.
+/// The sections of a file that passed all checks.
 #[derive(Debug)]
 pub struct File<'a> {
     sections: Vec<(&'a str, u64, &'a [u8])>,
@@ -25,7 +25,7 @@ fn split<T: Pod>(bytes: &[u8]) -> Option<(T, &[u8])> {
     Some((bytemuck::pod_read_unaligned(item), rest))
 }
 
-/// A stored name: zeros behind it, and none in it.
+/// A stored name: zeros only as padding.
 fn name(bytes: &[u8]) -> Result<&str, CacheMiss> {
     let end = bytes.iter().position(|&byte| byte == 0).unwrap_or(bytes.len());
     let (name, padding) = bytes.split_at(end);
@@ -33,9 +33,9 @@ fn name(bytes: &[u8]) -> Result<&str, CacheMiss> {
     name.filter(|_| padding.iter().all(|&byte| byte == 0)).ok_or_else(|| CacheMiss::damaged("a name is none"))
 }
 
-/// Why a file that a user named is not one to read and to replace, in words that follow its name.
-/// `None` for a file of light paths, damaged or not, and for one that cannot be looked at. Nothing
-/// is read but its first bytes.
+/// Why a file that a user named must not be read and replaced; the text follows its name.
+/// `None` for a file of light paths, damaged or not, and for an unreadable file. Reads the
+/// first bytes only.
 pub fn misnamed(file: &Path) -> Option<String> {
     let (length, start) = glance(file)?;
     if !MAGIC.starts_with(&start[..start.len().min(MAGIC.len())]) {
@@ -48,7 +48,7 @@ pub fn misnamed(file: &Path) -> Option<String> {
     if split::<Header>(&start).is_some_and(|(header, _)| odd(&header)) {
         return Some("holds no light paths: its first bytes alone are those of such a file".to_owned());
     }
-    // A file that was cut off is made anew. What is longer holds something else beside.
+    // A truncated file is written anew. A longer one contains other data as well.
     match split::<Header>(&start) {
         Some((header, _)) if is_known(&header) && header.file_bytes < length => Some(format!(
             "{}: remove it, or name another file",
@@ -75,13 +75,13 @@ fn wrong_length(length: u64, header: &Header) -> String {
 }
 
 impl<'a> File<'a> {
-    /// The bytes of a file, to be parsed.
+    /// The bytes of a file for [`Self::parse`].
     ///
     /// # Errors
-    /// [`CacheMiss::Missing`], [`CacheMiss::Unreadable`], or [`CacheMiss::Damaged`] where the
-    /// length is not what the file's start says.
+    /// [`CacheMiss::Missing`], [`CacheMiss::Unreadable`], or [`CacheMiss::Damaged`] if the length
+    /// differs from that in the header.
     pub fn bytes(file: &Path) -> Result<Vec<u8>, CacheMiss> {
-        // Before there is memory for it.
+        // Checked before memory is allocated.
         if let Some((length, start)) = glance(file)
             && let Some((header, _)) = split::<Header>(&start)
             && is_known(&header)
@@ -95,7 +95,7 @@ impl<'a> File<'a> {
         })
     }
 
-    /// Reads a file's contents, which must have been made from what the key names.
+    /// Parses a file's contents and compares their dependencies with the key.
     ///
     /// # Errors
     /// All but [`CacheMiss::Missing`] and [`CacheMiss::Unreadable`].
@@ -103,8 +103,7 @@ impl<'a> File<'a> {
         Self::parse_if(bytes, |dependencies| compare(dependencies, key))
     }
 
-    /// Reads a file's contents, whatever they were made from: for whoever wants to know what
-    /// becomes of a file that lies about that.
+    /// Parses a file's contents with any dependencies: for tests of files with false dependencies.
     ///
     /// # Errors
     /// As [`Self::parse`], all but [`CacheMiss::Stale`].
@@ -146,7 +145,7 @@ impl<'a> File<'a> {
         Self::cut(sections, contents)
     }
 
-    /// Cuts the contents into the sections of the table.
+    /// Divides the contents into the sections of the table.
     fn cut(table: &'a [u8], contents: &'a [u8]) -> Result<Self, CacheMiss> {
         let mut sections: Vec<(&str, u64, &[u8])> = Vec::new();
         let mut rest = contents;
@@ -176,7 +175,7 @@ impl<'a> File<'a> {
     /// The items of a section.
     ///
     /// # Errors
-    /// There is none of that name, or it is of other items.
+    /// The section is missing, or has items of another size.
     pub fn list<T: Pod>(&self, name: &str) -> Result<Vec<T>, CacheMiss> {
         let section = self.sections.iter().find(|section| section.0 == name);
         let &(_, element_bytes, bytes) =
@@ -192,7 +191,7 @@ impl<'a> File<'a> {
     /// The item of a section that holds one.
     ///
     /// # Errors
-    /// As [`Self::list`], or there are more or fewer.
+    /// As [`Self::list`], or the section holds fewer or more.
     pub fn one<T: Pod>(&self, name: &str) -> Result<T, CacheMiss> {
         match self.list(name)?[..] {
             [item] => Ok(item),
@@ -201,7 +200,7 @@ impl<'a> File<'a> {
     }
 }
 
-/// Whether a file was made from what the key names; else what has changed.
+/// Fails with the changed dependencies if the file was not made from those of the key.
 fn compare(table: &[u8], key: &Key) -> Result<(), CacheMiss> {
     let mut found = Vec::new();
     for entry in table.chunks_exact(size_of::<Dependency>()) {

@@ -1,4 +1,4 @@
-//! Files on the way to their final names.
+//! Temporary files that are renamed when they are complete.
 
 use std::fs::{self, File};
 use std::io;
@@ -7,23 +7,23 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
-/// What names of temporary files begin with; a process that is killed leaves one behind.
+/// Prefix of temporary files; a killed process leaves one behind.
 pub(super) const PREFIX: &str = ".lightpaths-";
 
-/// Those that there are.
+/// All temporary files of this process.
 static LIVE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// A file that goes unless it takes the name that it is meant for.
+/// A file that is removed unless it gets its final name.
 pub struct Temporary {
-    /// None only while it goes.
+    /// `None` only while it is dropped or renamed.
     file: Option<NamedTempFile>,
 }
 
 impl Temporary {
-    /// Creates one in the folder of `target`, the file that it is to become or to replace.
+    /// Creates a temporary file in the folder of `target`, the file that it will create or replace.
     ///
     /// # Errors
-    /// What the system said.
+    /// The system's error.
     pub fn beside(target: &Path) -> io::Result<Self> {
         let folder = match target.parent() {
             Some(folder) if folder != Path::new("") => folder,
@@ -32,7 +32,7 @@ impl Temporary {
         let mut builder = tempfile::Builder::new();
         builder.prefix(PREFIX).suffix(".part");
         // Temporary files are private by default. This one becomes an ordinary file, subject to the
-        // umask. What replaces a private file is private from the start; `persist` restores its
+        // umask. A replacement of a private file is private from the start; `persist` restores its
         // mode whatever the umask.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(
@@ -49,15 +49,15 @@ impl Temporary {
         self.held().as_file()
     }
 
-    /// Where it is.
+    /// Path of the temporary file.
     pub fn path(&self) -> &Path {
         self.held().path()
     }
 
-    /// Gives it its name, in the place of what has it, whose permissions it takes over.
+    /// Renames the file to `target`. It replaces an existing file and takes over its permissions.
     ///
     /// # Errors
-    /// What the system said; the file is gone then.
+    /// The system's error; the temporary file is then removed.
     pub fn persist(mut self, target: &Path) -> io::Result<()> {
         let mut live = live();
         let Some(file) = self.file.take() else { return Ok(()) };
@@ -90,12 +90,12 @@ impl Drop for Temporary {
     }
 }
 
-/// Removes all temporary files of this process. While what is returned lives, none is created, and
-/// none takes its name: who needs that is about to end the process.
+/// Removes all temporary files of this process. While the returned guard lives, none is created or
+/// renamed: the caller is about to end the process.
 pub fn remove_temporaries() -> impl Sized {
     let live = live();
     for path in &*live {
-        // There is nobody left to tell.
+        // The process ends, so the error is ignored.
         let _ = fs::remove_file(path);
     }
     live

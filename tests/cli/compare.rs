@@ -1,4 +1,4 @@
-//! `compare` as scripts see it.
+//! `compare`, as scripts use it.
 
 use super::{assert_refused, folder_with, listing, run, stderr, stdout};
 use lightpaths::image::{ExrLayer, write_exr, write_png};
@@ -8,7 +8,7 @@ use tempfile::TempDir;
 const RGB: &[&str] = &["R", "G", "B"];
 const SIZE: [u32; 2] = [12, 9];
 
-/// One value everywhere, with layers `double` (twice that) and `variance`.
+/// An image of one value, with layers `double` (twice the value) and `variance`.
 fn exr(folder: &TempDir, name: &str, value: f32, variance: f32) {
     let [plain, double, variance] = [value, 2.0 * value, variance].map(|value| vec![[value; 3]; 108]);
     let layers = [
@@ -66,8 +66,7 @@ fn figures_are_the_closed_forms() {
     assert!(apart["flip"].as_f64().unwrap() > 0.05);
     assert_close(&figures(&folder, "a.exr b.exr --layer double")["rmse"], 0.5);
     assert_close(&figures(&folder, "a.exr b.exr --reference-layer double")["rmse"], 0.24);
-    // Black against white as the authors of FLIP have it, whatever an EXR would have been exposed
-    // to.
+    // Black against white, as in FLIP's own tests; the exposure of an EXR does not apply.
     let codes = figures(&folder, "white.png black.png --exposure 3");
     assert!((codes["flip"].as_f64().unwrap() - 0.9674).abs() < 1e-4 && codes["rmse"] == 1.0);
     assert!(codes["energy_ratio"].is_null(), "there is no number for it");
@@ -151,7 +150,7 @@ fn wrong_inputs_are_refused_and_named() {
     }
 }
 
-/// A file of 4×3 pixels whose data window lies in another place within a display window of 12×9.
+/// A file of 4×3 pixels with a shifted data window in a display window of 12×9.
 fn exr_at(folder: &TempDir, name: &str, display: [i32; 2], [x, y]: [i32; 2]) {
     use exr::prelude::*;
     let channel = |name: &str| AnyChannel::new(name, FlatSamples::F32((0..12).map(|i| i as f32).collect()));
@@ -172,8 +171,7 @@ fn pixels_of_an_exr_are_compared_where_they_lie() {
     exr_at(&folder, "moved.exr", [3, 0], [4, 1]);
     exr_at(&folder, "outside.exr", [0, 0], [40, 1]);
     assert_eq!(figures(&folder, "left.exr same.exr")["rmse"], 0.0);
-    // Both are apart from where the other is black: the mean square of 0..12 twice, over 108
-    // pixels.
+    // Each is where the other is black: the mean square is that of 0..12 twice, over 108 pixels.
     let squares = f64::from((0..12).map(|i| i * i).sum::<i32>());
     assert_close(&figures(&folder, "left.exr right.exr")["rmse"], (2.0 * squares / 108.0).sqrt());
     let refused = |arguments: &str, words: &[&str]| {

@@ -1,4 +1,4 @@
-//! `film` as scripts see it.
+//! `film`, as scripts use it.
 
 use super::{CUBE, CUBE_SCENE, assert_refused, folder_with, lightpaths, listing, stderr, stdout};
 use std::fs;
@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// Two seconds in which the camera walks, the wall becomes glossy, the lamp moves and fades, and
-/// a panel comes.
+/// Two seconds: the camera moves, the wall becomes glossy, the light moves and fades, and an area
+/// light appears.
 const FILM: &str = r#"
 scene = "cube.toml"
 fps = 3
@@ -57,7 +57,7 @@ const SMALL: [&str; 8] = [
     "quality.directions=64",
 ];
 
-/// A film and its scene, and a folder of programs that is all there is.
+/// A film and its scene, and a folder with the only programs on the path.
 fn folder() -> TempDir {
     let folder = folder_with(&[("cube.obj", CUBE), ("cube.toml", CUBE_SCENE), ("walk.toml", FILM)]);
     fs::create_dir(folder.path().join("bin")).unwrap();
@@ -88,7 +88,8 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 #[test]
 fn shares_hold_the_bytes_of_the_whole() {
     let folder = folder();
-    // In another order, one share of a single frame, the last longer than the film.
+    // The shares run in another order; one has a single frame, and the last is longer than the
+    // film.
     let output = film(&folder, &["-o", "whole", "--format", "exr"]);
     assert!(stdout(&output).contains("frames 0 to 5 of 6, 16x12"), "{}", stdout(&output));
     assert!(stdout(&output).contains("ms in the median"), "{}", stdout(&output));
@@ -128,7 +129,7 @@ fn no_ffmpeg_is_a_line_and_no_error() {
     assert_eq!(files(&folder.path().join("out")).len(), 6);
 }
 
-/// Puts a program in ffmpeg's place.
+/// Installs a program as ffmpeg.
 #[cfg(unix)]
 fn install_ffmpeg(folder: &TempDir, script: &str) {
     use std::os::unix::fs::PermissionsExt;
@@ -141,7 +142,7 @@ fn install_ffmpeg(folder: &TempDir, script: &str) {
 #[test]
 fn ffmpeg_gets_explicit_arguments_and_its_file_its_name() {
     let folder = folder();
-    // The last argument is the file to write.
+    // The last argument is the output file.
     install_ffmpeg(&folder, "for last; do :; done\necho \"$@\" > \"$last\"\n");
     let output = film(&folder, &["-o", "out", "-q"]);
     assert!(stdout(&output).ends_with("out/walk.mp4\n"), "{}", stdout(&output));

@@ -1,8 +1,8 @@
-//! Lights of every kind, and work that frames leave out.
+//! Lights of every kind, and work that frames skip.
 
 use super::{folder_with, json, run};
 
-/// A room under a spot, an area and a parallel light.
+/// A room under a spot light, an area light and a directional light.
 const SCENE: &str = r#"
 [[model]]
 file = "room.obj"

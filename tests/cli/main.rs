@@ -1,4 +1,5 @@
-//! The command line as scripts see it: exit codes, one line a failure, files whole or absent.
+//! The command line, as scripts use it: exit codes, one line for each failure, files whole or
+//! absent.
 #![allow(unreachable_pub, clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "../common/mod.rs"]
@@ -25,7 +26,7 @@ use std::process::{Command, Output, Stdio};
 use common::channels;
 use tempfile::TempDir;
 
-/// Quality at which precomputation and frame of a small scene take no time worth speaking of.
+/// Quality at which precomputation and frame of a small scene are fast.
 const SMALL: [&str; 8] = [
     "--size",
     "32x32",
@@ -37,7 +38,7 @@ const SMALL: [&str; 8] = [
     "quality.cells=8",
 ];
 
-/// A closed room, two metres each way, with its eye and its lamp inside.
+/// A closed cube of two metres, with the camera and the light inside.
 const CUBE: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
 f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 4 1 5 8\nf 2 3 7 6\n";
 const CUBE_SCENE: &str = "[[model]]\nfile = \"cube.obj\"\n[camera]\nposition = [0, 1, 0.9]\ntarget = [0, 1, 0]\n\
@@ -50,7 +51,7 @@ const LIGHT: &str =
     "[[light]]\nname = \"lamp\"\nkind = \"point\"\nposition = [0.3, 0.3, 1]\nintensity = [1, 1, 1]\n";
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-/// The program, to be run in `folder`.
+/// The program, with `folder` as its working directory.
 fn lightpaths(folder: &TempDir, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
     command.current_dir(folder.path()).args(arguments);
@@ -61,7 +62,7 @@ fn run(folder: &TempDir, arguments: &[&str]) -> Output {
     lightpaths(folder, arguments).output().unwrap()
 }
 
-/// The folder of the scene `cube.toml`; pictures go elsewhere.
+/// A folder with the scene `cube.toml`; pictures go elsewhere.
 fn cube() -> TempDir {
     folder_with(&[("cube.obj", CUBE), ("cube.toml", CUBE_SCENE)])
 }
@@ -72,7 +73,7 @@ fn render_cube(folder: &TempDir, cube: &TempDir, arguments: &[&str]) -> Command 
     lightpaths(folder, &[&["render", scene.to_str().unwrap()], &SMALL[..], arguments].concat())
 }
 
-/// Runs [`render_cube`] and demands success.
+/// Runs [`render_cube`] and asserts success.
 fn render(folder: &TempDir, arguments: &[&str]) -> Output {
     let output = render_cube(folder, &cube(), arguments).output().unwrap();
     assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
@@ -94,7 +95,7 @@ fn listing(folder: &TempDir) -> Vec<String> {
     names
 }
 
-/// Demands the exit code, nothing on stdout, and one line on stderr that holds all of `words`.
+/// Asserts the exit code, an empty stdout, and one line on stderr with all of `words`.
 fn assert_refused(output: &Output, code: i32, words: &[&str]) {
     let line = stderr(output);
     assert_eq!(output.status.code(), Some(code), "{words:?}: {line}");
@@ -210,7 +211,7 @@ fn bad_arguments_are_refused_and_named() {
 
 #[test]
 fn a_folder_without_write_permission_is_refused() {
-    // Root may write anywhere but here.
+    // Even root cannot write here.
     if cfg!(target_os = "linux") {
         let folder = tempfile::tempdir().unwrap();
         assert_refused(&run(&folder, &["render", "box", "-o", "/proc/a.png"]), 2, &["/proc/a.png"]);
@@ -264,8 +265,7 @@ fn exr_layers_add_up_and_cold_runs_agree() {
     let aovs = ["--aov", "depth,direct,indirect,albedo,normal"];
     let output = render(&folder, &[&["-q", "--validation", "-o", "a.exr"], &aovs[..]].concat());
     assert_eq!(stderr(&output), "", "the validation layers are silent");
-    // Two at once, so that they get in each other's way: nothing may depend on how fast the device
-    // is.
+    // Two runs at once disturb each other: no result may depend on the speed of the device.
     let run = |name| {
         render_cube(&folder, &cube, &[&["-q", "-o", name], &aovs[..]].concat())
             .stdout(Stdio::null())
@@ -310,8 +310,8 @@ fn the_direct_method_is_the_direct_layer() {
     render(&folder, &["-o", "a.exr", "--method", "direct", "--aov", "direct"]);
     let channels = channels(&folder.path().join("a.exr"));
     assert_eq!(channels.len(), 6);
-    // The picture is the device's product of albedo and irradiance, the layer the host's: the last
-    // bit may differ.
+    // The device multiplies albedo and irradiance of the picture, the host those of the layer: the
+    // last bit may differ.
     for (picture, layer) in channels["R"].iter().zip(&channels["direct.R"]) {
         assert!((picture - layer).abs() <= 4.0 * f32::EPSILON * layer, "{picture}, {layer}");
     }
@@ -346,12 +346,12 @@ fn photon_mapping_renders_all_layers_and_says_what_it_took() {
 fn a_killed_render_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
     let mut child = lightpaths(&folder, &["render", "-o", "a.png"]).stdout(Stdio::null()).spawn().unwrap();
-    // For it to have begun; nothing can fail because that was too short.
+    // Time for the process to begin; the test does not depend on it.
     std::thread::sleep(std::time::Duration::from_millis(200));
     let finished = child.try_wait().unwrap().is_some();
     child.kill().unwrap();
     child.wait().unwrap();
-    // A machine so fast that it was done has a whole picture instead.
+    // If the process has finished by then, the picture is whole.
     assert!(finished || listing(&folder).is_empty(), "{:?}", listing(&folder));
 }
 

@@ -1,9 +1,9 @@
-//! Outputs that are inputs, names that reach the terminal, numbers as arguments.
+//! Outputs that are inputs, names that reach the terminal, and numbers as arguments.
 
 use super::*;
 use lightpaths::image::{ExrLayer, write_exr};
 
-/// The cube with an image, and what else a scene may be read from.
+/// The cube with an image, and all other kinds of files that a scene reads.
 fn scene() -> TempDir {
     let folder = folder_with(&[
         ("cube.obj", &format!("mtllib cube.mtl\nvt 0 0\nusemtl wall\n{CUBE}")),
@@ -29,7 +29,7 @@ fn contents(folder: &TempDir) -> Vec<(PathBuf, Vec<u8>)> {
     all
 }
 
-/// Runs a command that must be refused, and demands that every file stays.
+/// Runs a command that must be refused, and asserts that every file stays.
 #[track_caller]
 fn refuse(folder: &TempDir, arguments: &str, words: &[&str]) {
     let before = contents(folder);
@@ -101,7 +101,7 @@ fn two_outputs_of_one_file_are_refused() {
     refuse(&folder, "render cube.toml -o a.png --cache a.png", &["two outputs", "a.png"]);
 }
 
-/// What a terminal would obey, in a name.
+/// A name with terminal control sequences.
 const ODD: &str = "a\u{1b}]0;title\u{7}\u{9b}2J\rb";
 
 #[test]
@@ -139,7 +139,7 @@ fn names_reach_the_terminal_without_control_characters() {
     }
     let said = is_clean(&run(&folder, &["compare", "a.exr", "a.exr"]));
     assert!(said.contains(r"a\u{1b}]0;title\u{7}\u{9b}2J\rb") && said.contains("`Größe`"), "{said}");
-    // What succeeds prints the name of the file that it wrote.
+    // A successful command prints the name of its output file.
     let output = render_cube(&folder, &cube(), &["-o", &odd_file]).output().unwrap();
     assert!(output.status.success(), "{output:?}");
     is_clean(&output);

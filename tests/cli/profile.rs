@@ -1,4 +1,4 @@
-//! Sessions for profiling: traces, one pass alone, what the driver tells of kernels, captures.
+//! Profiling: traces, pass replay, the driver's statistics of kernels, captures.
 
 use super::common::context;
 use super::{SMALL, assert_refused, cube, json, lightpaths, listing, run, stderr, stdout};
@@ -6,7 +6,7 @@ use lightpaths::renderer::{Layer, Renderer, Silent, Work};
 use lightpaths::scene::{LoadOptions, Scene};
 use serde_json::{Value, json};
 
-/// Passes that every frame has in which everything is new.
+/// Passes of every frame with all results stale.
 const PASSES: [&str; 10] = [
     "primary",
     "direct",
@@ -43,7 +43,7 @@ impl Span {
 /// Rounding to nanoseconds, in microseconds.
 const NANOSECOND: f64 = 0.0015;
 
-/// What is wrong with a trace, if anything.
+/// The first fault of a trace, if there is one.
 fn fault(trace: &Value) -> Result<(), String> {
     let events: Vec<&Value> = trace["traceEvents"].as_array().unwrap().iter().collect();
     let complete: Vec<(&Value, Span)> =
@@ -64,7 +64,7 @@ fn fault(trace: &Value) -> Result<(), String> {
             return Err(format!("{event} is on a track without a name"));
         }
     }
-    // On a track, events follow one another or lie within one another.
+    // Events of a track follow one another or are nested.
     for (_, first) in &complete {
         for (event, later) in complete.iter().filter(|(_, later)| later.track == first.track) {
             let is_apart = later.end <= first.begin + NANOSECOND || first.end <= later.begin + NANOSECOND;
@@ -74,7 +74,7 @@ fn fault(trace: &Value) -> Result<(), String> {
         }
     }
     let named = |name: &'static str| complete.iter().filter(move |(event, _)| event["name"] == name);
-    // Passes lie between the submission's begin and the end of waiting for it.
+    // Passes run between the submission's begin and the end of waiting for it.
     let slack = NANOSECOND + trace["metadata"]["deviation_us"].as_f64().unwrap_or(f64::INFINITY);
     for (event, pass) in complete.iter().filter(|(event, _)| event["pid"] == 2) {
         let own =
@@ -124,7 +124,7 @@ fn a_trace_holds_every_pass_within_its_submission() {
         assert!(has(name), "{name}");
     }
 
-    // And each of these is found.
+    // Each of these changes is reported.
     let doctored = |change: &dyn Fn(&mut Vec<Value>)| {
         let mut trace = trace.clone();
         change(trace["traceEvents"].as_array_mut().unwrap());
@@ -189,7 +189,7 @@ fn a_pass_alone_does_what_it_does_in_frames_and_leaves_the_picture() {
             let own = |passes: &[lightpaths::gpu::PassTiming]| -> Vec<u32> {
                 passes.iter().filter(|pass| pass.name == name).map(|pass| pass.dispatches).collect()
             };
-            // The one that changes what it reads comes after what makes that anew.
+            // A pass that changes its own input follows the pass that renews it.
             let others = alone.passes.iter().map(|pass| pass.name).filter(|other| *other != name);
             let expected: &[&str] = if name == "shadow_edges" { &["direct"] } else { &[] };
             assert!(others.eq(expected.iter().copied()), "{name} alone: {:?}", alone.passes);
@@ -230,7 +230,7 @@ fn a_pass_alone_is_timed_as_often_as_asked() {
     ] {
         assert!(text.contains(words), "{words} in {text}");
     }
-    // A pass that exists, in scenes with gloss.
+    // A pass of scenes with glossy materials.
     assert_refused(&repeat("gloss_rays", "7"), 2, &["gloss_rays", "cube", "primary", "tonemap"]);
     assert_eq!(listing(&folder), [""; 0]);
 }

@@ -1,4 +1,4 @@
-//! `scale` as scripts see it.
+//! `scale`, as scripts use it.
 
 use super::{assert_refused, cube, json, layer::Layer, listing, stderr, stdout};
 use std::fs;
@@ -19,7 +19,7 @@ fn sizes_are_tried_each_by_itself_and_what_does_not_fit_is_told() {
     let (folder, cube) = (tempfile::tempdir().unwrap(), cube());
     let mut command =
         scale(&folder, &cube, "--entry-points 1000,4000,300000 --cache-points 200,500 --lights 1,3");
-    // Light paths of 300 000 entry points take more than that.
+    // Light paths of 300 000 entry points exceed this limit.
     let layer = Layer::new();
     layer.afflict(&mut command, "vkAllocateMemory:1+:MAX=12000000");
     let output = command.output().unwrap();

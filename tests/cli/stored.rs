@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Those of the cube at small settings, and no picture's.
+/// Precomputes the light paths of the cube at small settings, without a picture.
 fn precompute(folder: &TempDir, cube: &TempDir, file: &str) -> Output {
     let scene = cube.path().join("cube.toml");
     run(folder, &[&["precompute", scene.to_str().unwrap(), "-o", file], &SMALL[2..]].concat())
@@ -28,7 +28,7 @@ fn a_file_of_light_paths_gives_the_same_picture() {
     let (fresh, _) = picture(&[]);
     assert_eq!(picture(&["--cache", "cube.paths"]), (fresh.clone(), String::new()));
 
-    // Stale, then damaged: replaced, with one line that says why.
+    // A stale and then a damaged file are replaced, with one line that gives the reason.
     let (_, said) = picture(&["--cache", "cube.paths", "--set", "quality.seed=5"]);
     assert!(said.contains("cube.paths is out of date: settings has changed"), "{said}");
     assert_eq!(said.lines().count(), 1, "{said}");
@@ -49,7 +49,7 @@ fn processes_that_keep_the_same_light_paths_do_not_harm_each_other() {
     let fresh = render_cube(&folder, &cube, &["-o", "fresh.exr"]).output().unwrap();
     assert!(fresh.status.success());
     let fresh = fs::read(folder.path().join("fresh.exr")).unwrap();
-    // Twice: into an empty folder, and over a file that is damaged.
+    // Twice: into an empty folder, and over a damaged file.
     for round in 0..2 {
         let start = |name: &str| {
             let mut command = render_cube(&folder, &cube, &["--cache", "cache", "-o", name]);
@@ -107,7 +107,7 @@ fn what_cannot_be_kept_is_refused() {
     assert_refused(&precompute(&folder, &cube, "."), 2, &["is a folder"]);
 }
 
-/// A file with holes costs its maker nothing; what is read of it would.
+/// A sparse file takes no space on the disk, but memory when it is read.
 #[test]
 fn a_file_that_is_longer_than_it_says_is_refused_and_stays() {
     let (folder, cube) = (tempfile::tempdir().unwrap(), cube());
@@ -120,7 +120,7 @@ fn a_file_that_is_longer_than_it_says_is_refused_and_stays() {
         assert_refused(&output, 2, &["cube.paths", &length.to_string()]);
         assert_eq!(fs::metadata(&file).unwrap().len(), length);
     }
-    // Nothing but the mark of such a file, and holes.
+    // Only the magic number of such a file; the rest is a hole.
     fs::write(&file, "lpstored").unwrap();
     fs::File::options().write(true).open(&file).unwrap().set_len(40 << 30).unwrap();
     let output = render_cube(&folder, &cube, &["-o", "a.exr", "--cache", "cube.paths"]).output().unwrap();
@@ -128,7 +128,7 @@ fn a_file_that_is_longer_than_it_says_is_refused_and_stays() {
     fs::File::create(&file).unwrap().set_len(40 << 30).unwrap();
     let output = render_cube(&folder, &cube, &["-o", "a.exr", "--cache", "cube.paths"]).output().unwrap();
     assert_refused(&output, 2, &["cube.paths", "holds no light paths"]);
-    // In a folder it is found by its name: made anew.
+    // In a folder, a file has its key in the name, so it is replaced.
     let keep = || render_cube(&folder, &cube, &["-o", "a.exr", "--cache", "cache"]).output().unwrap();
     assert!(keep().status.success());
     let kept = &paths_in(&folder)[0];

@@ -1,4 +1,4 @@
-//! `sweep` as scripts see it.
+//! `sweep`, as scripts use it.
 
 use super::{assert_refused, cube, json, listing, stderr, stdout};
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::process::Output;
 use tempfile::TempDir;
 
-/// Runs `sweep` or `figures` at small settings in `folder`, with the cache there, too.
+/// Runs `sweep` or `figures` at small settings in `folder`, which also holds the cache.
 fn small(command: &str, out: &str, folder: &TempDir, scene: &TempDir) -> Output {
     let scene = scene.path().join("cube.toml");
     let small = "--spp 8 --size 16x16 --set quality.entry_points=1000 --set quality.gather_rays=16 --set quality.cells=8 \
@@ -20,7 +20,7 @@ fn references(folder: &TempDir) -> Vec<PathBuf> {
     entries.map(|entry| entry.unwrap().path()).collect()
 }
 
-/// Pages that need nothing else.
+/// Asserts that the pages refer to no other files.
 fn check_figures(folder: &TempDir, output: &Output) {
     assert!(output.status.success(), "{}", stderr(output));
     assert_eq!(stdout(output), "figures/figure-cube.html\n");
@@ -37,12 +37,12 @@ fn check_figures(folder: &TempDir, output: &Output) {
     assert_eq!(listing(folder), ["cache", "figures"]);
 }
 
-/// Figures and sweeps are held against the same reference, which is kept.
+/// Figures and sweeps use the same stored reference.
 #[test]
 fn figures_and_sweeps_write_what_they_promise_and_keep_their_reference() {
     let (folder, scene) = (tempfile::tempdir().unwrap(), cube());
     check_figures(&folder, &small("figures", "figures", &folder, &scene));
-    // A damaged reference is noticed, said and mended; the mended one is the first one again.
+    // A damaged reference is reported and replaced by an equal one.
     let [kept] = references(&folder).try_into().unwrap();
     let whole = fs::read(&kept).unwrap();
     fs::write(&kept, &whole[..whole.len() / 2]).unwrap();
@@ -107,7 +107,7 @@ fn check_document(document: &serde_json::Value) {
         let [relmse, noise, share] =
             ["relmse", "noise_relmse", "share"].map(|key| stage[key].as_f64().unwrap());
         assert!(relmse.abs() < 1.0 && share <= 2.0, "{stage}");
-        // Only paths make noise.
+        // Only path tracing is noisy.
         assert_eq!(noise > 0.0, stage["name"].as_str().unwrap().contains("exact"), "{stage}");
     }
     assert_eq!(document["reference"]["spp"], 8);

@@ -6,14 +6,13 @@ use image::{Rgb, RgbImage};
 use std::fs;
 use tempfile::TempDir;
 
-/// A closed room, seen towards its far wall, which shows an image of four texels; the other
-/// walls are grey.
+/// A closed room. Its far wall shows an image of four texels; the other walls are grey.
 const ROOM: &str = "mtllib room.mtl\nv -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
 vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl grey\nf 4 3 2 1\nf 5 6 7 8\nf 3 4 8 7\nf 4 1 5 8\nf 2 3 7 6\n\
 usemtl image\nf 1/1 2/2 6/3 5/4\n";
 const MTL: &str =
     "newmtl grey\nKd 0.5 0.5 0.5\nnewmtl image\nKd 0.5 1 1\nmap_Kd -clamp on pictures/four.png\n";
-/// Row by row from the top.
+/// Texels, row by row from the top.
 const CODES: [[u8; 3]; 4] = [[252, 0, 0], [0, 252, 0], [0, 0, 252], [128, 64, 252]];
 
 fn room() -> TempDir {
@@ -44,8 +43,8 @@ fn every_method_shows_the_image_where_it_lies() {
         let channels = channels(&folder.path().join("a.exr"));
         let albedo =
             |x: usize, y: usize| ["R", "G", "B"].map(|c| channels[&format!("albedo.{c}")][32 * y + x]);
-        // The far wall spans a pixel from 1/11 of the image on. Its image's corners are of one
-        // colour each, times Kd.
+        // A pixel of the far wall spans 1/11 of the image. Each corner of the image has one colour,
+        // times Kd.
         let (half, full) = (0.215_86, 0.973_45);
         for (x, y, expected) in [
             (3, 3, [0.5 * full, 0.0, 0.0]),
@@ -80,7 +79,7 @@ fn a_missing_image_is_left_out_and_named() {
         let [warning] = warnings[..] else { panic!("{text}") };
         assert!(warning.contains("\"pictures/four.png\" does not exist"), "{warning}");
     }
-    // `info` tells of images.
+    // `info` lists images.
     let folder = room();
     let output = lightpaths(&folder, &["info", "room.toml"]).output().unwrap();
     assert!(stdout(&output).contains("image (2×2)"), "{}", stdout(&output));
@@ -88,7 +87,8 @@ fn a_missing_image_is_left_out_and_named() {
 
 #[test]
 fn lobes_too_sharp_for_the_directions_are_named() {
-    // Directions follow exponents that stay as they are, up to 4096 of them.
+    // The number of direction bins follows the exponent of materials that are not editable, up to
+    // 4096.
     for (exponent, is_too_sharp) in [(500, false), (5000, true)] {
         let material = format!(
             "[[material]]\nname = \"default\"\ndiffuse = [0.2, 0.2, 0.2]\nspecular = [0.5, 0.5, 0.5]\nexponent = {exponent}.0\n"

@@ -1,11 +1,10 @@
-//! The paper's tables and figures as scripts see them.
+//! The paper's tables and figures, as scripts use them.
 
 use std::sync::LazyLock;
 
 use super::{json, run, stderr, stdout};
 
-/// What `time` prints of the Box, and its document. Of so many light paths that the
-/// energy is right.
+/// Output of `time` for the Box, and its document, with enough light paths for the right energy.
 struct Timed {
     stdout: String,
     stderr: String,
@@ -44,8 +43,7 @@ fn the_tables_stand_beside_the_papers() {
     assert!(energy["noise"].as_f64().unwrap() <= 0.002, "{energy}");
 }
 
-/// A pass takes no less than its bytes at the copy rate, nor than its rays at the rate
-/// of such rays.
+/// A pass takes at least the time of its bytes at the copy rate, and of its rays at their rate.
 fn floors_follow_from_what_was_measured(document: &serde_json::Value) {
     let number = |value: &serde_json::Value| value.as_f64().unwrap_or_else(|| panic!("{value} is no number"));
     let (copy_gbps, scene) = (number(&document["copy_gbps"]), &document["scenes"][0]);
@@ -79,7 +77,7 @@ fn floors_follow_from_what_was_measured(document: &serde_json::Value) {
 #[test]
 fn times_of_a_wrong_picture_are_not_printed() {
     let folder = tempfile::tempdir().unwrap();
-    // A handful of light paths cannot hold the energy.
+    // Ten light paths give a wrong energy.
     let few = "time box --frames 1 --lights 1 --size 32x32 --set quality.entry_points=10 --set quality.gather_rays=16 --set quality.cache_points=500 --set quality.cells=8 -q";
     let output = run(&folder, &few.split(' ').chain(["--json", "t.json"]).collect::<Vec<_>>());
     assert_eq!(output.status.code(), Some(1));

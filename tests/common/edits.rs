@@ -1,4 +1,4 @@
-//! Edits at random, of the built-in Box at its smallest.
+//! Random edits of the built-in Box at its smallest.
 
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, reason = "each test binary uses a part")]
 
@@ -7,7 +7,7 @@ use glam::Vec3;
 use lightpaths::renderer::{Renderer, Work};
 use lightpaths::scene::{Light, LightKind, LoadOptions, Material, Quality, Scene};
 
-/// As small as a picture of the Box can be that has all there is to a frame.
+/// The smallest settings of the Box that still run every pass of a frame.
 pub const TINY: Quality = Quality {
     preset: "test",
     entry_points: 4_000,
@@ -17,7 +17,7 @@ pub const TINY: Quality = Quality {
     ..Quality::DRAFT
 };
 
-/// The Box with a teapot that may be edited, and so may be glossy; or in which nothing may.
+/// The Box with an editable teapot, which may become glossy; or without glossy materials.
 pub fn scene(may_be_glossy: bool) -> Scene {
     let options = LoadOptions { set: vec!["camera.size=[40,30]".to_owned()], ..LoadOptions::default() };
     let mut scene = Scene::load("box", &options).unwrap();
@@ -46,8 +46,7 @@ impl Dice {
         Vec3::new(self.unit(), self.unit(), self.unit())
     }
 
-    /// Anywhere in the Box, the inside of the teapot's closed parts not excepted, and some way
-    /// out of it.
+    /// A position in or near the Box, the inside of the teapot's watertight solids included.
     fn place(&mut self) -> Vec3 {
         2.2 * (self.vector() - 0.5)
     }
@@ -79,8 +78,8 @@ impl Dice {
     }
 }
 
-/// Everything that can be edited, as it should stand. An edit is one arm of [`State::edit`] and one
-/// line of [`State::cold`]: a new one is added there.
+/// The expected state of all editable properties. A new kind of edit needs an arm of
+/// [`State::edit`] and a line of [`State::cold`].
 pub struct State {
     pub may_be_glossy: bool,
     pub lights: Vec<(Light, bool)>,
@@ -99,7 +98,7 @@ impl State {
         }
     }
 
-    /// One edit, here and there.
+    /// Applies one random edit to the state and to the renderer.
     pub fn edit(&mut self, dice: &mut Dice, renderer: &mut Renderer) {
         let light = if self.lights.is_empty() { None } else { Some(dice.below(self.lights.len())) };
         match (dice.below(13), light) {
@@ -150,7 +149,7 @@ impl State {
             (11, _) if self.may_be_glossy => {
                 let teapot = self.materials.iter().position(|material| material.editable).unwrap();
                 let material = &mut self.materials[teapot];
-                // Diffuse, or with a lobe from broad to sharp.
+                // Diffuse, or with a broad to sharp lobe.
                 material.specular = [0.0, 0.4][dice.below(2)] * dice.vector();
                 material.exponent = 1.0 + 200.0 * dice.unit().powi(3);
                 let Material { diffuse, specular, exponent, .. } = *material;

@@ -8,7 +8,7 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-/// Where the loader finds the layer.
+/// The folder in which the loader finds the layer.
 pub struct Layer {
     pub folder: TempDir,
 }
@@ -27,12 +27,12 @@ impl Layer {
         Self { folder }
     }
 
-    /// Puts the layer between the command and the driver, above the validation layer: that one sees
-    /// what the driver sees. The faults are as `tests/faults` describes them.
+    /// Inserts the layer between the command and the driver, above the validation layer, which sees
+    /// the same calls as the driver. `tests/faults` documents `faults`.
     pub fn afflict(&self, command: &mut Command, faults: &str) {
         let folder = self.folder.path();
         match std::env::var("VK_LAYER_PATH") {
-            // It hides all other places.
+            // The variable replaces all other folders.
             Ok(path) => command.env("VK_LAYER_PATH", format!("{}:{path}", folder.display())),
             Err(_) => command.env("VK_ADD_LAYER_PATH", folder),
         };
@@ -41,7 +41,8 @@ impl Layer {
     }
 }
 
-/// How often a program that has ended called each function. Empty if it did not come to its end.
+/// Number of calls of each function in a program that has ended. Empty if the program did not
+/// finish.
 pub fn calls_in(file: &Path) -> BTreeMap<String, u64> {
     let text = std::fs::read_to_string(file).unwrap_or_default();
     let call =
@@ -49,7 +50,8 @@ pub fn calls_in(file: &Path) -> BTreeMap<String, u64> {
     text.lines().map(|line| call(line).unwrap()).collect()
 }
 
-/// Demands that each object was destroyed. Calls that failed made none: there must not be any.
+/// Asserts that each object was destroyed. Failed calls create none, so none of the counted calls
+/// may fail.
 pub fn assert_all_destroyed(calls: &BTreeMap<String, u64>, case: &str) {
     const MADE: [(&[&str], &str); 17] = [
         (&["vkAllocateMemory"], "vkFreeMemory"),

@@ -1,4 +1,4 @@
-//! What test binaries share.
+//! Code that test binaries share.
 
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, reason = "each test binary uses a part")]
 
@@ -27,7 +27,7 @@ pub fn context() -> Arc<Context> {
         .clone()
 }
 
-/// Fails if the validation layer has said anything since the last call.
+/// Fails if the validation layer has reported anything since the last call.
 pub fn assert_silent(context: &Context) {
     assert_eq!(context.take_validation_messages(), [""; 0], "the validation layer is silent");
 }

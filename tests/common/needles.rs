@@ -1,4 +1,4 @@
-//! A scene in which one ray meets more than a loop turns.
+//! A scene in which one ray meets more boxes than a loop has iterations.
 
 use glam::Vec3;
 use lightpaths::scene::{Scene, Triangle, shapes};
@@ -9,12 +9,12 @@ fn in_four(triangle: &Triangle) -> [Triangle; 4] {
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]].map(|positions| Triangle { positions, ..*triangle })
 }
 
-/// A box, and so many needles through all of it, whose boxes are its own. They are too thin
-/// to be seen.
+/// A box with `count` needles through all of it; each needle's bounding box is that of the box. The
+/// needles are too thin to be seen.
 pub fn box_of_needles(count: u32) -> Scene {
     let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
     scene.cameras[0].size = [16, 16];
-    // Walls of many triangles, so that rays come to them late.
+    // Walls of many triangles, so that rays reach them late.
     for _ in 0..5 {
         scene.triangles = scene.triangles.iter().flat_map(in_four).collect();
     }

@@ -1,5 +1,5 @@
-//! `VK_ERROR_*` from every call that can return one: the call and its code are named, and nothing
-//! is left behind.
+//! `VK_ERROR_*` from every call that can return one: the error names the call and its code, and
+//! nothing is leaked.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -9,16 +9,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::layer::assert_all_destroyed;
 use crate::program::{Outcome, Stage, in_turns};
 
-/// Calls of which nobody needs to hear that they failed: the picture is as it should be.
+/// Calls whose failure is not reported: the picture is the same.
 const SURVIVED: [&str; 4] =
     ["vkCreatePipelineCache", "vkDeviceWaitIdle", "vkGetPipelineCacheData", "vkSetDebugUtilsObjectNameEXT"];
-/// Returns nothing.
+/// This function returns no result.
 const INFALLIBLE: &str = "vkGetPhysicalDeviceProperties2";
-/// The allocator's: see `memory.rs`.
+/// Calls of the allocator: see `memory.rs`.
 const MEMORY: [&str; 2] = ["vkAllocateMemory", "vkMapMemory"];
 
-/// Has a picture rendered with a fault, and demands that this is said, exit code 4, and that
-/// nothing else has come of it.
+/// Renders a picture with a fault. Asserts that the fault is reported, with exit code 4 and without
+/// other effects.
 fn fails(stage: &Stage, arguments: &str, name: &str, call: &str, code: &str) {
     let case = format!("{name}:{call}:{code}");
     let outcome = stage.run(arguments, &case);
@@ -26,8 +26,8 @@ fn fails(stage: &Stage, arguments: &str, name: &str, call: &str, code: &str) {
     assert_told(stage, &outcome, &[plain(name), code], &format!("{arguments}: {case}"));
 }
 
-/// The same for a call late in a run, that many of `parts` after its first: where a run makes fewer
-/// calls than were counted, the call is sought again among those that it has made.
+/// The same for a late call: number `count` · `part` / `parts`. If a run makes fewer calls than
+/// `count`, the test repeats with the new number.
 fn fails_late(stage: &Stage, arguments: &str, name: &str, [part, parts]: [u64; 2], mut count: u64) {
     const TRIES: usize = 20;
     let before: Vec<_> = stage.listing().into_iter().map(|name| (stage.read(&name), name)).collect();
@@ -57,12 +57,13 @@ fn assert_told(stage: &Stage, outcome: &Outcome, words: &[&str], case: &str) {
     assert_eq!(stage.read("old.png"), b"old", "{case}");
 }
 
-/// The name without an extension's.
+/// The name without the suffix of its extension.
 fn plain(name: &str) -> &str {
     name.trim_end_matches("KHR").trim_end_matches("EXT")
 }
 
-/// Whether it may be left out: nobody hears of it, it returns nothing, or it is the allocator's.
+/// Whether the test skips this function: its failure is not reported, it returns no result, or the
+/// allocator calls it.
 fn is_special(name: &str) -> bool {
     [&SURVIVED[..], &MEMORY, &[INFALLIBLE]].concat().contains(&name)
 }
@@ -78,8 +79,8 @@ fn code_of(name: &str) -> &'static str {
 
 #[test]
 fn the_first_and_the_last_call_of_every_function_may_fail() {
-    // With the validation layer, which says on stderr what is still alive when the device goes:
-    // there a single line is demanded.
+    // With the validation layer, which reports leaked objects on stderr: the test asserts a single
+    // line there.
     const RENDER: &str = "render CUBE --method path --spp 2 --validation -o old.png";
     let stage = Stage::new();
     let calls = stage.calls(RENDER);
@@ -95,7 +96,7 @@ fn the_first_and_the_last_call_of_every_function_may_fail() {
         if is_special(name) {
             continue;
         }
-        // The loader asks what there is, too, and takes no notice of failures.
+        // The loader also calls these functions, and ignores failures.
         let asks = name.starts_with("vkEnumerate");
         fails(&stage, RENDER, name, if asks { "1+" } else { "1" }, code_of(name));
         if !asks && *count > 1 {
@@ -140,16 +141,16 @@ fn every_call_that_the_device_layer_makes_is_among_them() {
     {
         seen.extend(stage.calls(arguments).into_keys());
     }
-    // Before there is an instance there are no layers.
+    // Layers need an instance, so they miss these calls.
     let early = ["vkEnumerateInstanceExtensionProperties", "vkEnumerateInstanceLayerProperties"];
-    // Of `time --statistics`, where the driver has any.
+    // Calls of `time --statistics`, if the driver has statistics.
     let statistics = ["vkGetPipelineExecutablePropertiesKHR", "vkGetPipelineExecutableStatisticsKHR"];
     let gpu = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu");
     let mut checked = 0;
     for entry in fs::read_dir(gpu).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
-            // The window's have tests of their own.
+            // The window's calls have their own tests.
             continue;
         }
         let text = fs::read_to_string(path).unwrap();
@@ -182,7 +183,7 @@ fn light_paths_fail_as_early_and_as_late_as_can_be() {
             fails_late(&stage, render, name, share, calls[name]);
         }
     }
-    // Lost for good: nothing works from then on.
+    // The device stays lost: every later call fails.
     let half = calls["vkQueueSubmit2KHR"] / 3;
     let lost =
         ["vkWaitForFences", "vkDeviceWaitIdle"].map(|name| format!(",{name}:{half}+:VK_ERROR_DEVICE_LOST"));
@@ -203,7 +204,7 @@ fn other_commands_leave_what_was_whole() {
     fails_late(&stage, "time CUBE -q --frames 1 --json t.json", "vkWaitForFences", [1, 1], late);
     fails_late(&stage, "render CUBE -o old.png --method photon --spp 4", "vkWaitForFences", [1, 1], 80);
 
-    // Frames of a film that were done stay; each of them is whole.
+    // Finished frames of a film stay; each is whole.
     let calls = stage.calls("film FILM --frames 0..2 -o film");
     let whole = [0, 1].map(|frame| stage.read(&format!("film/frame-0000{frame}.png")));
     fs::remove_dir_all(stage.folder.path().join("film")).unwrap();
@@ -222,12 +223,12 @@ fn other_commands_leave_what_was_whole() {
     assert!(names.len() < 5, "{names:?}");
     for (frame, whole) in whole.iter().enumerate() {
         let name = format!("film/frame-0000{frame}.png");
-        // Where the precomputation was cut into more dispatches this time, the call came earlier.
+        // If the precomputation took more dispatches this time, the call came earlier.
         assert!(!names.contains(&name) || &stage.read(&name) == whole, "frame {frame}");
     }
 }
 
-/// Whatever the program makes it destroys, as often as it made it.
+/// The program destroys each object that it creates, once.
 #[test]
 fn what_is_made_is_destroyed() {
     let stage = Stage::new();
@@ -241,7 +242,7 @@ fn what_is_made_is_destroyed() {
 /// Every Vulkan object has a name, which validation messages and captures show.
 #[test]
 fn what_is_made_has_a_name() {
-    // One call makes one object each.
+    // Each call creates one object.
     const NAMED: [&str; 10] = [
         "vkCreateBuffer",
         "vkCreateBufferView",
@@ -256,6 +257,6 @@ fn what_is_made_has_a_name() {
     ];
     let calls = Stage::new().calls("render CUBE -o a.png --validation");
     let made: u64 = NAMED.iter().filter_map(|name| calls.get(*name)).sum();
-    // Device, queue and command buffer.
+    // Plus device, queue and command buffer.
     assert_eq!(calls["vkSetDebugUtilsObjectNameEXT"], made + 3, "{calls:?}");
 }

@@ -1,4 +1,4 @@
-//! Other devices: none, several, one that is gone, and those that promise no more than Vulkan does.
+//! Other devices: none, several, a lost one, and devices with Vulkan's minimum limits.
 
 use lightpaths::gpu::shaders::{SHADERS, Shader};
 use lightpaths::gpu::spirv::reflect;
@@ -35,8 +35,7 @@ fn no_device_is_said_by_every_command_that_needs_one() {
 #[test]
 fn of_two_devices_the_better_or_the_one_asked_for_is_used() {
     let stage = Stage::new();
-    // The loader asks for properties in no order of its own: each call of the program is one
-    // device.
+    // The loader queries properties in an undefined order: each call of the program is one device.
     let two =
         |second: &str| format!("vkEnumeratePhysicalDevices:1+:TWO,{PROPERTIES}:2:deviceName=Second;{second}");
     let render = |device: &str, second: &str| {
@@ -45,12 +44,12 @@ fn of_two_devices_the_better_or_the_one_asked_for_is_used() {
         outcome.assert_done(device);
         outcome.stdout
     };
-    // A discrete GPU before a processor, which lavapipe is.
+    // A discrete GPU is preferred to a CPU, which lavapipe is.
     assert!(render("", "deviceType=2").contains("Second"));
     assert!(!render("--device 0", "deviceType=2").contains("Second"));
     assert!(render("--device second", "deviceType=4").contains("Second"));
     assert!(!render("", "deviceType=4").contains("Second"));
-    // The better one cannot be used: the other is.
+    // The better device cannot be used, so the other one is.
     assert!(!render("", "deviceType=2;apiVersion=1").contains("Second"));
     let outcome = stage.run("render CUBE -o b.png --device 1", &two("deviceType=2;apiVersion=1"));
     outcome.assert_failed(3, &["`1`", "Second", "speaks Vulkan 1.1", "llvmpipe"], "refused");
@@ -61,7 +60,7 @@ fn of_two_devices_the_better_or_the_one_asked_for_is_used() {
     assert_eq!(stage.listing(), ["a.png"]);
 }
 
-/// Workgroups are swizzled otherwise, and sums have another order.
+/// Workgroups are swizzled differently, and sums have another order.
 #[test]
 fn what_suits_a_gpu_makes_the_same_picture() {
     let stage = Stage::new();
@@ -95,7 +94,7 @@ fn a_device_that_vanishes_is_said() {
     }
 }
 
-/// Limits of which Vulkan promises less than we need: name, what it promises, what we need.
+/// Limits whose minimum in Vulkan is too low: name, minimum, need.
 fn needs() -> [(&'static str, u32, u32); 4] {
     let modules: Vec<_> = SHADERS.iter().map(|shader| reflect(&shader.words())).collect();
     let bindings = modules.iter().map(|module| module.bindings.len() as u32).max().unwrap();
@@ -140,8 +139,8 @@ fn a_device_below_our_needs_is_refused_and_one_that_meets_them_gives_the_same_by
     assert!(push.unwrap() <= 128, "{push:?} bytes of push constants");
     stage.run(RENDER, &format!("{PROPERTIES}:1+:{met}")).assert_done("light paths");
     assert!(stage.read("a.exr") == whole, "light paths");
-    // A pass of photons does not fit in the smallest bindings, which is said; in somewhat larger
-    // ones it does.
+    // A photon pass does not fit in the smallest bindings, and the error reports this. It fits in
+    // somewhat larger ones.
     let photons = "render CUBE -q -o a.exr --method photon --spp 1";
     stage.run(photons, "").assert_done(photons);
     let whole = stage.read("a.exr");

@@ -1,11 +1,11 @@
-//! Output that cannot be written: full discs, folders that take nothing, readers that are gone.
+//! Output that cannot be written: full discs, read-only folders, closed pipes.
 
 use std::fs::{self, File};
 use std::process::Command;
 
 use crate::program::{Outcome, Stage, outcome};
 
-/// Commands that write, and the file or folder that they write.
+/// Commands that write, and their output file or folder.
 const WRITERS: [(&str, &str); 9] = [
     ("render CUBE -q --method path --spp 1 -o OUT", "a.png"),
     ("render CUBE -q --method path --spp 1 -o OUT", "a.exr"),
@@ -18,7 +18,7 @@ const WRITERS: [(&str, &str); 9] = [
     ("figures CUBE -q --cache cache -o OUT", "figures"),
 ];
 
-/// Runs the program through a shell that does something first.
+/// Runs the program in a shell, after another command.
 fn after(stage: &Stage, first: &str, arguments: &str) -> Outcome {
     let mut command = Command::new("sh");
     let script = format!("{first}; exec \"$@\"");
@@ -35,7 +35,7 @@ fn a_full_disc_is_said_and_the_old_file_survives() {
         if !is_folder {
             stage.write(name, "old");
         }
-        // No byte more: what a disc is that is full, for one process.
+        // Not one byte may be written, as on a full disc, but for one process.
         let outcome = after(&stage, "ulimit -f 0", &arguments.replace("OUT", name));
         // The picture is written before its statistics.
         let named = if arguments.contains("b.png") { "b.png" } else { name };
@@ -71,7 +71,7 @@ fn a_disc_that_fills_in_the_middle_is_said_and_the_old_file_survives() {
         if is_folder {
             fs::remove_dir_all(stage.folder.path().join(name)).unwrap();
         }
-        // Blocks of 512 bytes in some shells, of 1024 in others.
+        // Some shells count blocks of 512 bytes, others of 1024.
         let blocks = old[0].len() / 3 / 1024;
         assert!(blocks > 20, "{arguments}: {} bytes", old[0].len());
         let outcome = after(&stage, &format!("ulimit -f {blocks}"), &arguments);
@@ -102,7 +102,7 @@ fn places_that_cannot_keep_light_paths_are_refused_and_stay_as_they_are() {
         assert_eq!(stage.listing(), ["a.txt"], "{cache}");
         assert_eq!(stage.read("a.txt"), b"text", "{cache}");
     }
-    // A folder that is there and takes nothing costs a line, not the picture.
+    // A read-only folder causes one line of output, and the picture is written.
     let outcome = stage.run("render CUBE -o a.png --cache /proc", "");
     assert!(outcome.status.success(), "{:?}", outcome.said);
     let told =
@@ -126,7 +126,7 @@ fn places_that_cannot_be_written_are_refused_before_any_work() {
             }
         }
         for place in places {
-            // A name of another kind is refused for its kind.
+            // A name with the wrong extension is refused for its extension.
             if place.ends_with("full") && name.contains("a.") {
                 continue;
             }
@@ -145,7 +145,7 @@ fn places_that_cannot_be_written_are_refused_before_any_work() {
 
 #[test]
 fn results_that_nobody_takes_are_said_or_dropped_without_a_panic() {
-    // A reader that has gone, a stream that was never there, and both for stderr.
+    // A closed pipe, a closed stream, and both for stderr.
     const STREAMS: [&str; 4] = ["exec >&-", "exec 2>&-", "exec >&- 2>&-", "exec 2>/dev/full"];
     let stage = Stage::new();
     for (arguments, streams) in [
@@ -153,11 +153,11 @@ fn results_that_nobody_takes_are_said_or_dropped_without_a_panic() {
         ("--help", &STREAMS),
         ("render CUBE -q --method path --spp 1 -o a.png", &STREAMS),
         ("compare a.png a.png", &STREAMS),
-        // These take longer.
+        // These commands take longer.
         ("precompute CUBE -q -o a.paths", &STREAMS[2..3]),
         ("film FILM -q --frames 0..1 -o film", &STREAMS[3..]),
     ] {
-        // A disc that is full.
+        // A full disc.
         let mut full = stage.command(arguments);
         full.stdout(File::options().write(true).open("/dev/full").unwrap());
         let output = full.output().unwrap();

@@ -1,5 +1,4 @@
-//! Ctrl-C, SIGTERM and a terminal that is closed: the process ends at once, and files are
-//! whole or absent.
+//! Ctrl-C, SIGTERM and a closed terminal: the process ends at once, and files are whole or absent.
 
 use std::fs;
 use std::io::Write;
@@ -10,15 +9,15 @@ use std::process::{Child, Command, Stdio};
 
 use crate::program::{Stage, listing, until, wait};
 
-/// Processor time from the signal to the end, in hundredths of a second: a second. Time on the
-/// clock depends on what else the machine does.
+/// Processor time from the signal to the end, in hundredths of a second: one second. Wall-clock
+/// time would depend on the load of the machine.
 const AT_ONCE: u64 = 100;
 
 const HUP: i32 = 1;
 const INT: i32 = 2;
 const TERM: i32 = 15;
 
-/// A shell that is ready to send signals to a process, without the time that it takes to start one.
+/// A shell that is ready to send signals to a process, so that no time is lost to start one.
 struct Sender {
     shell: Child,
 }
@@ -48,12 +47,12 @@ fn start(mut command: Command) -> Child {
     command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
 }
 
-/// State of a process, such as `T` where it is stopped and `Z` where it has ended and nobody has
-/// asked how, and the processor time that it has taken, hundredths of a second.
+/// State of a process, such as `T` (stopped) and `Z` (ended and not awaited), and its processor
+/// time, hundredths of a second.
 fn state(process: &Child) -> (char, u64) {
     let stat = fs::read_to_string(format!("/proc/{}/stat", process.id())).unwrap();
-    // The name in brackets may hold anything; user and system time are the 12th and 13th fields
-    // behind it.
+    // The name in brackets may contain spaces; user and system time are the 12th and 13th fields
+    // after it.
     let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
     let ticks = |field: usize| fields[field].parse::<u64>().unwrap();
     (fields[0].chars().next().unwrap(), ticks(11) + ticks(12))
@@ -63,14 +62,14 @@ fn has_ended(process: &Child) -> bool {
     state(process).0 == 'Z'
 }
 
-/// Waits until the process has taken so much processor time, hundredths of a second, or has ended.
+/// Waits until the process has taken `time` of processor time, hundredths of a second, or has
+/// ended.
 fn run_for(process: &Child, time: u64) {
     let has_run = || (state(process).1 >= time || has_ended(process)).then_some(());
     until(has_run).expect("it takes time, or ends");
 }
 
-/// Sends a signal and waits for the end that it brings; the process may have ended
-/// by itself before.
+/// Sends signals and waits for the end; the process may have ended by itself before.
 fn assert_ends(child: &mut Child, signals: &[&str], signal: i32, case: &str) -> bool {
     let mut sender = Sender::new(child);
     let before = state(child).1;
@@ -83,7 +82,7 @@ fn assert_ends(child: &mut Child, signals: &[&str], signal: i32, case: &str) -> 
     status.signal() == Some(signal)
 }
 
-/// Fails if a temporary file, or a half of anything, is there.
+/// Fails if there is a temporary or incomplete file.
 fn assert_whole(folder: &Path, case: &str) {
     for name in listing(folder) {
         let path = folder.join(&name);
@@ -94,7 +93,7 @@ fn assert_whole(folder: &Path, case: &str) {
             Some("html") => bytes.trim_ascii_end().ends_with(b"</html>"),
             Some("svg") => bytes.trim_ascii_end().ends_with(b"</svg>"),
             Some("paths") => bytes.len() as u64 == u64::from_le_bytes(bytes[24..32].try_into().unwrap()),
-            // References of sweeps, which say how long they are.
+            // References of sweeps, which store their length.
             _ => name.starts_with("cache/") && !name.contains(".part"),
         };
         assert!(is_whole, "{case}: {name} of {} bytes", bytes.len());
@@ -109,7 +108,8 @@ fn every_command_ends_at_once_at_any_moment() {
         "render CUBE -o a.exr --method photon --seconds 300",
         "precompute CUBE -o a.paths",
         "render CUBE -o a.png --cache cache",
-        // So many that its picture is near enough to the path tracer's, should it come so far.
+        // Enough entry points that the picture is close to the path tracer's, if the run gets so
+        // far.
         "time CUBE -q --set quality.entry_points=20000 --json t.json",
         "film FILM -o film --video none",
         "sweep CUBE -o sweep --cache cache",
@@ -119,8 +119,8 @@ fn every_command_ends_at_once_at_any_moment() {
     ];
     let mut interrupted = 0;
     for (index, arguments) in commands.iter().enumerate() {
-        // Moments from the first instant on, in hundredths of a second of the processor: the work
-        // done by then is the same on any machine like this one.
+        // Moments in hundredths of a second of processor time: the work done by then is the same on
+        // all similar machines.
         for (moment, signal) in [(1, INT), (20 + 7 * index as u64, [TERM, INT, HUP][index % 3])] {
             let stage = Stage::new();
             let mut child = start(stage.command(arguments));
@@ -130,14 +130,14 @@ fn every_command_ends_at_once_at_any_moment() {
             assert_whole(stage.folder.path(), &case);
         }
     }
-    // At least the first moment of each, and the second of those that take their time.
+    // At least the first moment of each command, and the second of the slow ones.
     assert!(interrupted >= 15, "{interrupted} of 22 were still running");
 }
 
 #[test]
 fn a_comparison_ends_at_once() {
     let stage = Stage::new();
-    // So large that it takes seconds.
+    // Large enough to take seconds.
     for (name, shift) in [("a.png", 0), ("b.png", 7)] {
         let texel = |x: u32, y: u32| image::Rgb([x, y, x * y].map(|value| (value + shift) as u8));
         image::RgbImage::from_fn(2000, 2000, texel).save(stage.folder.path().join(name)).unwrap();
@@ -153,7 +153,7 @@ fn a_comparison_ends_at_once() {
     assert_eq!(interrupted, 3, "it takes longer than that");
 }
 
-/// Tried until a file was seen growing: which moment that is cannot be told from outside.
+/// Repeated until a file is seen growing, because the moment is unknown.
 #[test]
 fn a_file_that_is_being_written_goes() {
     const TRIES: usize = 12;
@@ -163,8 +163,8 @@ fn a_file_that_is_being_written_goes() {
     }
 }
 
-/// Ends a process by a signal while it writes a file, and demands that nothing is left. False if it
-/// was too fast.
+/// Ends a process by a signal while it writes a file, and asserts that no file is left. Returns
+/// false if the process was too fast.
 fn is_caught_writing(signal: i32) -> bool {
     let stage = Stage::new();
     let mut child = start(stage.command("precompute CUBE --set quality.entry_points=20000 -o a.paths"));
@@ -174,7 +174,7 @@ fn is_caught_writing(signal: i32) -> bool {
         name.ends_with(".part") && fs::metadata(folder.join(name)).is_ok_and(|about| about.len() > 0)
     };
     while !listing(folder).iter().any(is_growing) && !has_ended(&child) {}
-    // Stopped in the middle of it, if it has not been too fast, so that there is something to see.
+    // Stopped while it writes, unless it was too fast.
     stopper.send("STOP");
     until(|| ['T', 'Z'].contains(&state(&child).0).then_some(())).expect("it stops");
     let is_caught = stage.listing().iter().any(is_growing);
@@ -204,8 +204,7 @@ fn what_encodes_a_film_ends_with_the_program() {
     fs::remove_file(file).unwrap();
     assert_whole(stage.folder.path(), "encoding");
     assert_eq!(stage.listing().len(), 4, "frames only");
-    // Whoever adopted the encoder may not have looked after it yet; a process that has ended has no
-    // memory.
+    // The encoder's new parent may not have awaited it yet; an ended process has no memory.
     let status = || fs::read_to_string(format!("/proc/{encoder}/status")).unwrap_or_default();
     until(|| (!status().contains("VmSize")).then_some(())).expect("the encoder ends");
 }

@@ -1,5 +1,4 @@
-//! Devices, discs and people that fail the program: what it says, how it ends, and what
-//! it leaves behind.
+//! Failures of devices and discs, and interruptions: messages, exit codes, and files that remain.
 #![cfg(target_os = "linux")]
 #![allow(unreachable_pub, clippy::unwrap_used, reason = "a test may panic")]
 

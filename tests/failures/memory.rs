@@ -1,5 +1,4 @@
-//! Memory that runs out: a smaller plan where there is one, a refusal with the need and a setting
-//! where there is none.
+//! Out of memory: the program uses less if it can, else the error states the need and a setting.
 
 use crate::program::{Stage, in_turns};
 
@@ -28,7 +27,7 @@ fn every_allocation_may_fail() {
             outcome.assert_failed(4, &words, &case);
             assert!(stage.listing().is_empty(), "{case}");
         }
-        // A block that does not fit alone: what is needed of it may.
+        // Only the block does not fit; the requested buffer may.
         let faults = format!("vkAllocateMemory:{count}:VK_ERROR_OUT_OF_DEVICE_MEMORY");
         let outcome = stage.run(render, &faults);
         outcome.assert_done(&faults);
@@ -53,7 +52,7 @@ fn allocations_fail_in_other_ways() {
     }
 }
 
-/// Less than one block of memory: each buffer has an allocation of its own then.
+/// Less than one block of memory: each buffer then has its own allocation.
 const LITTLE: &str = "vkAllocateMemory:1+:MAX=12000000";
 
 /// With little memory, any allocation may be the first to fail.

@@ -1,4 +1,4 @@
-//! The program under faults: what it did, within a time.
+//! Runs the program under faults, with a time limit.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,18 +13,18 @@ use tempfile::TempDir;
 
 use crate::layer::{Layer, calls_in};
 
-/// Nothing here takes longer, however busy the machine is: what does, hangs.
+/// Time limit, generous for a busy machine: a run beyond it hangs.
 pub const HANG: Duration = Duration::from_secs(900);
 
-/// A closed room, two metres each way, with its eye and its lamp inside.
+/// A closed cube of two metres, with the camera and the light inside.
 const CUBE: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
 f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 4 1 5 8\nf 2 3 7 6\n";
-/// At quality that takes no time.
+/// A scene with a quality that is fast.
 const SCENE: &str = "[[model]]\nfile = \"cube.obj\"\n[camera]\nposition = [0, 1, 0.9]\ntarget = [0, 1, 0]\n\
 up = [0, 1, 0]\nfov_y = 60.0\nsize = [16, 16]\n[[light]]\nname = \"lamp\"\nkind = \"point\"\n\
 position = [0.2, 1.6, 0.1]\nintensity = [1, 1, 1]\n[quality]\nentry_points = 200\ncache_points = 50\n\
 gather_rays = 16\ncells = 8\n";
-/// Four frames in which the camera walks.
+/// Four frames in which the camera moves.
 const FILM: &str = "scene = \"cube.toml\"\nfps = 2\nduration = 2.0\n[[camera]]\ntime = 0.0\nposition = [0, 1, 0.9]\n\
 [[camera]]\ntime = 1.9\nposition = [0.4, 0.7, 0.8]\n";
 
@@ -35,15 +35,15 @@ pub struct Stage {
     layer: Layer,
 }
 
-/// What the program did.
+/// Result of a run.
 pub struct Outcome {
     pub status: ExitStatus,
     pub stdout: String,
-    /// What the program said on stderr, a line each.
+    /// Lines on stderr.
     pub said: Vec<String>,
-    /// Faults that came about, a line each.
+    /// Faults that occurred, a line for each.
     pub faults: Vec<String>,
-    /// How often it called each function, if it came to its end under [`Stage::run`]. Empty else.
+    /// Number of calls of each function, if the program finished under [`Stage::run`]; else empty.
     pub calls: BTreeMap<String, u64>,
 }
 
@@ -56,8 +56,8 @@ impl Stage {
         Self { scenes, folder: tempfile::tempdir().unwrap(), layer: Layer::new() }
     }
 
-    /// The program with these arguments, words with blanks between them: `CUBE` and `FILM` are the
-    /// scene and the film.
+    /// The program with these arguments, separated by spaces: `CUBE` and `FILM` are the scene and
+    /// the film.
     pub fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
         command.current_dir(self.folder.path()).args(self.words(arguments));
@@ -74,7 +74,7 @@ impl Stage {
         arguments.split_whitespace().map(word).collect()
     }
 
-    /// Runs the program under faults, as `tests/faults` describes them.
+    /// Runs the program under faults, in the notation of `tests/faults`.
     pub fn run(&self, arguments: &str, faults: &str) -> Outcome {
         let mut command = self.command(arguments);
         self.afflict(&mut command, faults);
@@ -88,25 +88,25 @@ impl Stage {
 
     pub fn afflict(&self, command: &mut Command, faults: &str) {
         self.layer.afflict(command, faults);
-        // Mesa's layer looks at devices before the program does, and does not expect that to fail.
+        // Mesa's layer queries devices before the program does, and does not expect failures.
         command.env("NODEVICE_SELECT", "1");
     }
 
-    /// How often the program calls each function that can fail, when none does.
+    /// Number of calls of each fallible function in a run without faults.
     pub fn calls(&self, arguments: &str) -> BTreeMap<String, u64> {
         let mut calls = self.all_calls(arguments);
         calls.retain(|name, _| !is_end(name));
         calls
     }
 
-    /// The same with the functions that destroy objects.
+    /// The same, functions that destroy objects included.
     pub fn all_calls(&self, arguments: &str) -> BTreeMap<String, u64> {
         let outcome = self.run(arguments, "");
         assert!(outcome.status.success(), "{arguments}: {:?}", outcome.said);
         outcome.calls
     }
 
-    /// What is in the folder of results.
+    /// Files in the folder of results.
     pub fn listing(&self) -> Vec<String> {
         listing(self.folder.path())
     }
@@ -120,14 +120,14 @@ impl Stage {
     }
 }
 
-/// Whether a function only ends what another began, and cannot fail.
+/// Whether a function only ends the action of another, and cannot fail.
 fn is_end(name: &str) -> bool {
     name.starts_with("vkDestroy") || name.starts_with("vkFree")
 }
 
 impl Outcome {
-    /// Demands that exit code, and one line on stderr that holds these words. Faults that were
-    /// asked for must have come about.
+    /// Asserts the exit code, and one line on stderr with these words. Requested faults must have
+    /// occurred.
     pub fn assert_failed(&self, code: i32, words: &[&str], case: &str) {
         assert_eq!(self.status.code(), Some(code), "{case}: {:?}", self.said);
         let said = self.said_but_few_paths();
@@ -139,9 +139,9 @@ impl Outcome {
         }
     }
 
-    /// Whether nothing went wrong because the call that was to fail was not made: into how many
-    /// dispatches a precomputation is cut is decided by the clock, so that a run may make fewer
-    /// calls than the one before.
+    /// Whether the run succeeded because it never made the call that was to fail. The clock decides
+    /// into how many dispatches a precomputation is cut, so a run may make fewer calls than the one
+    /// before.
     pub fn is_beyond(&self, name: &str, call: u64) -> bool {
         self.status.success() && self.calls.get(name).copied().unwrap_or(0) < call
     }
@@ -157,7 +157,7 @@ impl Outcome {
     }
 }
 
-/// Does that with each, two at a time, each on a stage of its own.
+/// Runs each case, two at a time, each on its own stage.
 pub fn in_turns<T: Sync>(cases: &[T], run: impl Fn(&Stage, &T) + Sync) {
     let next = AtomicUsize::new(0);
     let work = || {
@@ -172,7 +172,7 @@ pub fn in_turns<T: Sync>(cases: &[T], run: impl Fn(&Stage, &T) + Sync) {
     });
 }
 
-/// All below a folder, sorted.
+/// Paths of all files below a folder, sorted.
 pub fn listing(folder: &Path) -> Vec<String> {
     let mut names = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -201,12 +201,12 @@ pub fn outcome(mut command: Command) -> Outcome {
     Outcome { status, stdout: stdout.join().unwrap(), said, faults, calls: BTreeMap::new() }
 }
 
-/// How it ended. `None` if it hangs.
+/// Exit status. `None` if the process hangs.
 pub fn wait(child: &mut Child) -> Option<ExitStatus> {
     until(|| child.try_wait().unwrap())
 }
 
-/// Looks until there is something to be seen. `None` if it does not come.
+/// Polls `look` until it returns a value. `None` if the time runs out.
 pub fn until<T>(mut look: impl FnMut() -> Option<T>) -> Option<T> {
     let begun = Instant::now();
     loop {

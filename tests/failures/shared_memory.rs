@@ -1,4 +1,4 @@
-//! What a shader's workgroups share, from its SPIR-V.
+//! Shared memory of a shader's workgroups, from its SPIR-V.
 
 use std::collections::HashMap;
 
@@ -19,11 +19,11 @@ const COMPOSITE_EXTRACT: u32 = 81;
 const MULTIPLY: u32 = 132;
 const WORKGROUP: u32 = 4;
 
-/// Invocations of a workgroup where the device sets them (`Tuning::waiting_group`), at most. The
-/// shaders say 0.
+/// Maximum number of invocations of a workgroup whose size the device sets
+/// (`Tuning::waiting_group`). The shaders declare 0.
 const WAITING: u32 = 64;
 
-/// Bytes of all variables of a module that workgroups share.
+/// Bytes of all shared variables of a module.
 pub fn shared_bytes(words: &[u32]) -> u32 {
     let (mut sizes, mut pointees, mut values) = (HashMap::new(), HashMap::new(), HashMap::new());
     let (mut composites, mut shared) = (HashMap::new(), 0);

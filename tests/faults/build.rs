@@ -1,5 +1,5 @@
-//! The layer stays loaded when a program has destroyed its last instance, and goes on counting
-//! calls when there is another.
+//! The layer stays loaded when a program has destroyed its last instance, and continues to count
+//! calls of the next one.
 
 fn main() {
     if std::env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("linux") {

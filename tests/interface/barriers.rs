@@ -1,11 +1,11 @@
-//! Memory that the invocations of a workgroup share: what one has written, another reads or
-//! overwrites only after a barrier. Lavapipe runs the invocations of a subgroup in step, so that no
-//! picture shows a missing `barrier()` there.
+//! Shared memory of workgroups: an invocation reads or overwrites another's value only after a
+//! barrier. Lavapipe runs the invocations of a subgroup in lockstep, so no picture shows a missing
+//! `barrier()` there.
 //!
 //! The check follows the control flow of the SPIR-V and keeps the accesses since the last barrier.
-//! Two accesses are in conflict if one of them writes, unless both are atomic, or both are of the
-//! element that belongs to the invocation, or one invocation makes both, or one is of the lower and
-//! one of the upper half in a reduction.
+//! Two accesses conflict if one of them writes. There are four exceptions: both are atomic; both
+//! are of the invocation's own element; one invocation makes both; or one is of the lower and one
+//! of the upper half in a reduction.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -51,7 +51,7 @@ struct Instruction {
     operands: Vec<u32>,
 }
 
-/// What an index is made of. Texts name variables of a function as `%7;`.
+/// The form of an index. Texts name variables of a function as `%7;`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Index {
     /// The whole variable.
@@ -59,26 +59,26 @@ enum Index {
     Constant(u32),
     /// `gl_LocalInvocationIndex` or a component of `gl_LocalInvocationID`.
     Own,
-    /// A loop's variable that begins with the invocation's own number; the step, which is the
+    /// A loop variable that starts at the invocation's own number; the step, which is the
     /// workgroup's size in all shaders.
     Strided(String),
-    /// A sum with or a product of the invocation's own number: differs from one invocation
+    /// A sum with the invocation's own number, or a product of it: it differs from one invocation
     /// to the next.
     OwnWith(String),
     Other(String),
 }
 
-/// What conditions say of the invocations that come to a block.
+/// Constraints on the invocations that reach a block.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct Guard {
-    /// The number of the only one.
+    /// The number of the only invocation.
     only: Option<u32>,
-    /// What their numbers are less than.
+    /// Upper bound of their numbers, exclusive.
     below: Option<Index>,
 }
 
 impl Guard {
-    /// What is known where both ways meet.
+    /// The constraints where both branches meet.
     fn and(&self, other: &Self) -> Self {
         Self {
             only: self.only.filter(|_| self.only == other.only),
@@ -119,13 +119,12 @@ impl Access {
         self.variable == other.variable && one_writes && !both_atomic && !apart && !by_one
     }
 
-    /// Whether the numbers of the invocations that come here are below what is added to
-    /// them in `sum`.
+    /// Whether the numbers of these invocations are below the value that is added to them in `sum`.
     fn is_half(&self, sum: &str) -> bool {
         self.guard.below.as_ref().is_some_and(|below| sum == sum_text(&[Index::Own, below.clone()]))
     }
 
-    /// Texts with that variable no longer mean what they meant: it has another value.
+    /// Removes texts with this variable: it has another value.
     fn forget(&mut self, variable: u32) {
         let name = format!("%{variable};");
         let is_of = |index: &Index| match index {
@@ -145,10 +144,10 @@ fn sum_text(sides: &[Index; 2]) -> String {
     format!("{sides:?}")
 }
 
-/// Accesses since the last barrier, on any way to a point.
+/// Accesses since the last barrier, on any path to a point.
 type Pending = BTreeSet<Access>;
 
-/// Names of variables, with their two accesses.
+/// Variables with two conflicting accesses.
 type Conflicts = BTreeSet<(String, String)>;
 
 struct Block {
@@ -160,13 +159,13 @@ struct Block {
 #[derive(Default)]
 struct Program {
     names: HashMap<u32, String>,
-    /// Instructions that have a result, by it.
+    /// Instructions with a result, by result id.
     defined: HashMap<u32, Instruction>,
     /// The values that are stored to a variable.
     stored: HashMap<u32, Vec<u32>>,
     local: BTreeSet<u32>,
     shared: BTreeSet<u32>,
-    /// In the order of the module, by the function's identifier.
+    /// Blocks in the order of the module, by the function's id.
     functions: BTreeMap<u32, Vec<Block>>,
     entry: u32,
 }
@@ -211,7 +210,7 @@ impl Program {
                 op::FUNCTION_END => function = 0,
                 _ => {}
             }
-            // All of these have type and result first.
+            // These instructions have type and result first.
             if matches!(code, op::CONSTANT | op::VARIABLE | op::LOAD | 65 | 66 | 124..=210 | op::PHI) {
                 program.defined.insert(operands[1], instruction.clone());
             }
@@ -231,7 +230,7 @@ impl Program {
         program
     }
 
-    /// A pointer's variable, and the indices on the way to it.
+    /// A pointer's variable, and the indices from it to the pointer.
     fn place(&self, pointer: u32) -> (u32, &[u32]) {
         match self.defined.get(&pointer) {
             Some(chain) if op::ACCESS_CHAINS.contains(&chain.code) => {
@@ -245,7 +244,7 @@ impl Program {
         self.index_within(value, 16)
     }
 
-    /// A counter of a loop is made of itself: after `depth` steps the rest is a name.
+    /// A loop counter depends on itself: after `depth` steps the rest is a name.
     fn index_within(&self, value: u32, depth: u32) -> Index {
         let Some(Instruction { code, operands }) = self.defined.get(&value).filter(|_| depth > 0) else {
             return Index::Other(format!("value {value}"));
@@ -282,8 +281,7 @@ impl Program {
         }
     }
 
-    /// What `next` adds to a variable, if it is a sum of that variable and something that
-    /// does not change.
+    /// The step of a variable: `next` is the sum of the variable and a constant value.
     fn step(&self, variable: u32, next: u32) -> Option<String> {
         let sum = self.defined.get(&next).filter(|sum| sum.code == op::ADD)?;
         let loaded = self.defined.get(&sum.operands[2]).filter(|load| load.code == op::LOAD)?;
@@ -291,7 +289,7 @@ impl Program {
         (loaded.operands[2] == variable && !step.contains('%')).then_some(step)
     }
 
-    /// The access of shared memory that an instruction makes.
+    /// The shared memory access of an instruction.
     fn access(&self, instruction: &Instruction, guard: &Guard) -> Option<Access> {
         let operands = &instruction.operands;
         let (pointer, kind) = match instruction.code {
@@ -309,7 +307,7 @@ impl Program {
         self.shared.contains(&variable).then(|| Access { variable, kind, index, guard: guard.clone() })
     }
 
-    /// What is known where a condition is true, or false.
+    /// The constraints if a condition is true, or false.
     fn guard_of(&self, condition: u32, is_true: bool, known: &Guard, guards: &HashMap<u32, Guard>) -> Guard {
         let Some(Instruction { code, operands }) = self.defined.get(&condition) else { return known.clone() };
         match *code {
@@ -323,7 +321,7 @@ impl Program {
                 [Index::Own, below] => Guard { below: Some(below), ..known.clone() },
                 _ => known.clone(),
             },
-            // `a && b`: true only by way of the block of `b`.
+            // `a && b`: true only through the block of `b`.
             op::PHI if is_true && operands.len() == 6 => {
                 let way = guards.get(&operands[5]).unwrap_or(known);
                 self.guard_of(operands[4], true, way, guards)
@@ -332,7 +330,8 @@ impl Program {
         }
     }
 
-    /// Follows a function from the accesses before it to those after it, and notes conflicts.
+    /// Follows a function, given the accesses before it. Returns the accesses after it, and adds
+    /// conflicts.
     fn follow(&self, function: u32, before: Pending, guard: &Guard, found: &mut Conflicts) -> Pending {
         let blocks = &self.functions[&function];
         let mut entering: HashMap<u32, Pending> = HashMap::from([(blocks[0].label, before)]);
@@ -392,7 +391,7 @@ impl Program {
     }
 }
 
-/// The module with its `number`th barrier left out; `None` if it has fewer.
+/// The module without its `number`th barrier. `None` if it has fewer.
 fn without_barrier(words: &[u32], number: usize) -> Option<Vec<u32>> {
     let mut at = 5;
     let mut count = 0;
@@ -409,11 +408,12 @@ fn without_barrier(words: &[u32], number: usize) -> Option<Vec<u32>> {
     None
 }
 
-/// Variables whose indices this check does not understand.
+/// Variables with indices that this check does not understand.
 const OTHERWISE: [(&str, &str); 2] = [
-    // Invocation 0 overwrites element 0, which no other reads in the last step of the reduction.
+    // Invocation 0 overwrites element 0, which no other invocation reads in the last step of the
+    // reduction.
     ("clearance", "nearest"),
-    // Invocation `lane` reads and writes row `lane` alone.
+    // Invocation `lane` reads and writes only row `lane`.
     ("gather", "sums"),
 ];
 
@@ -430,7 +430,7 @@ fn shared_memory_is_read_after_a_barrier() {
     }
 }
 
-/// The check misses any barrier that is left out.
+/// The check reports each barrier that is left out.
 #[test]
 fn no_barrier_can_be_left_out() {
     let (mut count, mut found) = (0, Vec::new());
@@ -459,12 +459,11 @@ fn conditions(program: &Program, value: u32) -> Vec<u32> {
     }
 }
 
-/// The guard against invocations beyond the end of a list compares with `>=`. With `>` one
-/// invocation too many writes beyond the buffer. The device drops that write, so that no
-/// picture shows it.
+/// The guard against invocations beyond the end of a list uses `>=`. With `>`, one invocation too
+/// many writes beyond the buffer. The device drops this write, so no picture shows it.
 #[test]
 fn invocations_beyond_a_list_leave() {
-    // The first workgroup stays even without values: it writes the total.
+    // The first workgroup continues even without values: it writes the total.
     const ONE_MORE: [&str; 1] = ["prefix_sum"];
     let mut guards = 0;
     for shader in SHADERS.iter().filter(|shader| !ONE_MORE.contains(&shader.stem)) {

@@ -1,4 +1,4 @@
-//! Accessibility of path vertices: ray by ray, and beside a wall.
+//! Accessibility of path vertices: each ray, and beside a wall.
 
 use crate::common::assert_silent;
 use crate::world::{Random, World};
@@ -33,8 +33,8 @@ fn open_rays_equal_the_reference() {
             let strata = Strata { rings, sectors };
             cpu::accessibility::open_rays(world.geometry(), strata, (point.position, point.side), reach, SEED)
         };
-        // A ray that ends within an ulp of the reach, or passes an edge, may be told apart
-        // otherwise.
+        // A ray that ends within an ulp of the reach, or passes an edge, may give different
+        // results.
         let differ = points.iter().zip(&found).filter(|(point, found)| reference(point) != **found).count();
         assert!(differ * 500 <= count, "{differ} of {count} points differ");
         let open: u32 = found.iter().sum();
@@ -46,8 +46,8 @@ fn open_rays_equal_the_reference() {
     assert_silent(&world.context);
 }
 
-/// A distance d from an endless wall, the share of cosine-distributed rays that meet it within r is
-/// that of the unit disc beyond d/r.
+/// At distance d from an infinite wall, the fraction of cosine-distributed rays that meet it within
+/// r is that of the unit disc beyond d/r.
 #[test]
 fn a_wall_hides_a_segment_of_the_disc() {
     let world = World::new(&shapes::closed_box(Vec3::splat(4.0), 0.5), 8);
@@ -64,7 +64,7 @@ fn a_wall_hides_a_segment_of_the_disc() {
         let k = f64::from(distance / reach).min(1.0);
         let hidden = (k.acos() - k * (1.0 - k * k).sqrt()) / PI;
         let found = 1.0 - f64::from(open) / f64::from(rings * sectors);
-        // The edge of the segment crosses some strata: their jitter.
+        // The edge of the segment crosses some strata, where the jitter decides.
         assert!((found - hidden).abs() < 0.005, "{found} instead of {hidden} at {distance} m");
     }
     assert_silent(&world.context);

@@ -1,5 +1,5 @@
-//! Lists of the scene that the device does not bind are behind addresses: kernels find in them what
-//! they find in lists that are bound.
+//! Scene lists that are too long for a binding are read through addresses: kernels give the same
+//! results as with bound lists.
 
 use crate::common::assert_silent;
 use crate::world::{Random, World};
@@ -13,7 +13,7 @@ use lightpaths::types::{GatherRay, Node, Surface, Triangle};
 
 const SEED: u32 = 11;
 
-/// Bytes of what kernels make that read nodes, triangles and surfaces, in this order.
+/// Output bytes of kernels that read nodes, triangles and surfaces, in this order.
 fn made(world: &World) -> [Vec<u8>; 4] {
     let World { context, buffers, clusters, .. } = world;
     let mut random = Random::new(23);

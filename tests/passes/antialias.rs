@@ -1,4 +1,4 @@
-//! Antialiasing: which pixels are sampled, and what their samples see.
+//! Antialiasing: the pixels that are sampled, and the surfaces that their samples see.
 
 use crate::common::{assert_silent, context};
 use crate::path_trace;
@@ -19,14 +19,14 @@ use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::{Camera, shapes};
 use lightpaths::types::{LightSource, NO_SIDE, PixelSurface, View};
 
-/// A frame's part up to the layers of its lights.
+/// The passes of a frame up to the per-light irradiance buffers.
 pub(crate) struct Frame {
     pub(crate) view: View,
     pub(crate) pixels: Vec<PixelSurface>,
-    /// Of each light: its layer as first traced, and with its shadows' edges averaged.
+    /// For each light: its irradiance buffer before and after the averaging of shadow edges.
     pub(crate) layers: Vec<[Vec<f32>; 2]>,
-    /// Of each light: pixels at which it was averaged anew, and how many samples its
-    /// edge pixels need.
+    /// For each light: the number of pixels that were averaged anew, and the samples that its edge
+    /// pixels need.
     pub(crate) shadow_counts: Vec<u32>,
     pub(crate) needs: Vec<Vec<u32>>,
     pub(crate) irradiance: Vec<Vec3>,
@@ -41,7 +41,7 @@ impl Frame {
         Self::with_room(world, lights, camera, max_samples, [u32::MAX; 2])
     }
 
-    /// With room for so many samples and slots at most.
+    /// With capacity for at most `samples` samples and `slots` slots.
     pub(crate) fn with_room(
         world: &World,
         lights: &[LightSource],
@@ -127,7 +127,7 @@ impl Frame {
         self.antialias.edge_pixels.read_range(0, self.edge_count() as usize).unwrap()
     }
 
-    /// Samples of each of so many edge pixels.
+    /// Number of samples of an edge pixel if there are `edge_count`.
     pub(crate) fn samples_per_edge(&self, edge_count: u32) -> u32 {
         let EdgeCapacity { max_samples, samples, slots } = self.antialias.capacity;
         cpu::antialias::samples_per_edge(edge_count, max_samples, [samples, slots])
@@ -158,8 +158,8 @@ impl Frame {
     }
 }
 
-/// Which of its points a sample shows, eighths of them that met a surface, place of
-/// its source, slot.
+/// Fields of a sample: the point that it shows, eighths that met a surface, position of its source,
+/// slot.
 pub(crate) fn parts_of(sample: EdgeSample) -> [u32; 4] {
     let what = sample.what;
     [what & 7, what >> 3 & 15, what >> 7 & 15, what >> 11 & 3]
@@ -191,12 +191,12 @@ fn edge_pixels_equal_the_reference() {
             let reference = cpu::antialias::edges(thresholds, &world.surfaces, size, pixels);
             let marked = frame.edge_pixels();
             let is_marked = |index: usize| frame.numbers[index] != NO_EDGE;
-            // In the order of tiles, and each pixel knows its place in it.
+            // In the order of tiles; each pixel stores its index in it.
             let expected = cpu::antialias::tile_order(size).filter(|&pixel| is_marked(pixel as usize));
             assert_eq!(marked, expected.collect::<Vec<_>>(), "{size:?}");
             assert!((0..).zip(&marked).all(|(number, &pixel)| frame.numbers[pixel as usize] == number));
             let differ = (0..reference.len()).filter(|&index| reference[index] != is_marked(index)).count();
-            // Differences that reach a threshold by a hair.
+            // Differences very close to a threshold.
             assert!(differ * 500 <= pixels.len(), "{differ} of {} pixels differ", pixels.len());
             let share = marked.len() as f64 / pixels.len() as f64;
             assert!(pixels.len() < 500 || (0.01..0.95).contains(&share), "{share} of {size:?}");
@@ -212,7 +212,7 @@ fn edge_pixels_equal_the_reference() {
                     "{count}, {expected} by the reference"
                 );
                 shadows += expected;
-                // Only those change.
+                // Only these pixels change.
                 let changed = (0..reference.len()).filter(|&pixel| layers[1][pixel] != layer[pixel]);
                 let unmarked = changed.filter(|&pixel| !reference[pixel]).count();
                 assert!(unmarked * 500 <= pixels.len(), "{unmarked} unmarked pixels changed");
@@ -247,7 +247,7 @@ fn edge_samples_equal_the_reference() {
                     pixel,
                     [index, count, OUTLINE_POINTS],
                 );
-                // A ray that passes an edge on the other side.
+                // A ray may pass an edge on the other side.
                 other_shares += usize::from((reference.share - f64::from(eighths) / 8.0).abs() > 1e-6);
                 shared += usize::from(eighths > 0 && eighths < 8);
                 let seen = reference.seen.filter(|_| reference.number == number);
@@ -258,7 +258,7 @@ fn edge_samples_equal_the_reference() {
                 let (least, reference) =
                     cpu::antialias::source(&world.surfaces, &frame.view, &frame.pixels, pixel, &seen);
                 if reference != source {
-                    // As good, but for an error of f32.
+                    // As good, within an error of f32.
                     let pixel = &frame.pixels[source as usize];
                     let cost = cpu::antialias::dissimilarity(&world.surfaces, &seen, pixel);
                     other_sources += usize::from(cost > least + 1e-3 * (1.0 + least));
@@ -280,8 +280,8 @@ fn edge_samples_equal_the_reference() {
     assert_silent(&context());
 }
 
-/// Beside the void all that a sample shows is how much of the pixel a surface covers: sixteen
-/// points tell it to a sixteenth at best.
+/// At an outline, a sample shows only the covered fraction of the pixel: sixteen points resolve it
+/// to 1/16 at best.
 #[test]
 fn an_outline_covers_its_share_of_each_pixel() {
     let world = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
@@ -309,16 +309,16 @@ fn an_outline_covers_its_share_of_each_pixel() {
     assert_silent(&context());
 }
 
-/// Shadows' edges on flat walls and on triangles whose normals lean: the mean of the light over
-/// the pixel's samples.
+/// Shadow edges on flat walls and on triangles with smooth normals: the mean of the light over the
+/// pixel's samples.
 #[test]
 fn shadow_edges_equal_the_reference() {
     let room = path_trace::world();
-    // Light changes fast near a light, shadow or not.
+    // Irradiance changes fast near a light, with or without a shadow.
     let near = LightSource::point(Vec3::new(0.6, 0.3, -0.35), Vec3::ONE);
     let sphere = World::new(&shapes::integrating_sphere(0.8, 2, 0.5, Vec3::ZERO, 1.0), 8);
     let mut lights = light_sources(&path_trace::lights());
-    // In more dispatches than one.
+    // This light takes several dispatches.
     (lights[2].samples, lights[2].stride, lights[2].modulus) = (17, 11, 18);
     let (mut flat, mut curved) = (0, 0);
     let near = [near];
@@ -352,7 +352,7 @@ fn shadow_edges_equal_the_reference() {
                 let leans = centre.normal.dot(world.geometry().normal(centre.side)) < 0.999;
                 *if leans { &mut curved } else { &mut flat } += 1;
             }
-            // Many shadow rays a pixel: one of them may pass an edge on the other side.
+            // A pixel has many shadow rays, and one of them may pass an edge on the other side.
             assert!(differ * 20 <= changed + 20, "{differ} of {changed} pixels of {size:?} differ");
         }
     }

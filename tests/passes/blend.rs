@@ -1,4 +1,4 @@
-//! Blending: lists of any length, and what the neighbourhoods promise.
+//! Blending: lists of any length, and the guarantees of the neighbourhoods.
 
 use crate::common::{assert_silent, context};
 use crate::world::{Random, World};
@@ -11,7 +11,7 @@ use lightpaths::passes::precompute::cache_points::Placed;
 use lightpaths::passes::precompute::neighbours::{Neighbour, Neighbourhoods};
 use lightpaths::types::{CachePoint, Record};
 
-/// Relative to the sum of the terms' sizes, which may cancel.
+/// Tolerance relative to the sum of the terms' sizes; the terms may cancel.
 const SUM: f64 = 1e-5;
 
 fn random_record(random: &mut Random, point: &CachePoint) -> Record {
@@ -33,7 +33,7 @@ fn blended_records_equal_the_reference() {
         let records: Vec<Record> = points.iter().map(|point| random_record(&mut random, point)).collect();
         let mut lists = Neighbourhoods { first: vec![0], list: Vec::new() };
         for _ in 0..count {
-            // An empty list now and then: nothing but zeros may come of it.
+            // Some lists are empty: their result is zero.
             for _ in 0..random.below(9) {
                 let record = random.below(count as u32);
                 lists.list.push(Neighbour { record, weight: random.unit() });
@@ -83,7 +83,7 @@ fn neighbours_lie_within_both_clearances_and_shares_sum_to_one() {
             assert!(own.point.facet.dot(other.point.facet) >= FACETS_ALIKE);
             pairs += 1;
         }
-        // The search by cells misses nobody that brute force finds well inside.
+        // The search by cells finds every neighbour that brute force finds well inside.
         let reach = |p: &Placed| p.clearance.min(2.0 * p.point.radius);
         for (j, other) in placed.iter().enumerate() {
             let is_near = own.point.position.distance(other.point.position)
@@ -96,14 +96,14 @@ fn neighbours_lie_within_both_clearances_and_shares_sum_to_one() {
     assert!(pairs > 2 * placed.len(), "{pairs} pairs");
 }
 
-/// Different from point to point, the same every time.
+/// A clearance that differs between points and is reproducible.
 fn random_clearance(point: &CachePoint) -> f32 {
     let Vec3 { x, y, z } = point.position;
     (x * 12.3 + y * 45.6 + z * 78.9).fract().abs()
 }
 
-/// Irradiance that bends: neighbours all around a point tell it exactly, those on one side as well
-/// as their mean place allows.
+/// A quadratic irradiance field: the result is exact with neighbours all around a point. With
+/// neighbours on one side, the error depends on their mean offset.
 #[test]
 fn a_quadratic_field_is_blended_without_flattening_it() {
     let context = context();
@@ -137,7 +137,7 @@ fn a_quadratic_field_is_blended_without_flattening_it() {
         let pass = Blend::new(&context, &lists).unwrap();
         context.run(|rec| pass.record(rec, &cache_points, &given, None)).unwrap();
         let blended: Vec<Record> = pass.records.read().unwrap();
-        // Half the bend, which is 3.1 at most, times the square of the mean offset.
+        // Half the curvature, which is at most 3.1, times the square of the mean offset.
         let bound = 0.5 * 3.1 * mean_offset * mean_offset + 1e-5;
         let off = (f64::from(blended[0].irradiance.x) - 3.0).abs();
         assert!(off <= bound, "{off} for {bound}");
@@ -145,8 +145,8 @@ fn a_quadratic_field_is_blended_without_flattening_it() {
     assert_silent(&context);
 }
 
-/// Gradients as steep as many, of which some say that there is less than no light: as many records
-/// are kept at zero as is told, the others are what all say.
+/// Steep gradients, some of which extrapolate below zero. As many records as reported are clamped
+/// at zero; the others are the blend of all.
 #[test]
 fn records_are_kept_from_falling_below_zero_where_it_is_told() {
     let (context, world) = (context(), World::room());

@@ -1,4 +1,4 @@
-//! Directional proxies of clusters: their irradiance, and how much of which cluster they show.
+//! Directional proxies of clusters: their irradiance and their weights.
 
 use crate::common::assert_silent;
 use crate::world::{Random, SUM, World, assert_near};
@@ -45,12 +45,12 @@ fn irradiance_of_views_equals_the_reference() {
     assert_silent(&world.context);
 }
 
-/// Few and wide: they read coarse clusters.
+/// Few wide rays, which read coarse clusters.
 const HEMISPHERE: u32 = 16;
 const SEED: u32 = 5;
 
-/// Proxies that some cache points need, their rays before and after, and the bits of a cluster
-/// before and after.
+/// Proxies of some cache points, their rays before and after, and the bits of a cluster before and
+/// after.
 struct Made {
     world: World,
     points: Vec<CachePoint>,
@@ -62,8 +62,8 @@ struct Made {
 
 fn make(scene: &Scene) -> Made {
     let world = World::new(scene, 32);
-    // Many entry points in every cluster: all proxies have the minimum count, and no ray reads
-    // coarser than its footprint.
+    // Many entry points in every cluster: all proxies reach the minimum count, and no ray reads a
+    // cluster coarser than its footprint.
     let many = vec![1e3; world.in_clusters.len()];
     let points = world.cache_points(&mut Random::new(102), 1_000, 0.1);
     let buffer = Buffer::from_slice(&world.context, "cache points", &points).unwrap();
@@ -126,7 +126,8 @@ fn weights_of_a_view_are_what_its_readers_see() {
         assert!(sum == 1.0 && parts.len() <= 64, "{sum} of {} parts", parts.len());
     }
 
-    // Every ray reads what it read, or a proxy of that; and what it hits is what the proxy shows.
+    // Each ray reads the same cluster or a proxy of it, and the proxy shows the surface that the
+    // ray hits.
     let is_below = |mut part: u32, cluster: u32| {
         while part < cluster {
             part = world.hvds.parents[part as usize];
@@ -163,7 +164,8 @@ fn weights_of_a_view_are_what_its_readers_see() {
         let run = &tables.part_offsets[pair[2] as usize..][..2];
         let parts = &tables.parts[run[0] as usize..run[1] as usize];
         assert!(parts.iter().all(|&part| is_below(tables.packing.cluster(part), pair[0])));
-        // What all readers together see of each child, by many points, against what the proxy says.
+        // The visibility of each child from all readers, sampled with many points, compared with
+        // the proxy.
         let children =
             world.hvds.child_offsets[pair[0] as usize]..world.hvds.child_offsets[pair[0] as usize + 1];
         let seen = |cluster: u32| -> f64 {
@@ -178,7 +180,7 @@ fn weights_of_a_view_are_what_its_readers_see() {
             let weights = parts.iter().filter(|&&part| is_below(tables.packing.cluster(part), child));
             let weight: f64 = weights.map(|&part| f64::from(tables.packing.weight(part))).sum();
             shares += 1;
-            // Eight samples of each part: shares of the whole that are off by a tenth are rare.
+            // Each child has eight samples: errors of a tenth in the weights are rare.
             wrong += u32::from((weight - seen / all).abs() > 0.1);
         }
     }
@@ -194,7 +196,7 @@ fn views_are_the_same_each_time() {
     assert_eq!(a.tables.parts, b.tables.parts);
     assert!(a.after.iter().zip(&b.after).all(|(a, b)| a.target == b.target));
 
-    // Rays of the same points, redirected as those of other points are, read the same proxies.
+    // Rays of the same points, redirected like rays of other points, read the same proxies.
     let mut rows = a.before.clone();
     for row in rows.iter_mut().filter(|row| row.target != NO_TARGET) {
         let (cluster, material) = unpack(*row, a.bits[0]);
@@ -205,6 +207,6 @@ fn views_are_the_same_each_time() {
     let clusters = a.world.hvds.cluster_count();
     a.tables.redirect(&mut rows, &a.points, hemisphere, (SEED, Directions::new(256)), packing, clusters);
     let differing = rows.iter().zip(&a.after).filter(|(a, b)| a.target != b.target).count();
-    // A ray that nothing can hide from may share a pair with one that something can.
+    // A ray without occluders may share a pair with a ray that has some.
     assert!(differing * 10 <= a.tables.readers as usize, "{differing} of {}", a.tables.readers);
 }

@@ -1,5 +1,5 @@
-//! From points to clusters: entry points fall where the tables say, and none is lost however walls
-//! lie in the grid.
+//! From points to clusters: entry points are in the clusters of the tables, and none is lost,
+//! wherever walls are in the grid.
 
 use crate::common::assert_silent;
 use crate::world::{Random, World};
@@ -12,7 +12,7 @@ use lightpaths::types::{Grid, NO_CLUSTER, PathVertex};
 
 const SEED: u32 = 9;
 
-/// For each point of the device, the nearest unused reference on the same side.
+/// Matches each point of the device with the nearest unused reference point on the same side.
 fn match_points(device: &[PathVertex], mut references: Vec<PathVertex>) {
     assert_eq!(device.len(), references.len());
     for point in device {

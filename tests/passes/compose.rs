@@ -1,4 +1,4 @@
-//! What pixels and their samples are composed of: the colours of images there, and the picture.
+//! Composition of pixels and their samples: the colours of images there, and the picture.
 
 use crate::antialias::{Frame, camera, lights, parts_of};
 use crate::common::{assert_silent, context};
@@ -19,7 +19,7 @@ use lightpaths::types::{NO_SIDE, PixelSurface};
 #[test]
 fn colours_of_pixels_and_samples_equal_the_reference() {
     let room = World::textured_room();
-    // With an outline, where samples show other points than their own.
+    // With an outline, where samples show points other than their own.
     let squares = World::new(&textured(shapes::facing_squares(1.0, 1.0, 0.5)), 8);
     for (world, distance, size, most) in [
         (&room, 1.0, [1, 1], 16),
@@ -59,7 +59,7 @@ fn colours_of_pixels_and_samples_equal_the_reference() {
         {
             let found: Vec<u32> = buffer.read_range(0, reference.len()).unwrap();
             // Half of the last bit of a packed root, and the error of f32 texture coordinates at a
-            // slant.
+            // grazing angle.
             let apart = |(found, reference): &(&u32, &DVec3)| {
                 (unpack_colour(**found) - *reference).abs().max_element() > 2e-3
             };
@@ -122,7 +122,7 @@ fn pictures_equal_the_reference_in(world: &World) {
             }
             let albedo = world.materials[material_of(side) as usize].diffuse * colour.as_vec3();
             let light = irradiances.emission_scale;
-            // A pixel's gloss is that of its centre's material.
+            // A pixel has the glossy radiance of the material at its centre.
             let centre = frame.pixels[pixel].side;
             let is_own = centre != NO_SIDE && material_of(centre) == material_of(side);
             let gloss = radiances[if is_own { pixel } else { source }];

@@ -1,4 +1,4 @@
-//! Slots of edge pixels: which samples share one, and the light that is added up in them.
+//! Slots of edge pixels: the samples that share one, and the light that is summed in them.
 
 use crate::antialias::{Frame, camera, parts_of};
 use crate::common::{assert_silent, context};
@@ -55,14 +55,14 @@ fn slots_equal_the_reference() {
     assert_silent(&context());
 }
 
-/// The light of edge pixels: its sum over slots is the mean over samples, and over more of them
-/// where it differs much among those.
+/// The light of an edge pixel: its sum over slots is the mean over samples. If it varies much, more
+/// samples are used.
 #[test]
 fn light_at_edges_equals_the_reference() {
     let room = path_trace::world();
     let squares = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
     let mut lights = light_sources(&path_trace::lights());
-    // In more dispatches than one.
+    // This light takes several dispatches.
     (lights[2].samples, lights[2].stride, lights[2].modulus) = (17, 11, 18);
     let needs = Needs { spread: f64::from(SPREAD), density: f64::from(DENSITY), most: MAX_SAMPLE_FACTOR };
     let (mut needy, mut plain, mut other_needs) = (0, 0, 0);
@@ -119,7 +119,7 @@ fn light_at_edges_equals_the_reference() {
                 }
                 plain += 1;
             }
-            // Many shadow rays a pixel: one of them may pass an edge on the other side.
+            // A pixel has many shadow rays, and one of them may pass an edge on the other side.
             assert!(differ * 20 <= edges + 20, "{differ} of {edges} pixels of {size:?} differ");
         }
     }

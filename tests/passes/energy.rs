@@ -39,8 +39,8 @@ fn two_levels(count: u32) -> Hvds {
 
 const PATHS: u32 = 499;
 
-/// Random contributions in those lists, and one that nobody reads. At entry points nothing has
-/// been reflected yet.
+/// Random contributions in these lists, and one that no cluster reads. Contributions of entry
+/// points are not reflected yet.
 fn contributions(random: &mut Random, contribution_offsets: &[u32]) -> Vec<Contribution> {
     let mut contributions = Vec::new();
     for (list, run) in contribution_offsets.windows(2).enumerate() {
@@ -54,7 +54,7 @@ fn contributions(random: &mut Random, contribution_offsets: &[u32]) -> Vec<Contr
     contributions
 }
 
-/// What the hierarchy takes of a light, on the device.
+/// Input buffers of the hierarchy for one light.
 struct OneLight {
     factors: Buffer,
     first_bounce: Option<Buffer>,
@@ -89,7 +89,7 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
     assert!(room.levels.len() == 5 && room.levels[0].len() > 1_000);
     for hvds in [1, 2, 63, 64, 65, 997].map(two_levels).into_iter().chain([room]) {
         let base = hvds.levels[0].len();
-        // Two lists a cluster, of very different length, every third of them empty.
+        // Each cluster has two lists of very different length; every third list is empty.
         let mut contribution_offsets = vec![0];
         for list in 0..2 * base as u32 {
             let length = [0, random.below(9), random.below(70)][list as usize % 3];
@@ -99,7 +99,7 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
         let runs = contribution_ranges(&hvds, &contribution_offsets);
         let min_area_m2 = 0.01;
 
-        // Behind the entry point paths may carry another light on.
+        // After the entry point, paths may carry other flux.
         let factors: Vec<f32> = (0..PATHS).map(|_| 50.0 * random.unit()).collect();
         let first_bounce: Vec<Vec3> = factors.iter().map(|factor| factor * (1.0 + random.cube())).collect();
         let emission = 1.5 + random.cube();
@@ -146,9 +146,9 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
     assert_silent(&context);
 }
 
-/// Layers of lights, and their sum: what the same light makes of path flux. A light's layer is the
-/// same to the bit whichever lights are due with it, and lights that are off are left out of the
-/// sum to no effect.
+/// Per-light irradiance buffers and their sum equal the result from path flux. A light's buffer is
+/// the same to the bit, whichever other lights are stale. Lights that are off do not change the
+/// sum.
 #[test]
 fn layers_of_lights_equal_the_reference_and_add_up() {
     let context = context();
@@ -235,7 +235,7 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
             assert_near(irradiance[cluster], resolved[cluster], SUM, 0.0, &name);
         }
 
-        // Every second light off: left out, or black.
+        // Every second light is off: left out, or black.
         let sum = |lights: &[(Vec3, &Buffer)]| {
             context.run(|rec| pyramid.record_sum(rec, lights, &all)).unwrap();
             pyramid.flux.read::<u32>().unwrap()

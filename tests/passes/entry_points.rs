@@ -1,5 +1,4 @@
-//! Entry points as a sample of the surface: however dense they stand, what they stand for
-//! is the surface.
+//! Entry points sample the surface: at any density, their areas add up to it.
 
 use crate::common::assert_silent;
 use crate::world::World;
@@ -8,7 +7,7 @@ use lightpaths::passes::precompute::entry_points::{self, DENSEST, Strata, densit
 
 const SEED: u32 = 11;
 
-/// Density that changes from fragment to fragment without a jump, over the whole range.
+/// A smooth density over the fragments, over the whole range.
 fn smooth_densities(world: &World) -> Vec<f32> {
     let density = |corners: &Vec<Vec3>| {
         let middle = corners.iter().sum::<Vec3>() / corners.len() as f32;
@@ -38,7 +37,7 @@ fn runs_are_as_long_as_area_and_density_say() {
             let area: f64 = world.hvds.fragments.iter().map(|fragment| fragment.area_m2).sum();
             assert!((strata.area_m2 / area - 1.0).abs() < 1e-9);
 
-            // The points of a cluster are a run: its ends are right to half a point each.
+            // The points of a cluster are contiguous: each end is right to half a point.
             let mut held = vec![0_u32; world.hvds.cluster_count() as usize];
             let mut order: Vec<_> = world.hvds.fragments.iter().collect();
             order.sort_by_key(|fragment| fragment.cluster);
@@ -54,7 +53,7 @@ fn runs_are_as_long_as_area_and_density_say() {
                 if !holds_fragments(&world, cluster) {
                     continue;
                 }
-                // Areas of fragments are f64, those of their fans come from f32 corners.
+                // Areas of fragments are f64; areas of their fans come from f32 corners.
                 let off = (held as f32 - expected).abs();
                 assert!(off <= 1.01 + 1e-4 * count as f32, "cluster {cluster}: {held} for {expected}");
             }
@@ -76,7 +75,7 @@ fn placed_points_fall_into_the_clusters_that_they_were_dealt_to() {
             cluster = world.hvds.parents[cluster] as usize;
         }
     }
-    // A point that is moved off an edge by a hair may cross into the next cell.
+    // A point that is moved slightly off an edge may cross into the next cell.
     let is_off = |cluster: &usize| (held[*cluster] as f32 - strata.in_clusters[*cluster]).abs() > 2.0;
     let holding = (0..held.len()).filter(|&cluster| holds_fragments(&world, cluster));
     let off = holding.filter(is_off).count();
@@ -84,7 +83,7 @@ fn placed_points_fall_into_the_clusters_that_they_were_dealt_to() {
     assert_silent(&world.context);
 }
 
-/// Wholes hold what their clusters hold.
+/// Unweighted clusters have the fragments of their clusters.
 fn holds_fragments(world: &World, cluster: usize) -> bool {
     let mut base = cluster;
     while base >= world.hvds.levels[0].len() {

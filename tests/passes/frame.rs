@@ -1,5 +1,5 @@
-//! The frame's recipe: what each edit redoes, and that its barriers are enough and none
-//! is too many.
+//! The frame plan: the passes of each edit. The frame's barriers are sufficient, and none is
+//! redundant.
 
 use crate::common::{assert_silent, context};
 use crate::world::textured;
@@ -10,17 +10,17 @@ use lightpaths::scene::{Light, LightKind, Quality, Scene, shapes};
 
 /// Passes of the camera.
 const VIEW: &[&str] = &["primary", "edge_samples"];
-/// What it takes before the first light since.
+/// Passes before the first light of a new view.
 const BATCHES: &[&str] = &["pixel_batches"];
-/// Passes that trace a light's layer of the picture.
+/// Passes that trace a light's irradiance at pixels.
 const LAYER: &[&str] = &["direct", "shadow_edges"];
 /// Passes that carry energy from the light paths to the clusters.
 const ENERGY: &[&str] = &["hvds", "gather", "near_field"];
 /// Passes that carry it to the records of the last view.
 const SAME_RECORDS: &[&str] = &["gather", "blend"];
-/// And to records that must be found first.
+/// Passes that carry it to records that must be found first.
 const RECORDS: &[&str] = &["needed_records", "gather", "blend"];
-/// Passes that make the picture of records and layers.
+/// Passes that render the picture from records and irradiance buffers.
 const PICTURE: &[&str] = &["splat_apply", "compose", "tonemap"];
 
 fn scene() -> Scene {
@@ -28,18 +28,18 @@ fn scene() -> Scene {
     scene.quality =
         Quality { entry_points: 3_000, cache_points: 300, gather_rays: 64, cells: 8, ..Quality::DRAFT };
     scene.cameras[0].size = [33, 17];
-    // So that its shadows have edges.
+    // Without this wall, shadows have edges.
     scene.triangles.truncate(scene.triangles.len() - 2);
     scene
 }
 
 fn area_light(radiance: Vec3) -> LightKind {
     let (edge_u, edge_v) = (Vec3::new(0.2, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.2));
-    // In more dispatches than one.
+    // This light takes several dispatches.
     LightKind::Area { corner: Vec3::new(0.1, 0.3, 0.1), edge_u, edge_v, radiance, samples: 20 }
 }
 
-/// The next frame does exactly that.
+/// Asserts that the next frame runs exactly these passes.
 #[track_caller]
 fn expect(renderer: &mut Renderer, what: &str, passes: &[&[&str]]) {
     let report = renderer.frame().unwrap();
@@ -47,7 +47,7 @@ fn expect(renderer: &mut Renderer, what: &str, passes: &[&[&str]]) {
     assert_eq!(names, passes.concat(), "{what}");
     assert_eq!(context().take_redundant_barriers(), [""; 0], "{what}");
     assert!(report.passes.iter().all(|pass| !pass.overlapped), "{what}");
-    // An idle frame gathers what the view did not need; only then is there nothing to do.
+    // An idle frame gathers the records that the view did not use; the next one does nothing.
     let idle = if names.contains(&"hvds") { RECORDS } else { &[] };
     let passes = renderer.frame().unwrap().passes;
     assert!(passes.iter().map(|pass| pass.name).eq(idle.iter().copied()), "{what}, and then {passes:?}");
@@ -72,7 +72,7 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     let all = &[view, BATCHES, LAYER, sum, factors, scan, clusters, ENERGY, &["splat"], RECORDS, PICTURE];
     let moved = &[LAYER, sum, factors, clusters, ENERGY, RECORDS, PICTURE];
     let recoloured = &[sum, ENERGY, RECORDS, PICTURE];
-    // A single light's colour is the last factor of the picture.
+    // The colour of a single light is the last factor of the picture.
     let rescaled: &[&[&str]] = &[&["compose", "tonemap"]];
     expect(renderer, "the first frame", all);
 
@@ -194,7 +194,7 @@ fn lights_that_stay_trace_nothing() {
     assert_silent(&context);
 }
 
-/// A light that the scene has off is traced by nothing until it is switched on.
+/// A light that is off in the scene is not traced until it is switched on.
 #[test]
 fn lights_that_the_scene_has_off_emit_nothing() {
     let context = context();
@@ -210,7 +210,7 @@ fn lights_that_the_scene_has_off_emit_nothing() {
     assert_silent(&context);
 }
 
-/// A pass is repeated without the others, and leaves what a frame left.
+/// A repeated pass runs without the others and leaves the same results as a frame.
 #[test]
 fn a_pass_alone_is_repeated() {
     let mut renderer = Renderer::new(&context(), scene(), &mut Silent).unwrap();

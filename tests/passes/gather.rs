@@ -1,4 +1,4 @@
-//! Final gathering: irradiance and both gradients, from rays that are given.
+//! Final gathering: irradiance and both gradients, from given rays.
 
 use crate::common::{assert_silent, context};
 use crate::world::{Random, SUM, assert_near};
@@ -15,8 +15,7 @@ use lightpaths::types::{CachePoint, GatherRay, MergedRay, NO_TARGET, Record, Ref
 const CLUSTERS: u32 = 501;
 const ALBEDOS: [Vec3; 3] = [Vec3::new(0.9, 0.5, 0.1), Vec3::ZERO, Vec3::new(0.2, 0.4, 0.8)];
 
-/// Rays that read anything, and gradients of any sign and size up to 2, subnormal
-/// halves among them.
+/// Rays with random targets, and gradients of any sign and size up to 2, subnormal halves included.
 pub(crate) fn random_rays(
     random: &mut Random,
     packing: GatherTargetPacking,
@@ -31,14 +30,14 @@ pub(crate) fn random_rays(
     (0..count).map(ray).collect()
 }
 
-/// What they read.
+/// Targets of the rays.
 pub(crate) fn targets(rays: &[GatherRay]) -> Vec<u32> {
     rays.iter().map(|ray| ray.target).filter(|&target| target != NO_TARGET).collect()
 }
 
 fn random_points(random: &mut Random, count: u32) -> Vec<CachePoint> {
     let point = |index| {
-        // The frame's own awkward cases first.
+        // The difficult cases of the tangent frame come first.
         let normal = [Vec3::Z, Vec3::NEG_Z].get(index as usize).copied().unwrap_or_else(|| random.sphere());
         CachePoint {
             position: random.cube(),
@@ -60,7 +59,7 @@ fn irradiance_and_gradients_equal_the_reference() {
     let packing = GatherTargetPacking::new(CLUSTERS, ALBEDOS.len(), 0.037).unwrap();
     let reflectance = |diffuse| Reflectance { diffuse, exponent: 1.0, specular: Vec3::ZERO, flags: 0 };
     let materials = Buffer::from_slice(&context, "materials", &ALBEDOS.map(reflectance)).unwrap();
-    // Eight orders of magnitude.
+    // Values over eight orders of magnitude.
     let irradiance: Vec<Vec3> =
         (0..CLUSTERS).map(|_| (1.0 + random.cube()) * 10f32.powf(8.0 * random.unit() - 4.0)).collect();
     let irradiance_buffer = Buffer::from_slice(&context, "irradiance", &irradiance).unwrap();
@@ -81,7 +80,7 @@ fn irradiance_and_gradients_equal_the_reference() {
         if let Some(last) = rays.last_chunk_mut::<4>().filter(|_| rings == 1) {
             last.fill(GatherRay { target: NO_TARGET, gradient: 0x3c00_3c00 });
         }
-        // In parts, so that the table is cut as it is where bindings are small.
+        // The table is split, as it is on devices with small bindings.
         let rows = point_count.div_ceil(3).max(1);
         let parts = rays.chunks((rows * strata.rays()) as usize);
         let buffers = parts.map(|part| Buffer::from_slice(&context, "gather rays", part).unwrap());
@@ -138,8 +137,8 @@ fn irradiance_and_gradients_equal_the_reference() {
             let colours = if has_colours { &colours[..] } else { &[] };
             let reference = gather(sources, strata, point.normal, &merged_rays, colours);
             assert_near(record.irradiance, reference.irradiance, SUM, 0.0, "irradiance");
-            // Terms of both signs cancel in a gradient: an error is relative to what they would add
-            // up to. Steepest is the outermost ring, a turn of which counts √(2·rings) times.
+            // Terms of both signs cancel in a gradient: the error is relative to the sum of their
+            // sizes. The outermost ring is the steepest; a turn of it counts √(2·rings) times.
             let brightest = reference.irradiance.max_element();
             let steepness = row.iter().map(|ray| unpack(ray.gradient).abs().max_element()).sum::<f64>();
             let scale = brightest * steepness / f64::from(packing.min_distance);
@@ -154,7 +153,7 @@ fn irradiance_and_gradients_equal_the_reference() {
     assert_silent(&context);
 }
 
-/// Gathers at some points only: these get what they had, the others keep what they have.
+/// Gathers at some points only: these get new values, and the others keep theirs.
 #[track_caller]
 fn assert_listed_alone(pass: &Gather, sources: GatherSources<'_>, gathered: &[Record], rows: u32) {
     let kept = Record {
@@ -182,13 +181,12 @@ fn assert_columns(device: &Mat3, reference: DMat3, scale: f64, what: &str) {
     }
 }
 
-/// What the reference's gradients mean: irradiance over a slanted source, against
-/// a difference quotient.
+/// The reference's gradients: irradiance over a slanted source, against a difference quotient.
 #[test]
 fn the_rotational_gradient_is_a_derivative() {
     let strata = Strata { rings: 64, sectors: 256 };
-    // A radiance field that depends on the direction in the world only, one cluster for each of 64
-    // steps of height.
+    // A radiance field that depends only on the direction in the world, with one cluster for each
+    // of 64 steps of height.
     let irradiance: Vec<Vec3> = (0..64).map(|step| Vec3::splat(step as f32)).collect();
     let merging = MergedRayPacking::new((0..64).collect(), Hemisphere { rings: 64, sectors: 256 });
     let sources = Sources {

@@ -1,5 +1,5 @@
-//! Gather rays and clearances: what each ray of a cache point finds, and its weight in
-//! the translational gradient.
+//! Gather rays and clearances: the target of each ray of a cache point, and its weight in the
+//! translational gradient.
 
 use crate::common::assert_silent;
 use crate::world::{Random, World, room, textured};
@@ -100,7 +100,7 @@ fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
                 let weight =
                     translational_gradient(tracing.strata, &distances, alone, min_distance) * min_distance;
                 let stored = unpack(row[ray as usize].gradient);
-                // Half of the last bit of a half, and what f32 distances of grazing rays lack.
+                // Half of the last bit of a half, and the error of f32 distances of grazing rays.
                 let bound = weight.abs().max_element() / 1024.0 + 1e-6;
                 assert!(
                     (stored - weight).abs().max_element() < bound,
@@ -155,7 +155,7 @@ fn clearances_equal_the_reference() {
         let behind = found.split_off(count);
         assert!(behind.iter().all(|c| c.distance == -1.0), "nothing is written past the last candidate");
         let reference: Vec<_> = points.iter().map(|point| tracing.clearance(point, far)).collect();
-        // A ray that an edge lets through by f32 may have been the nearest.
+        // A ray that passes an edge in f32 may have been the nearest.
         let differs = |(device, (distance, wall)): (&Clearance, &(f64, DVec3))| {
             (f64::from(device.distance) - distance).abs() > 1e-4 * distance
                 || (device.wall.as_dvec3() - wall).length() > 1e-3 * wall.length()

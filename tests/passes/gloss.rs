@@ -1,4 +1,4 @@
-//! Glossy surfaces: the tables, and the light that clusters send towards directions.
+//! Glossy surfaces: the tables, and the flux that clusters emit into direction bins.
 
 use crate::common::assert_silent;
 use crate::gloss_readers::{
@@ -30,7 +30,7 @@ pub(crate) const SEED: u32 = 3;
 pub(crate) const DIRECTIONS: Directions = Directions { side: 12 };
 pub(crate) const HEMISPHERE: Hemisphere = Hemisphere { rings: 4, sectors: 16 };
 
-/// A glossy room, precomputed as far as the passes of gloss need it.
+/// A glossy room with the precomputed tables of the glossy passes.
 pub(crate) struct Glossy {
     pub(crate) world: World,
     pub(crate) entry_points: Vec<PathVertex>,
@@ -111,7 +111,7 @@ impl Glossy {
         self.world.surfaces[side as usize / 2].material as usize
     }
 
-    /// Base clusters below a cluster, itself included where it is one.
+    /// Base clusters below a cluster, or the cluster itself if it is one.
     fn base_below(&self, cluster: u32) -> Vec<u32> {
         let hvds = &self.world.hvds;
         if hvds.levels[0].contains(&cluster) {
@@ -152,7 +152,7 @@ fn rays_that_meet_glossy_surfaces_read_the_direction_that_they_come_from() {
         let direction = frame(glossy.points[point as usize].normal) * strata.direction(ray, point, SEED);
         let bin = DIRECTIONS.bin(-direction);
         assert_eq!(slot.cluster, cluster);
-        // The mean of directions in a bin is next to it at the farthest.
+        // The mean of directions in a bin is at most in a neighbouring bin.
         assert!(slot.direction.as_dvec3().dot(-direction) > 0.8, "{} {direction}", slot.direction);
         assert_eq!(*bins.entry(read - clusters).or_insert(bin), bin);
         if DIRECTIONS.bin(slot.direction.as_dvec3()) == bin {
@@ -161,18 +161,18 @@ fn rays_that_meet_glossy_surfaces_read_the_direction_that_they_come_from() {
     }
     assert!(shiny > 3_000 && diffuse > 1_000, "{shiny} of {diffuse}");
     assert!(100 * inside > 97 * shiny, "{inside} of {shiny}");
-    // A scene if nothing is glossy has no tables.
+    // A scene without glossy materials has no tables.
     let world = World::room();
     assert!(!world.materials.iter().any(Material::may_be_glossy));
     assert_silent(&glossy.world.context);
 }
 
-/// A point light, and an area light of more samples than one.
+/// A point light, and an area light with several samples.
 pub(crate) fn lights() -> Vec<LightSource> {
     let point = LightKind::Point { position: Vec3::new(0.1, 0.5, -0.2), intensity: Vec3::new(1.0, 2.0, 3.0) };
     let area = LightKind::Area {
         corner: Vec3::new(-0.9, 0.7, -0.3),
-        // Large to the sharper lobe, small to the broader one.
+        // Large beside the sharper lobe, small beside the broader one.
         edge_u: Vec3::new(0.9, 0.0, 0.0),
         edge_v: Vec3::new(0.0, 0.0, 0.6),
         radiance: Vec3::new(5.0, 0.5, 0.0),
@@ -192,7 +192,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     let glossy = Glossy::new(world);
     let world = &glossy.world;
     let mut random = Random::new(62);
-    // Five: one more than a dispatch takes of them.
+    // Five lights, one more than a dispatch takes.
     let mut lights = lights();
     for index in [0, 0, 1] {
         let moved = lights[index].position - 0.1 * (1.0 + random.cube());
@@ -259,7 +259,8 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
         })
         .unwrap();
 
-    // Beams, against their reference; from there on with the device's own, where rays graze edges.
+    // Beams are compared with their reference. Later stages use the device's beams, because rays
+    // graze edges.
     let mut of_paths: Vec<Vec<Beam>> = vec![Vec::new(); path_count];
     let (mut differ, mut lit) = (0, 0);
     for (light, beams) in lights.iter().zip(&beams) {
@@ -287,7 +288,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     }
     assert!(lit > 10_000 && differ * 250 < lit, "{differ} of {lit} beams differ");
 
-    // From the paths themselves, not from the tables.
+    // Computed from the paths, not from the tables.
     let materials = world.reflectances();
     let flux_of = |light: usize, first_bounce: Vec3| area_m2 * lights[light].emission * first_bounce;
     let first_bounce: Vec<Vec<Vec3>> = first_bounce.iter().map(|row| row.read().unwrap()).collect();
@@ -344,7 +345,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
         coarse += usize::from(slot.cluster >= world.hvds.levels[0].end);
         let reference = match index.checked_sub(glossy.tables.leaf_count as usize) {
             None => sent(slot.cluster, slot.direction.as_dvec3()),
-            // Its children, each in the direction in which it is read.
+            // Its children, each in its direction.
             Some(sum) => {
                 let run = &glossy.tables.child_offsets[sum..sum + 2];
                 let children = &glossy.tables.children[run[0] as usize..run[1] as usize];
@@ -367,12 +368,12 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     let sums: usize = glossy.tables.sums.iter().map(ExactSizeIterator::len).sum();
     assert!(sums > 50, "{sums} slots are sums");
 
-    // A light whose part is kept costs a sum, and changes no bit.
+    // A light that is not stale is only summed, and no bit changes.
     let materials = &world.buffers.materials;
     let paths = (&runs_buffer, &contributions_buffer);
     world.context.run(|rec| gloss.record(rec, materials, paths, &[], &emitting("slots"))).unwrap();
     assert!(gloss.fluxes.read::<Vec3>().unwrap() == fluxes);
-    // And a light's bits are the same alone and among others.
+    // A light's bits are the same alone and among others.
     let bits = || slots.iter().map(|row| row.read::<u32>().unwrap()).collect::<Vec<_>>();
     let among_others = bits();
     for light in gloss_lights.chunks(1) {
@@ -386,8 +387,8 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     assert_silent(&world.context);
 }
 
-/// A light of so many point samples that a cluster's vertices are taken in several dispatches:
-/// later ones add to what the first found.
+/// A light with many point samples: several dispatches take a cluster's vertices, and later ones
+/// add to the result of the first.
 #[test]
 fn a_light_of_many_samples_adds_up_over_dispatches() {
     let glossy = Glossy::new(World::glossy_room());
@@ -406,7 +407,7 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
     let first = Buffer::from_slice(context, "contribution runs", &runs).unwrap();
     let nothing = vec![Vec3::ZERO; glossy.entry_points.len()];
     let dark_paths = Buffer::from_slice(context, "first bounce flux", &nothing).unwrap();
-    // The same light: all of it comes from the first of its samples.
+    // The same light: all samples are equal to the first.
     let [one, many] = [1, 256].map(|samples| {
         let dark = GlossBeam { mirror: Vec3::X, factor: 0.0 };
         let mut rows = vec![dark; beams.len() * samples];
@@ -428,9 +429,9 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
             .unwrap();
         slots.read::<Vec3>().unwrap()
     });
-    // 8 192 turns a dispatch: 32 vertices of 256 samples.
+    // A dispatch has 8 192 iterations: 32 vertices of 256 samples.
     assert!(glossy.tables.max_vertices > 32, "{}", glossy.tables.max_vertices);
-    // Coarse clusters, too: all in all their loops would turn more often than lavapipe's do.
+    // Coarse clusters are included: their loops have more iterations in all than lavapipe's limit.
     let slots = &glossy.tables.slots[..one.len()];
     assert!(slots.iter().any(|slot| slot.cluster >= glossy.world.hvds.levels[0].end));
     let lit = one.iter().filter(|flux| flux.max_element() > 0.0).count();

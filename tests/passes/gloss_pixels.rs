@@ -1,4 +1,4 @@
-//! Pixels that gloss: their samples, their rays, and the light that comes back along them.
+//! Glossy pixels: their samples, their rays, and the light along these rays.
 
 use crate::common::assert_silent;
 use crate::gloss::{Glossy, HEMISPHERE, SEED, lights};
@@ -35,10 +35,10 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
     let path_count = glossy.entry_points.len();
     let gloss = Gloss::new(&world.context, &world.buffers, &glossy.tables, path_count as u32, 1.0).unwrap();
     let has_images = world.buffers.textures.are_used;
-    // Nothing reflects glossily: the tests of gloss have that.
+    // No cluster is glossy here; the tests in `gloss` cover that.
     let mut lights = lights();
-    // Through the middle of the room, so that pixels see the fronts and the backs of both, and
-    // blocks before them.
+    // Through the middle of the room, so that pixels see fronts and backs of both, with blocks
+    // before them.
     let panel = |edges: [Vec3; 2]| LightKind::Area {
         corner: Vec3::new(-0.8, -0.15, -0.8),
         edge_u: 1.6 * edges[0],
@@ -172,9 +172,9 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
             bright += usize::from(found[index].direct.max_element() > 0.05);
         }
         assert!(count < 1_000 || bright > 50, "{bright} pixels show a highlight");
-        // Rays by an edge, of the camera, a lobe or a light.
+        // Rays of the camera, a lobe or a light near an edge.
         assert!(differ * 100 <= listed.len() * most as usize, "{differ} differ of {}", listed.len());
-        // Directions from a lobe by the border of a light.
+        // Directions of a lobe near the border of a light.
         assert!(off_direct * 20 <= bright, "{off_direct} highlights of {bright} differ");
         for index in (0..count).filter(|&index| !is_glossy(pixels[index].side)) {
             assert_eq!((found[index].direct, found[index].indirect), (Vec3::ZERO, Vec3::ZERO));

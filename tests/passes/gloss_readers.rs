@@ -1,5 +1,4 @@
-//! Who reads what surfaces send by their lobes: gather rays, through slots, and rays
-//! of glossy pixels.
+//! Readers of glossy radiance: gather rays, through slots, and rays of glossy pixels.
 
 use crate::gloss::{DIRECTIONS, Glossy, HEMISPHERE, SEED};
 use crate::world::{Random, SUM, assert_near};
@@ -22,8 +21,8 @@ use lightpaths::scene::Camera;
 use lightpaths::types::{MergedRay, NO_CLUSTER, NO_TARGET, PixelSurface, Record, View};
 use std::f64::consts::PI;
 
-/// What records gather where rays read slots: albedo times irradiance of the slot's cluster, and
-/// what the slot has over its area.
+/// Records of rays that read slots: the slot's flux over area is added to albedo times irradiance
+/// of its cluster.
 pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss, fluxes: &[Vec3]) {
     let (world, context) = (&glossy.world, &glossy.world.context);
     let mut random = Random::new(64);
@@ -85,8 +84,8 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
     }
 }
 
-/// What glossy pixels see where their rays meet glossy surfaces, and nothing else is lit: the
-/// vertices there, asked one by one.
+/// Glossy pixels whose rays meet glossy surfaces, with no other light: the sum over the vertices
+/// there, one by one.
 pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
     glossy: &Glossy,
     gloss: &Gloss,
@@ -154,9 +153,9 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
     assert!(lit > 20, "{lit} pixels see glossy surfaces");
 }
 
-/// Rays of glossy pixels that meet broad lobes read the slots that gather rays read, of the
-/// cluster that they meet or of one that holds it, towards where they come from; and their pixels
-/// show what these hold.
+/// Rays of glossy pixels that meet broad lobes read the slots of gather rays: of the cluster that
+/// they meet, or of an ancestor, in the direction of the pixel. The pixels show the radiance of
+/// these slots.
 pub(crate) fn pixels_read_the_slots_of_broad_lobes(
     glossy: &Glossy,
     gloss: &Gloss,
@@ -225,7 +224,7 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
             }
             read += 1;
             let slot = &glossy.tables.slots[ray.slot as usize];
-            // Of the cluster itself, one in it or one that holds it.
+            // Of the cluster, a descendant or an ancestor.
             let holds = |mut cluster: u32, within: u32| {
                 while cluster != NO_CLUSTER && cluster != within {
                     cluster = world.hvds.parents[cluster as usize];
@@ -235,7 +234,7 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
             assert!(holds(cluster, slot.cluster) || holds(slot.cluster, cluster));
             let bins =
                 [unpack_direction(ray.direction), slot.direction.as_dvec3()].map(|d| DIRECTIONS.bin(d));
-            // A direction by the border of two bins.
+            // A direction near the border of two bins.
             off += usize::from(bins[0] != bins[1]);
             sum += f64::from(ray.weight) * fluxes[ray.slot as usize].as_dvec3();
         }

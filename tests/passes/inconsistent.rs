@@ -1,4 +1,4 @@
-//! Clusters that a wall parts.
+//! Clusters that a wall divides.
 
 use crate::common::assert_silent;
 use crate::world::World;
@@ -21,8 +21,8 @@ fn what_lies_on_both_sides_of_a_wall_is_inconsistent_and_no_other_cluster() {
     };
     let found_if_known = found(1.0);
     let mut seen = [0; 2];
-    // Floor, ceiling and the long walls from inside; not the wall itself, nor those that it is
-    // parallel to.
+    // Floor, ceiling and the long walls from inside; not the dividing wall, and not the walls
+    // parallel to it.
     let is_crossed =
         |patch: &Patch| patch.clearance.is_finite() && patch.normal.x.abs() < 0.01 && !patch.is_back;
     for level in 1..=LEVELS {

@@ -1,4 +1,4 @@
-//! What the renderer says about a place, against what frames read.
+//! Queries about a point, compared with the results of frames.
 
 use crate::common::{assert_silent, context};
 use glam::Vec3;
@@ -24,8 +24,7 @@ fn the_box() -> Scene {
     scene
 }
 
-/// With a teapot that may be edited, so that paths stand in another order than they were traced in,
-/// and that is glossy.
+/// With an editable glossy teapot, so that paths are stored in another order than they were traced.
 fn glossy_box() -> Scene {
     let mut scene = the_box();
     let teapot = scene.materials.iter_mut().find(|material| material.name == "teapot").unwrap();
@@ -38,7 +37,7 @@ fn prepare(scene: Scene) -> Renderer {
     Renderer::new(&context(), scene, &mut Silent).unwrap()
 }
 
-/// After its first frames: all records are current.
+/// A renderer after its first frames: all records are current.
 fn render(scene: Scene) -> Renderer {
     let mut renderer = prepare(scene);
     (0..2).for_each(|_| drop(renderer.frame().unwrap()));
@@ -97,7 +96,7 @@ fn a_pixel_tells_its_surface_and_its_records() {
     assert_silent(&context());
 }
 
-/// How many rays of a point read each gather target.
+/// Number of rays of a point that read each gather target.
 fn stored(renderer: &Renderer, point: u32) -> BTreeMap<u32, u32> {
     let merged_rays = renderer.stages().merged_rays;
     let part = merged_rays.parts.iter().find(|part| part.points.contains(&point)).unwrap();
@@ -115,8 +114,8 @@ fn stored(renderer: &Renderer, point: u32) -> BTreeMap<u32, u32> {
     counts
 }
 
-/// Where nothing but clusters is read, those that rays meet when they are traced again are those of
-/// the merged rays.
+/// If rays read only clusters, the clusters of rays that are traced again equal those of the merged
+/// rays.
 #[test]
 fn gather_rays_meet_the_clusters_that_merged_rays_name() {
     let mut scene = the_box();
@@ -146,17 +145,17 @@ fn gather_rays_meet_the_clusters_that_merged_rays_name() {
         apart += missing.sum::<u32>();
     }
     println!("{apart} of {rays} rays meet something else");
-    // Rays on an edge of a triangle or a cell.
+    // Rays on an edge of a triangle or a cell may differ.
     assert!(rays > 500 && apart * 500 <= rays && hits > 500, "{apart} of {rays}");
     assert!(renderer.gather_rays_of(u32::MAX).unwrap().is_empty());
     assert_silent(&context());
 }
 
-/// Proxies, parts and slots take the place of clusters: the irradiance of a record is the sum of
-/// what its rays bring all the same.
+/// With proxies, patches and slots in place of clusters, the irradiance of a record is still the
+/// sum over its rays.
 #[test]
 fn gather_rays_bring_what_records_gathered() {
-    // So fine that surface hides other surface in a cell of some level, and is near some cache
+    // Cells so coarse for the scene that surfaces hide each other in some, and so near to cache
     // points.
     let quality = Quality { entry_points: 60_000, cells: 64, gap_rounds: 2, ..SMALL };
     for (what, mut scene) in [("diffuse", the_box()), ("glossy", glossy_box())] {
@@ -196,7 +195,7 @@ fn gather_rays_bring_what_records_gathered() {
     assert_silent(&context());
 }
 
-/// Clusters of a path's contributions, and what they hold, in a fixed order.
+/// Clusters of a path's contributions, with the contributions, in a fixed order.
 fn contributed(
     contributions: &[Contribution],
     runs: &[ContributionRange],
@@ -220,7 +219,7 @@ fn bits(value: Vec3) -> [u32; 3] {
 fn paths_traced_again_lie_where_their_contributions_went() {
     for (what, scene) in [("diffuse", the_box()), ("glossy", glossy_box())] {
         let mut renderer = render(scene);
-        // Materials that are not editable were others when the paths were traced.
+        // A material that is not editable had another albedo when the paths were traced.
         renderer.set_diffuse(0, Vec3::new(0.2, 0.3, 0.1)).unwrap();
         renderer.frame().unwrap();
         let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
@@ -277,10 +276,10 @@ fn levels_of_clusters_nest_under_the_picture() {
         assert!(boxes.len() <= count_before && boxes.len() > 1);
         count_before = boxes.len();
     }
-    // One for each way that surfaces face.
+    // One for each normal code of the surfaces.
     assert!(count_before <= 52, "{count_before} clusters at the root");
     assert_eq!(renderer.cluster_colours(u32::MAX).unwrap(), of_levels[levels as usize - 1]);
-    // What nothing reads is as current as in frames that leave nothing out.
+    // Clusters that nothing reads are as current as without skipping.
     renderer.set_skipping(false);
     renderer.frame().unwrap();
     let irradiance: Vec<Vec3> = renderer.stages().cluster_irradiance.read().unwrap();

@@ -69,8 +69,8 @@ fn irradiance_equals_the_reference_in(world: &World) {
             all += u32::from(light_count > 0);
         }
     }
-    // A path that grazes an edge goes another way, and up to thirty-two paths of some ten rays each
-    // have a share in a point.
+    // A path that grazes an edge may take another way, and a point depends on up to thirty-two
+    // paths of some ten rays each.
     println!("{differ} of {all} points differ, {bright} are bright");
     assert!(differ * 30 <= all, "{differ} of {all} points differ");
     assert!(bright * 2 > all, "{bright} of {all} are bright");

@@ -1,4 +1,4 @@
-//! The kernel that data movers are held against copies all that it is asked for, and no more.
+//! The copy kernel, the standard for data movers, copies every requested word and no more.
 
 use crate::common::{assert_silent, context, random_words};
 use lightpaths::gpu::Buffer;

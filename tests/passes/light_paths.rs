@@ -1,4 +1,4 @@
-//! Light paths, vertex by vertex, and the two orders that they are stored in.
+//! Light paths, vertex by vertex, and the two orders in which they are stored.
 
 use crate::common::assert_silent;
 use crate::world::{Random, World};
@@ -73,8 +73,8 @@ fn extend(world: &World, states: &mut Vec<PathState>) -> Vec<Vec<(PathVertex, u3
     vertices.chunks_exact(STEPS).zip(counts).map(|(row, count)| row[..count as usize].to_vec()).collect()
 }
 
-/// Walks along what the device found; true if device and reference part somewhere. After each step
-/// the reference goes on from the device's vertex, so that errors do not add up.
+/// Compares the device's vertices with the reference's. Returns true if the paths part. After each
+/// step the reference continues from the device's vertex, so that errors do not accumulate.
 fn parts(walk: &Walk<'_>, walker: &mut Walker, found: &[(PathVertex, u32)], goes_on: bool) -> bool {
     for (vertex, colour) in found {
         let reference_colour = walk.geometry.colour_at(walker.side, walker.position);
@@ -93,7 +93,7 @@ fn parts(walk: &Walk<'_>, walker: &mut Walker, found: &[(PathVertex, u32)], goes
         {
             return true;
         }
-        // The cluster of the very point that the device found.
+        // The cluster of the device's point, not of the reference's.
         if vertex.cluster != walk.geometry.cluster(walk.hvds, vertex.position, vertex.side) {
             return true;
         }
@@ -166,7 +166,7 @@ fn vertices_equal_the_reference_in(world: &World) {
             states = survivors;
             rounds += 1;
         }
-        // Rays by an edge, and roulette by a hair.
+        // Rays near an edge, and roulette close to its threshold.
         assert!(parted * 500 <= count, "{parted} of {count} paths part from the reference");
         assert!(count < 1_000 || (vertices > least && rounds > 1), "{vertices} vertices in {rounds} rounds");
     }
@@ -198,12 +198,12 @@ fn paths_are_stored_whole_in(world: &World) {
             |_| Ok(()),
         )
         .unwrap();
-        // Two lists a cluster: entry points, and other vertices.
+        // Each cluster has two lists: entry points, and other vertices.
         assert_eq!(paths.contribution_offsets.len(), 2 * base + 1);
         assert_eq!(paths.contributions.len(), paths.contribution_offsets[2 * base] as usize + 1);
         assert_eq!(paths.steps.len() as u64, u64::from(paths.contribution_offsets[2 * base]) + paths.lost);
 
-        // The same walk in rounds of our own.
+        // The same walk in the test's own rounds.
         let mut expected: Vec<Vec<(PathVertex, u32)>> =
             traced.iter().map(|&entry| vec![(entry, u32::MAX)]).collect();
         let mut states: Vec<_> = (0..)
@@ -224,8 +224,7 @@ fn paths_are_stored_whole_in(world: &World) {
             }
             states.retain(|state| state.is_alive == 1);
         }
-        // Material 1 is the editable one: the paths that it reflects behind their entry points come
-        // last.
+        // Material 1 is editable: paths that it reflects after their entry point come last.
         let is_edited = |vertices: &Vec<(PathVertex, u32)>| {
             let targets = vertices.get(1..vertices.len() - 1).unwrap_or(&[]);
             let material = |vertex: &PathVertex| world.surfaces[vertex.side as usize / 2].material;
@@ -290,8 +289,8 @@ fn paths_are_stored_whole_in(world: &World) {
     assert_silent(&world.context);
 }
 
-/// What the reference's samples promise: 256 of them fall evenly into any 256 boxes of one shape in
-/// two neighbouring axes.
+/// The reference's samples are stratified: 256 of them fall evenly into any 256 boxes of one shape
+/// in two neighbouring axes.
 #[test]
 fn samples_are_stratified() {
     for seed in [0, 9] {

@@ -12,11 +12,11 @@ use lightpaths::scene::{Light, LightKind};
 use lightpaths::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LightSource, NO_SIDE, PathVertex};
 use std::sync::Arc;
 
-/// One in so many points sees a light past an edge that f32 moves to the other side; in practice
-/// hardly one does.
+/// One in this many points may see a light past an edge that f32 moves to the other side; in
+/// practice hardly any does.
 const GRAZING: usize = 250;
 
-/// Lights of each kind, and one more area light of more samples than a dispatch takes.
+/// Lights of each kind, and an area light with more samples than one dispatch takes.
 fn lights() -> Vec<LightSource> {
     let mut lights = path_trace::lights();
     let mut many = lights[2].kind;
@@ -27,8 +27,8 @@ fn lights() -> Vec<LightSource> {
     light_sources(&lights)
 }
 
-/// What a light would send to a surface that faces it if it faced that surface: what errors are
-/// measured against, for cosines cancel where light grazes.
+/// Irradiance of a surface that faces a light, if the light faces it. Errors are relative to it,
+/// because cosines vanish at grazing angles.
 fn overhead(light: &LightSource, position: Vec3) -> f64 {
     let distance = |number| {
         let u = cpu::lights::lattice_point(light, number).as_vec2();
@@ -60,7 +60,7 @@ fn form_factors_equal_the_reference() {
                 PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster: 0, lobe: 0.0 }
             })
             .collect();
-        // Neighbours share a batch, as in a renderer: a shaft holds little of the scene.
+        // Neighbours share a batch, as in a renderer: a shaft holds a small fraction of the scene.
         points.sort_by(|a, b| a.position.x.total_cmp(&b.position.x));
         if let [first, .., last] = &mut *points {
             // A light on the surface itself, and one just off it.
@@ -70,7 +70,7 @@ fn form_factors_equal_the_reference() {
         let pass = FormFactors::new(&world.context, &world.buffers, &points, area_m2).unwrap();
         let in_parts = FormFactors::in_parts(&world.context, &world.buffers, &points, area_m2, 90).unwrap();
         for (index, light) in lights.iter().enumerate() {
-            // What was there before does not matter.
+            // The old content does not matter.
             let factors = Buffer::from_slice(&world.context, "factors", &vec![-7.0_f32; count]).unwrap();
             let light_at = one(&table, &lights, index);
             world
@@ -100,7 +100,7 @@ fn form_factors_equal_the_reference() {
                 disagree += usize::from((f64::from(device) - reference).abs() > bound);
                 lit += usize::from(device > 0.0);
             }
-            // Each of many samples may graze an edge.
+            // Any of many samples may graze an edge.
             let samples = light.samples as usize;
             assert!(
                 disagree * GRAZING <= count * samples.min(5),
@@ -196,8 +196,7 @@ fn sums_over_lights_equal_the_reference() {
     assert_silent(&context);
 }
 
-/// A light that is off is left out of the sum: to the bit what it is with a light
-/// that emits nothing.
+/// The sum without a light that is off equals, to the bit, the sum with a black light.
 #[test]
 fn sums_do_not_depend_on_places() {
     let context = context();

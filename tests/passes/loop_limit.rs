@@ -1,5 +1,5 @@
-//! Kernels that follow rays say when the device has ended their loops: lavapipe does, of each
-//! invocation, after 65 535 iterations.
+//! Kernels that trace rays report truncated loops: lavapipe ends all loops of an invocation after
+//! 65 535 iterations.
 
 use crate::common::assert_silent;
 use crate::common::needles::box_of_needles;
@@ -25,7 +25,7 @@ use lightpaths::types::{LOOP_TRUNCATED, PathVertex, PixelSurface, View};
 const SIZE: [u32; 2] = [24, 16];
 const PIXELS: u32 = SIZE[0] * SIZE[1];
 
-/// A glossy room, through all of which go so many needles.
+/// A glossy room with `count` needles through all of it.
 fn needles(count: u32) -> World {
     let mut scene = box_of_needles(count);
     let material = scene.materials[0].clone();
@@ -42,7 +42,7 @@ fn points(world: &World, count: usize) -> Vec<PathVertex> {
     (0..count).map(point).collect()
 }
 
-/// What pixels would see of one wall.
+/// Pixels that see one wall.
 fn wall(world: &World) -> Vec<PixelSurface> {
     let is_behind = |corner: &Vec3| (corner.z + 0.5).abs() < 1e-4;
     let triangle = world.triangles.iter().position(|t| t.positions.iter().all(is_behind)).unwrap();
@@ -54,13 +54,13 @@ fn wall(world: &World) -> Vec<PixelSurface> {
     (0..PIXELS).map(pixel).collect()
 }
 
-/// Whether this device ends loops at all.
+/// Whether this device truncates loops at all.
 fn ends_loops(world: &World) -> bool {
     let query = RayQuery { origin: Vec3::new(0.02, 0.01, -0.03), direction: Vec3::new(-0.5, 0.4, 0.3) };
     Rays::new(&world.context).unwrap().trace(&world.buffers, &[query]).is_err()
 }
 
-/// Demands that kernels say it, if the device ended their loops.
+/// Asserts that kernels report it if the device truncated their loops.
 fn assert_said(world: &mut World, is_truncated: bool, name: &str, record: impl Fn(&World, &mut Recorder)) {
     world.buffers.truncated_loops = Buffer::host_flag(&world.context, "truncated").unwrap();
     let run = world.context.run(|rec| record(world, rec));
@@ -69,7 +69,7 @@ fn assert_said(world: &mut World, is_truncated: bool, name: &str, record: impl F
     assert_eq!(world.buffers.refuse_truncated_loops(name, 0).is_err(), is_truncated, "{name}");
 }
 
-/// One test of both: the world of needles takes seconds to build.
+/// One test for both, because the world of needles takes seconds to build.
 #[test]
 fn truncation_in_frames_is_reported_and_those_of_the_precomputation_and_of_photons_are_refused() {
     for count in [0, 70_000] {
@@ -187,7 +187,7 @@ fn kernels_of_the_precomputation_and_of_photons_are_refused_in(world: &mut World
         is_truncated.then_some(true)
     );
 
-    // It keeps what it has said.
+    // The flag stays set, so a new one is needed.
     world.buffers.truncated_loops = Buffer::host_flag(context, "truncated").unwrap();
     let entries: Vec<[Vec3; 3]> = cache_points.iter().map(|p| [p.position, p.normal, Vec3::ONE]).collect();
     let entries = Buffer::from_slice(context, "points", &entries).unwrap();

@@ -1,8 +1,8 @@
-//! Each pass on the device against its slow reference on the processor, at awkward sizes.
+//! Each pass on the device against its slow reference on the CPU, at awkward sizes.
 //!
-//! Integers are exact. Floats agree to 1e-5, sums to 1e-4, each relative to the largest value in
-//! play unless a test says otherwise and why. Where a ray grazes an edge, f32 and f64 may take
-//! different sides: such tests state the share.
+//! Integers are exact. Floats agree to 1e-5, sums to 1e-4, each relative to the largest value of
+//! the test. A test with another tolerance gives the reason. If a ray grazes an edge, f32 and f64
+//! may take different sides: such tests state the allowed fraction.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 

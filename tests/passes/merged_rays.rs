@@ -1,4 +1,4 @@
-//! Merged rays of gather rays: what they hold, and where they stand.
+//! Merged rays: their contents and their order.
 
 use crate::common::context;
 use crate::gather::{random_rays, targets};
@@ -12,11 +12,10 @@ use lightpaths::passes::precompute::merged_rays::{MergedRayPacking, MergedRays};
 use lightpaths::types::{MergedRay, NO_TARGET};
 use std::collections::BTreeMap;
 
-/// Rays, gradient and turn, and what these would be were all signs alike.
+/// Number of rays, both gradients, and the gradients if all terms had the same sign.
 type Sums = (u32, [DVec2; 2], [DVec2; 2]);
 
-/// Merged rays hold all rays that meet anything, each once, and the sums of what they count for,
-/// but for the rounding.
+/// Merged rays hold each ray with a hit once, and the sums of the rays' weights, up to rounding.
 #[test]
 fn merged_rays_add_up_the_rays_that_meet_one_target() {
     let mut random = Random::new(37);
@@ -58,8 +57,8 @@ fn merged_rays_add_up_the_rays_that_meet_one_target() {
                 let unit = f64::from(packing.rotation_unit);
                 let shares = [(movement, 63.5, 2f64.powi(-26)), (unit * turn, 3.5, unit)];
                 for (k, (packed, half_full, unit)) in shares.iter().enumerate() {
-                    // Half a step: the larger number takes more than half of the steps there are,
-                    // or a step is the unit. And f32's of the terms.
+                    // Half a step: the larger number takes more than half of the steps, or a step
+                    // is the unit. Plus the f32 error of the terms.
                     let step = (sum[k].abs().max_element() / half_full).max(*unit);
                     let bound = DVec2::splat(0.5 * step) + size[k] * 1e-6;
                     let apart = (*packed - sum[k]).abs();
@@ -70,7 +69,7 @@ fn merged_rays_add_up_the_rays_that_meet_one_target() {
     }
 }
 
-/// However the table is cut, as bindings ask for, each point has its own.
+/// However bindings split the table, each point has its own merged rays.
 #[test]
 fn merged_rays_stand_point_by_point_in_parts() {
     let (context, mut random) = (context(), Random::new(41));

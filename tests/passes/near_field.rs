@@ -1,4 +1,4 @@
-//! Near field: small clusters that read the record beside them, and which record that is.
+//! Near field: small clusters that read the record beside them, and the choice of this record.
 
 use crate::common::assert_silent;
 use crate::world::{Random, SUM, World, assert_near};
@@ -18,7 +18,7 @@ fn irradiance_of_near_clusters_equals_the_reference() {
     let world = World::room();
     let mut random = Random::new(91);
     let base = world.hvds.levels[0].len();
-    // One entry point in each base cluster, on a path of its own.
+    // Each base cluster has one entry point, on its own path.
     let lists: Vec<u32> = (0..=2 * base as u32).map(|list| list.div_ceil(2)).collect();
     let contributions: Vec<Contribution> = (0..=base as u32)
         .map(|path| Contribution {
@@ -48,7 +48,7 @@ fn irradiance_of_near_clusters_equals_the_reference() {
             target: 2 * index + 1,
         };
         let near: Vec<NearCluster> = (0..count).map(near).collect();
-        // SplitBuffer of clusters, near or not, with targets behind them all.
+        // Patches of clusters, near or not, with entries after all clusters.
         let part = |index: u32| NearCluster {
             cluster: random.below(world.hvds.cluster_count()),
             record: random.below(50),
@@ -94,13 +94,13 @@ fn irradiance_of_near_clusters_equals_the_reference() {
         };
         let mut dark = 0;
         for (cluster, device) in irradiance.iter().enumerate().take(world.hvds.cluster_count() as usize) {
-            // What is not listed keeps what it had, which here is direct light alone.
+            // Clusters that are not listed keep their value: direct light alone.
             let mut reference = direct(cluster);
             if let Some(near) = near.iter().find(|near| near.cluster as usize == cluster) {
                 let record = &records[near.record as usize];
                 reference = cpu::near_field::near_field(direct(cluster), record, near.offset);
                 dark += usize::from(reference.cmpeq(direct(cluster)).any());
-                // The change may cancel what there was.
+                // The change may cancel the value.
                 let scale = f64::from(record.irradiance.max_element()) + 3.0 * 200.0;
                 assert_near(*device, reference, SUM / 10.0, scale, "near cluster");
             } else {
@@ -118,7 +118,7 @@ fn irradiance_of_near_clusters_equals_the_reference() {
     assert_silent(&world.context);
 }
 
-/// Middle, mean normal and mean clearance of a cluster, in f64, and whether it holds backs.
+/// Centre, mean normal and mean clearance of a cluster, in f64, and whether it holds backs.
 struct Cluster {
     middle: DVec3,
     normal: DVec3,
@@ -188,7 +188,8 @@ fn near_clusters_of(extent: Extent) {
             && apart.length() <= 1.5 * f64::from(point.radius) * (1.0 + slack)
             && point.normal.as_dvec3().dot(cluster.normal) >= 0.8 - slack
             && apart.dot(point.wall.as_dvec3()) <= 1.0 + slack
-            // No other surface lies between: what is that much higher or lower is another's.
+            // No other surface is between: a point at that height above or below belongs to another
+            // surface.
             && (height.abs() <= 0.5 * room * (1.0 + slack) || height.abs() <= 0.1 * apart.length() * (1.0 + slack));
         fits.then_some(apart.length())
     };
@@ -196,7 +197,7 @@ fn near_clusters_of(extent: Extent) {
     let (mut with, mut without) = (0, 0);
     for index in 0..end {
         let found = listed.next_if(|near| near.cluster == index);
-        // Every fifth cluster in full: the reference looks at every pair.
+        // Only every fifth cluster: the reference visits every pair.
         if index % 5 != 0 {
             continue;
         }

@@ -1,5 +1,5 @@
-//! Near hits: rays of a cache point that meet a near cluster read an entry of their own, lit by the
-//! record beside the place they meet.
+//! Near hits: rays of a cache point that meet a near cluster read a near-field patch, which the
+//! record beside the hit lights.
 
 use crate::common::assert_silent;
 use crate::world::{Random, World};

@@ -1,4 +1,4 @@
-//! Lights nearer to a surface than entry points are apart.
+//! Near-light correction: lights nearer to a surface than entry points are apart.
 
 use crate::common::{assert_silent, context};
 use crate::world::{FLOAT, Random, World};
@@ -17,7 +17,7 @@ const AREA_M2: f32 = SPACING * SPACING;
 /// Height of the floor, metres.
 const FLOOR: f32 = -0.5;
 
-/// A room of two metres that a wall of a millimetre parts, with entry points on its floor around
+/// A room of two metres, divided by a wall of one millimetre, with entry points on its floor around
 /// the middle of the wall's foot.
 fn world() -> (World, Vec<PathVertex>) {
     let world = World::new(&shapes::thin_wall(), 16);
@@ -51,7 +51,7 @@ fn form_factors_change_as_the_reference_says() {
     let near = near_lights(&world, &[]);
     let mut random = Random::new(8);
     for count in [0, 1, 63, 64, 65, 997_u32] {
-        // Every other one, from the last.
+        // Every second one, from the last.
         let change =
             |k| NearFactor { point: 2 * (count - 1 - k), kept: 2.0 * random.unit(), added: random.unit() };
         let changes: Vec<NearFactor> = (0..count).map(change).collect();
@@ -71,8 +71,8 @@ fn form_factors_change_as_the_reference_says() {
     assert_silent(&context());
 }
 
-/// What the entry points get of a light over the floor at that height, per unit of its intensity:
-/// in all, and at most of those behind the wall, sr.
+/// Irradiance of the entry points by a light over the floor, per unit of its intensity: the sum,
+/// and the maximum behind the wall, sr.
 fn received(world: &World, points: &[PathVertex], near: &NearLights, light: &LightSource) -> [f64; 2] {
     let mut factors: Vec<f64> = Vec::new();
     for point in points {
@@ -93,13 +93,13 @@ fn received(world: &World, points: &[PathVertex], near: &NearLights, light: &Lig
 fn a_light_beside_a_floor_lights_it_wherever_entry_points_are() {
     let (world, points) = world();
     let near = near_lights(&world, &points);
-    // Where entry points reach far to all sides, but for the wall.
+    // At a position with entry points far to all sides, except behind the wall.
     for height in [1e-6, 1e-4, 1e-3, 5e-3, 2e-2, 3e-2] {
         let position = Vec3::new(-0.25, FLOOR + height, 0.02);
         let light = LightSource::point(position, Vec3::ONE);
         let [all, behind] = received(&world, &points, &near, &light);
-        // What goes down, less what goes further than the entry points; the wall takes little of
-        // what is so near to the floor.
+        // The light that goes down, minus the light that goes beyond the entry points. The wall
+        // takes little of the light so near to the floor.
         let far = PI * f64::from(height) / 0.25;
         println!("{height:e} m: {:.4} of 2π, {:.4} beyond", all / TAU, far / TAU);
         assert!(all < 1.01 * TAU && all > 0.99 * TAU - 2.0 * far, "{height:e} m: {all} sr of {TAU}");
@@ -110,8 +110,8 @@ fn a_light_beside_a_floor_lights_it_wherever_entry_points_are() {
         let expected = TAU * (1.0 - 0.3_f64.cos());
         assert!(height > 1e-2 || (all / expected - 1.0).abs() < 0.02, "{height:e} m: {all} sr of {expected}");
     }
-    // Close to the foot of the wall: half of what goes down meets the wall or comes back from
-    // there, and nothing comes through.
+    // Close to the foot of the wall: half of the light that goes down meets the wall or is
+    // reflected, and none comes through.
     let light = LightSource::point(Vec3::new(-1.5e-3, FLOOR + 1e-3, 0.02), Vec3::ONE);
     let [all, behind] = received(&world, &points, &near, &light);
     println!("beside the wall: {:.4} of 2π", all / TAU);

@@ -1,4 +1,4 @@
-//! Which records a view needs: against the reference, over a sequence of views and edits.
+//! Records that a view uses: against the reference, over a sequence of views and edits.
 
 use crate::common::assert_silent;
 use crate::world::{Random, World};
@@ -20,7 +20,7 @@ fn view(position: Vec3) -> View {
     View::from(&Camera { name, position, target, up: Vec3::Y, fov_y_degrees: 60.0, size: SIZE })
 }
 
-/// Finds the records of every pixel; returns them.
+/// Finds and returns the records of every pixel.
 fn splat(world: &World, pass: &mut Splat, points: &[CachePoint], view: &View) -> Vec<Vec<u32>> {
     let primary = Primary::new(&world.context, SIZE[0] * SIZE[1]).unwrap();
     let cache_points = Buffer::from_slice(&world.context, "cache points", points).unwrap();
@@ -41,7 +41,7 @@ fn splat(world: &World, pass: &mut Splat, points: &[CachePoint], view: &View) ->
     runs.iter().map(run).collect()
 }
 
-/// What a list says, and that its dispatches fit.
+/// Reads a list and asserts that its dispatches fit.
 #[track_caller]
 fn read(tuning: &Tuning, list: &RecordList, rows: u32) -> Vec<u32> {
     let offsets: Vec<u32> = list.offsets.read().unwrap();

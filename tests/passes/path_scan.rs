@@ -9,8 +9,8 @@ use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::path_scan::{FROM_ENTRY, HEAD, PathScan, PathStep};
 use lightpaths::types::{Contribution, OPEN, Reflectance};
 
-/// Steps of paths of those lengths; slots are a permutation. A stride that no length here shares
-/// a factor with.
+/// Steps of paths of these lengths. Slots are a permutation, by a stride that has no common factor
+/// with any length here.
 fn steps(lengths: &[usize], mut step: impl FnMut() -> (u32, f32)) -> Vec<PathStep> {
     let count: usize = lengths.iter().sum();
     let mut steps = Vec::new();
@@ -33,8 +33,8 @@ fn scan(albedos: &[Vec3], steps: &[PathStep], colours: &[u32]) -> Vec<Vec3> {
     scan_among(&materials, steps, colours, &[])
 }
 
-/// Scans on the device, twice because the result must not depend on what was there: throughputs
-/// in path order.
+/// Scans on the device and returns throughputs in path order. It scans twice, because the result
+/// must not depend on the old content.
 fn scan_among(materials: &[Reflectance], steps: &[PathStep], colours: &[u32], lobes: &[f32]) -> Vec<Vec3> {
     const UNTOUCHED: Vec3 = Vec3::splat(-7.0);
     let context = context();
@@ -43,7 +43,7 @@ fn scan_among(materials: &[Reflectance], steps: &[PathStep], colours: &[u32], lo
         |path: usize| Contribution { throughput: UNTOUCHED, ..Contribution::new(path as u32, OPEN) };
     let contributions: Vec<_> = (0..=steps.len()).map(contribution).collect();
     let scan = PathScan::new(&context, steps, colours, lobes, &contributions).unwrap();
-    // Two or three parts of each.
+    // Two or three parts of each list.
     let most = [1 + steps.len() as u32 / 3_000, 1 + contributions.len() as u32 * 2 / 5];
     let cut = PathScan::in_parts(&context, steps, colours, lobes, &contributions, most).unwrap();
     for _ in 0..2 {
@@ -72,7 +72,7 @@ fn reference(albedos: &[Vec3], steps: &[PathStep], colours: &[u32]) -> Vec<DVec3
     cpu::path_scan::path_scan(steps.iter().enumerate().map(albedo))
 }
 
-/// Lengths of paths that make `count` vertices, the longest about `longest`.
+/// Lengths of paths with `count` vertices in all; the longest is about `longest`.
 fn lengths(random: &mut Random, count: usize, longest: u32) -> Vec<usize> {
     let mut lengths = Vec::new();
     let mut left = count;
@@ -96,10 +96,10 @@ fn short_paths_equal_the_reference() {
     let mut random = Random::new(1);
     for count in COUNTS {
         let lengths = lengths(&mut random, count, 12);
-        // Every material but the black one mostly; survival weights are at least one.
+        // Mostly materials other than the black one; survival weights are at least one.
         let steps =
             steps(&lengths, || ([0, 1, 3, 0, 1, 3, 2][random.below(7) as usize], 1.0 + random.unit()));
-        // Colours only where there are images; none at the start of a path changes anything.
+        // Colours only if there are images; the colour at the start of a path has no effect.
         let colour = |step: &PathStep| if step.material == HEAD { u32::MAX } else { random.word() };
         let colours: Vec<u32> = steps.iter().map(colour).collect();
         for colours in [&[][..], &colours] {
@@ -130,7 +130,7 @@ fn paths_among_glossy_surfaces_equal_the_reference() {
             let material = random.below(5);
             (if material == 4 { FROM_ENTRY } else { material }, 0.5 + random.unit())
         });
-        // From the mirror direction itself, by way of where a sharp lobe falls off, to the opposite
+        // From the mirror direction, through the falloff of a sharp lobe, to the opposite
         // direction.
         let lobes: Vec<f32> =
             (0..count).map(|_| 2.0 * random.unit().powi(1 + random.below(12) as i32)).collect();
@@ -144,7 +144,7 @@ fn paths_among_glossy_surfaces_equal_the_reference() {
         let reference =
             cpu::path_scan::path_scan(pairs.map(|(step, &lobe)| (reflected(step, lobe), step.weight)));
         for (index, (device, reference)) in found.iter().zip(reference).enumerate() {
-            // The power of an exponent of 1000 has lost two digits.
+            // An exponent of 1000 costs two digits.
             assert_near(*device, reference, 10.0 * FLOAT, 1e-9, &format!("vertex {index} of {count}"));
         }
     }
@@ -153,8 +153,8 @@ fn paths_among_glossy_surfaces_equal_the_reference() {
 
 #[test]
 fn long_paths_equal_the_reference_exactly() {
-    // All factors are powers of two: no product is ever rounded, whatever its order.
-    // In every channel they rise as often as they fall.
+    // All factors are powers of two, so products are exact in any order. In every channel they rise
+    // as often as they fall.
     let albedos = [
         Vec3::ONE,
         Vec3::new(1.0, 0.5, 0.25),
@@ -175,7 +175,7 @@ fn long_paths_equal_the_reference_exactly() {
         let long = [vec![3, 1, 5], vec![count.saturating_sub(16)], vec![2, 5]].concat();
         for lengths in [all_heads, one_path, long] {
             if lengths.iter().max().is_some_and(|&longest| longest > 10_000) && count > 10_000 {
-                // Exponents would leave the range of an f32.
+                // The product would exceed the range of f32.
                 continue;
             }
             let steps = steps(&lengths, &mut step);
@@ -191,7 +191,7 @@ fn long_paths_equal_the_reference_exactly() {
 
 #[test]
 fn a_path_of_many_blocks_carries_its_throughput_through_all() {
-    // More blocks than two rounds of the carry step hold, in a single path: one factor in the first
+    // More blocks than two rounds of the carry step hold, in one path, with a factor in the first
     // block only.
     let count = 2 * 256 * 1024 + 2_500;
     let albedos = [Vec3::ONE, Vec3::new(0.5, 0.0, 0.25)];
@@ -206,13 +206,13 @@ fn a_path_of_many_blocks_carries_its_throughput_through_all() {
     assert_silent(&context());
 }
 
-/// Scanning the edited part only leaves the same bits as scanning all.
+/// A scan of the edited ranges gives the same bits as a scan of all paths.
 #[test]
 fn a_part_scanned_again_equals_a_whole_scan() {
     let context = context();
     let mut random = Random::new(4);
     let lengths = lengths(&mut random, 30_011, 12);
-    // Material 2 reflects the paths of two parts of the array only.
+    // Material 2 reflects only the paths of two ranges of the array.
     let ends: Vec<u32> = lengths
         .iter()
         .scan(0, |end, &length| {

@@ -1,4 +1,4 @@
-//! The path tracer.
+//! The path tracer, sample by sample.
 
 use crate::common::assert_silent;
 use crate::world::{World, textured};
@@ -35,7 +35,7 @@ pub(crate) fn lights() -> Vec<Light> {
     kinds.map(|kind| Light { name: kind.word().to_owned(), kind, is_on: true }).to_vec()
 }
 
-/// The room with glossy walls and without its lid, so that parallel light comes in.
+/// The room with glossy walls and without its ceiling, so that directional light comes in.
 fn scene() -> Scene {
     let mut scene = crate::world::room();
     scene.triangles.retain(|triangle| triangle.positions.iter().any(|p| p.y < 0.7));
@@ -85,7 +85,7 @@ fn samples_equal_the_reference_in(world: &World) {
         let scene = LitScene { lights: &lights[..light_count as usize], ..paths.scene };
         let paths = Paths { scene, ..paths };
         let sums = Accumulators::new(&world.context, pixels).unwrap();
-        // Run by run, and one tile after the other.
+        // In several runs, and tile by tile.
         for samples in [0..1, 1..3, 3..11] {
             for tile in 0..PathTrace::tiles(&view) {
                 let job = Job {
@@ -125,8 +125,8 @@ fn samples_equal_the_reference_in(world: &World) {
             differ += u32::from(!is_same);
             bright += u32::from(scale > 0.1);
         }
-        // A path that grazes an edge goes another way, and eleven paths of some ten rays each have
-        // a share in a pixel.
+        // A path that grazes an edge may take another way, and a pixel depends on eleven paths of
+        // some ten rays each.
         println!("{differ} of {pixels} pixels differ, {bright} are bright");
         assert!(differ * 50 <= pixels, "{light_count} lights: {differ} of {pixels} pixels differ");
         assert!(light_count == 0 || bright * 2 > pixels, "{bright}");

@@ -84,7 +84,7 @@ fn samples_equal_the_reference_in(world: &World) {
             bright += u32::from(reference[1].max_element() > 0.05);
         }
         println!("{point_count} points: {differ} of {pixels} pixels differ, {bright} are bright");
-        // Rays past an edge, and points equally near.
+        // Rays near an edge, and equally near points.
         assert!(differ * 20 <= pixels, "{point_count} points: {differ} of {pixels} pixels differ");
         assert!(bright * 2 > pixels, "{bright}");
     }

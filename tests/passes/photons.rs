@@ -28,7 +28,7 @@ pub(crate) fn cells() -> Cells {
     Cells { low: grid().low, inverse_cell: grid().inverse_cell }
 }
 
-/// Photons of random sides with their flux, and every fifth slot empty.
+/// Photons on random sides with flux; every fifth slot is empty.
 fn slots(world: &World, random: &mut Random, count: u32) -> Vec<Photon> {
     let slot = |index| {
         let (position, _, side) = world.surface_point(random);
@@ -45,7 +45,7 @@ pub(crate) fn map_of(world: &World, photons: &[Photon]) -> PhotonMap {
     map
 }
 
-/// Points of a map in its order, and how far they reach.
+/// Points of a map in its order, and their reaches.
 pub(crate) fn points_of(world: &World, map: &PhotonMap, count: usize) -> (Vec<SurfacePoint>, Buffer) {
     let entries: Vec<[Vec3; 3]> = map.entries.read_range(0, count).unwrap();
     let mut ms = 0.0;
@@ -84,7 +84,7 @@ fn photons_equal_the_reference_in(world: &World) {
         let used = trace.trace(scene, paths.clone(), SEED, &map, &mut ms).unwrap().unwrap();
         let slots: Vec<Photon> = map.slots.read_range(0, used as usize).unwrap();
 
-        // Round by round, as the paths that are alive stand in the list.
+        // Round by round, in the order of live paths in the list.
         let mut live: Vec<_> = paths
             .iter()
             .map(|path| (photons.start(path.light, path.ray, f64::from(rays[path.light as usize])), true))
@@ -118,8 +118,8 @@ fn photons_equal_the_reference_in(world: &World) {
             }
             first += live.len() * STEPS as usize;
             live = survivors;
-            // A path that lives on the device only, or by the reference only, would put all others
-            // out of step.
+            // If a path continues only on the device or only in the reference, all others are out
+            // of step.
             if parted > 0 {
                 break;
             }
@@ -193,7 +193,7 @@ fn reaches_equal_the_reference() {
             walls += usize::from(exact.is_some());
         }
     }
-    // Rays past an edge.
+    // Rays near an edge.
     assert!(differ * 200 <= 16 * points.len(), "{differ} of {} sectors differ", 16 * points.len());
     assert!(walls > 100, "{walls} walls");
     for number in 0..16 {
@@ -246,8 +246,8 @@ fn irradiances_equal_the_reference() {
             let mass = masses[index].as_dvec3();
             let reference =
                 cpu::photon_irradiance::photon_irradiance(*point, reaches[index], &listed, mass, radius);
-            // Photons on a border of the kernel's support may be in or out: it is continuous at the
-            // rim, and at the rims of sectors and planes random photons do not lie.
+            // Photons on a border of the kernel's support may count or not: the kernel is
+            // continuous at its rim, and random photons are not on the rims of sectors and planes.
             assert_near(irradiances[index], reference, SUM, 1.0, "irradiance");
             bright += usize::from(reference.max_element() > 0.0);
         }
@@ -264,7 +264,8 @@ fn irradiances_equal_the_reference() {
     assert_silent(&world.context);
 }
 
-/// More photons on a spot than an estimate looks at: it looks at a share, which stands for all.
+/// More photons in a spot than an estimate reads: it reads a fraction of them, which stands for
+/// all.
 fn crowded_buckets_are_thinned(world: &World) {
     let mut random = Random::new(96);
     let (position, _, side) = world.surface_point(&mut random);

@@ -15,7 +15,7 @@ use lightpaths::passes::frame::{
 use lightpaths::scene::{Camera, shapes};
 use lightpaths::types::{NO_SIDE, PixelSurface, View};
 
-/// Around a workgroup of 8×8 pixels.
+/// Sizes around a workgroup of 8×8 pixels.
 const SIZES: [[u32; 2]; 6] = [[1, 1], [7, 9], [8, 8], [9, 7], [31, 17], [64, 3]];
 
 fn camera(size: [u32; 2], distance: f32) -> Camera {
@@ -27,7 +27,7 @@ fn camera(size: [u32; 2], distance: f32) -> Camera {
 #[test]
 fn pixels_equal_the_reference() {
     let room = World::room();
-    // Squares in the open, so that rays also miss.
+    // Squares without a room, so that some rays miss.
     let squares = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
     for (world, distance) in [(&room, 1.0), (&squares, 4.0)] {
         for size in SIZES {
@@ -42,7 +42,7 @@ fn pixels_equal_the_reference() {
                     other_sides += u32::from(pixel.side != NO_SIDE || seen.is_some());
                     continue;
                 };
-                // At a slant of 1 in 100 the hit moves a hundred times as far as the ray's error.
+                // At a slope of 1 in 100, the hit moves a hundred times as far as the ray's error.
                 assert_near(pixel.position, seen.hit.position, 1e-4, 1.0, "position");
                 assert_near(pixel.normal, seen.normal, 1e-4, 1.0, "normal");
                 let footprint = f64::from(pixel.footprint);
@@ -103,7 +103,7 @@ fn radiance_equals_the_reference() {
 #[test]
 fn display_codes_equal_the_reference() {
     let context = crate::common::context();
-    // The curve's toe, its shoulder, over- and underflow, and what is no number; and a fine sweep.
+    // The curve's toe, its shoulder, over- and underflow, and NaN; and a fine sweep.
     let mut values = vec![0.0, 0.003_130_8, 0.18, 0.8, 0.801, 1.0, 8.0, 1e30, -1.0, f32::NAN, f32::INFINITY];
     values.extend((0..4000).map(|i| i as f32 * 5e-4));
     values.resize(values.len().next_multiple_of(3), 0.5);
@@ -117,7 +117,7 @@ fn display_codes_equal_the_reference() {
         for (index, (codes, values)) in codes.iter().zip(values.as_chunks::<3>().0).enumerate() {
             let scaled = values.map(|value| value * exposure.exp2());
             let reference = cpu::tonemap::dithered(index as u32, scaled);
-            // The device's pow is good to some units in the last place: a code's border may move.
+            // The device's pow is accurate to a few ulps: the threshold of a code may move.
             let is_near = codes.iter().zip(reference).all(|(code, reference)| code.abs_diff(reference) <= 1);
             assert!(
                 is_near && codes[3] == 255,
@@ -125,7 +125,7 @@ fn display_codes_equal_the_reference() {
             );
             different += usize::from(*codes != reference);
         }
-        // Another noise would move a third of the codes.
+        // Different noise would change a third of the codes.
         assert!(different <= codes.len() / 100, "{different} of {}", codes.len());
     }
     assert_silent(&context);

@@ -5,7 +5,7 @@ use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::prefix_sum::PrefixSum;
 
-/// Sums random words on the device; the words behind the total must stay as they were.
+/// Sums random words on the device; the words after the total must stay.
 fn prefix_sum_on_device(prefix_sum: &PrefixSum, values: &[u32]) -> Vec<u32> {
     const UNTOUCHED: u32 = 0xdead_beef;
     let context = context();

@@ -1,5 +1,5 @@
-//! Direct light before there are light paths: to the bit what the renderer shows of
-//! direct light alone.
+//! The preview: direct light before there are light paths equals the renderer's direct light to the
+//! bit.
 
 use crate::common::{assert_silent, context};
 use crate::world::textured;
@@ -54,7 +54,7 @@ fn direct_light_is_what_the_renderer_shows_of_it() {
     assert_silent(&context());
 }
 
-/// A renderer without light paths builds next to no clusters; what it shows of direct light stays.
+/// A renderer without light paths builds almost no clusters, and shows the same direct light.
 #[test]
 fn direct_light_needs_neither_light_paths_nor_clusters() {
     for (what, scene) in [("plain", scene()), ("textured", textured(scene()))] {

@@ -1,4 +1,4 @@
-//! Traversal: nearest hits, against every triangle in f64; and that closed surfaces are closed.
+//! Traversal: nearest hits, against all triangles in f64; and no ray escapes from closed surfaces.
 
 use crate::common::{assert_silent, random_words};
 use crate::world::{Random, World};
@@ -20,7 +20,7 @@ fn soup() -> Scene {
     scene
 }
 
-/// Rays of every awkward kind around a scene of about unit size.
+/// Rays of every difficult kind around a scene of about unit size.
 fn awkward_rays(world: &World, count: usize) -> Vec<RayQuery> {
     let mut random = Random::new(count as u64);
     let mut queries = Vec::new();
@@ -31,7 +31,7 @@ fn awkward_rays(world: &World, count: usize) -> Vec<RayQuery> {
         let direction = match index % 6 {
             0 => random.sphere() * 10f32.powf(4.0 * random.unit() - 2.0),
             1 => target - origin,
-            // Parallel to an axis, and to a plane of two; of both signs of zero.
+            // Parallel to one axis or to a plane of two, with both signs of zero.
             2 => [Vec3::X, Vec3::NEG_Y, Vec3::Z, -Vec3::Z][random.below(4) as usize],
             3 => Vec3::new(random.unit() - 0.5, -0.0, random.unit() - 0.5),
             4 => Vec3::new(0.0, random.unit() - 0.5, random.unit() - 0.5),
@@ -47,14 +47,15 @@ fn awkward_rays(world: &World, count: usize) -> Vec<RayQuery> {
     queries
 }
 
-/// Rays of which device and reference disagree: each, by f32, passes an edge on the other side.
+/// Number of rays with different answers of device and reference. Each passes an edge on the other
+/// side in f32.
 fn disagreements(world: &World, queries: &[RayQuery], answers: &[RayAnswer]) -> usize {
     let geometry = world.geometry();
     let disagrees = |(query, answer): (&RayQuery, &RayAnswer)| {
         let direction = query.direction.as_dvec3();
         let Some(hit) = geometry.closest(query.origin, direction) else { return answer.side != NO_SIDE };
-        // The distance from the reference's plane to the device's hit: t itself grows inexact as
-        // the ray grazes the plane.
+        // The distance from the reference's plane to the device's hit: t itself is inexact if the
+        // ray grazes the plane.
         let normal = world.surfaces[hit.triangle as usize].normal.as_dvec3();
         let off_plane = ((f64::from(answer.t) - hit.t) * direction.dot(normal)).abs();
         let same_side = answer.side == geometry.side(hit.triangle, direction);
@@ -86,7 +87,7 @@ fn segments_are_free_where_the_nearest_hit_lies_beyond_their_end() {
     let queries = awkward_rays(&world, 5_000);
     let hits = Rays::new(&world.context).unwrap().trace(&world.buffers, &queries).unwrap();
     let segments = Rays::of_segments(&world.context).unwrap();
-    // Ends before, just before, just behind and far behind the hit.
+    // Segments that end before, just before, just after and far after the hit.
     for (share, is_hit) in [(0.5, false), (0.999, false), (1.001, true), (20.0, true)] {
         let shorten = |(query, hit): (&RayQuery, &RayAnswer)| {
             let length = if hit.side == NO_SIDE { 1e3 } else { share * hit.t };
@@ -99,7 +100,7 @@ fn segments_are_free_where_the_nearest_hit_lies_beyond_their_end() {
             (answer.side != NO_SIDE) == expected && (answer.t >= 0.0) == expected
         };
         let wrong = answers.iter().zip(&hits).filter(|&pair| !is_right(pair)).count();
-        // Rays that pass an edge on its other side once their direction is rounded anew.
+        // Rays that pass an edge on its other side after their direction is rounded again.
         assert!(wrong <= 5, "{wrong} of 5000 segments of {share} of the way");
     }
     assert!(hits.iter().filter(|hit| hit.side != NO_SIDE).count() > 1_000);
@@ -205,9 +206,9 @@ fn to_edges(centre: Vec3, size: Vec3, count: usize) -> Vec<RayQuery> {
     (0..count).map(ray).collect()
 }
 
-/// Walls in the planes of the axes have boxes of no thickness. A ray to an edge enters one wall's
-/// box where it leaves the other's, so that rounding alone decides whether it meets both, one, or,
-/// were boxes not widened, none.
+/// Axis-aligned walls have boxes of zero thickness. A ray to an edge enters one wall's box where it
+/// leaves the other's. Rounding alone decides whether it meets both or one; without widened boxes,
+/// it might meet none.
 #[test]
 fn no_ray_escapes_from_a_closed_box() {
     for (size, centre) in
@@ -228,7 +229,7 @@ fn no_ray_escapes_from_a_closed_box() {
 
 #[test]
 fn sides_of_nothing_are_odd() {
-    // The tests above take a miss for a back side.
+    // The tests above count a miss as a back side.
     assert_eq!(NO_SIDE % 2, 1);
     let world = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
     let past = RayQuery { origin: Vec3::ZERO, direction: Vec3::X };

@@ -1,5 +1,4 @@
-//! What of the hierarchy is read: against brute force; and that working out no more than that
-//! changes no bit of it.
+//! The live set: against brute force. A frame that computes only the live set has the same bits.
 
 use crate::common::{assert_silent, context};
 use crate::world::{Random, World};
@@ -16,7 +15,7 @@ use lightpaths::passes::precompute::reads::Reads;
 use lightpaths::scene::hvds::Hvds;
 use lightpaths::types::{Contribution, GatherRay, NO_CLUSTER, NO_TARGET, OPEN};
 
-/// Whether a cluster is another one or lies within it.
+/// Whether a cluster is `around` or one of its descendants.
 fn is_within(hvds: &Hvds, mut cluster: u32, around: u32) -> bool {
     while cluster < around {
         cluster = hvds.parents[cluster as usize];
@@ -24,7 +23,7 @@ fn is_within(hvds: &Hvds, mut cluster: u32, around: u32) -> bool {
     cluster == around && cluster != NO_CLUSTER
 }
 
-/// Proxies of random parts.
+/// Proxies with random children.
 fn random_proxies(random: &mut Random, clusters: u32, count: u32) -> ProxyTables {
     let mut proxies = ProxyTables::new(clusters);
     for _ in 0..count {
@@ -67,7 +66,7 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
         let packing = GatherTargetPacking::new(taken + part_count, 3, 1.0).unwrap();
         let rays: Vec<GatherRay> = (0..2 * ray_count)
             .map(|_| {
-                // Fine clusters mostly; some rays leave the scene.
+                // Mostly fine clusters; some rays leave the scene.
                 let end = 1 + random.below(taken + part_count);
                 let cluster = random.below(end);
                 let cluster = if random.below(4) == 0 { taken + part_count - 1 - cluster } else { cluster };

@@ -1,4 +1,5 @@
-//! A picture of another size: the same bits, and as much memory, as a cold start at that size has.
+//! A resized picture has the same bits, and takes the same memory, as after a cold start at that
+//! size.
 
 use crate::common::{assert_silent, context};
 use crate::world::{glossy, textured};
@@ -29,7 +30,7 @@ fn cold(mut scene: Scene, size: [u32; 2]) -> Renderer {
     Renderer::new(&context(), scene, &mut Silent).unwrap()
 }
 
-/// All that a frame shows, as words.
+/// All image layers of a frame, as words.
 fn bits(renderer: &Renderer) -> Vec<u32> {
     let layers = [Layer::Beauty, Layer::Direct, Layer::Indirect, Layer::Albedo, Layer::Normal, Layer::Depth];
     let layers = layers.iter().flat_map(|layer| renderer.layer(*layer).unwrap());
@@ -56,13 +57,13 @@ fn a_picture_of_another_size_is_that_of_a_cold_start() {
         assert_eq!(memory(), before);
 
         let mut renderer = cold(scene.clone(), small);
-        // The table of lights keeps the room that it once had.
+        // The table of lights keeps its capacity.
         let third = Light { name: "third".to_owned(), kind: renderer.scene().lights[0].kind, is_on: true };
         renderer.add_light(third.clone()).unwrap();
         renderer.remove_light(2).unwrap();
         renderer.frame().unwrap();
         let (at_small, taken) = (bits(&renderer), memory());
-        // One edit is still to be rendered when the size changes.
+        // The size changes after an edit that is not rendered yet.
         let light = renderer.scene().lights[0].kind;
         renderer.set_light(0, light.with_emission(Vec3::new(3.0, 1.0, 2.0))).unwrap();
         let start = Instant::now();
@@ -73,8 +74,8 @@ fn a_picture_of_another_size_is_that_of_a_cold_start() {
         renderer.set_light(0, light).unwrap();
         renderer.frame().unwrap();
         assert!(bits(&renderer) == at_odd, "{what}: {odd:?} as a cold start has it");
-        // A light that comes later has room for this picture; one that is off is traced when it
-        // comes on.
+        // A later light has buffers of this size; a light that was off is traced when it is
+        // switched on.
         renderer.add_light(third.clone()).unwrap();
         renderer.frame().unwrap();
         if what == "glossy" {
@@ -97,14 +98,14 @@ fn a_picture_of_another_size_is_that_of_a_cold_start() {
     assert_silent(&context());
 }
 
-/// Where no light is active, nothing else makes the sum over lights anew.
+/// If no light is active, only the resize makes the sum over lights stale.
 #[test]
 fn a_larger_picture_without_light_is_black() {
     let mut renderer = cold(scene(), [16, 16]);
     renderer.frame().unwrap();
     (0..2).for_each(|light| renderer.switch_light(light, false).unwrap());
     renderer.frame().unwrap();
-    // Memory that another picture was in.
+    // The memory of an earlier picture.
     renderer.resize([97, 31]).unwrap();
     let report = renderer.frame().unwrap();
     assert!(report.passes.iter().any(|pass| pass.name == "direct_sum"));
@@ -121,7 +122,7 @@ fn a_size_that_cannot_be_changes_nothing() {
     renderer.frame().unwrap();
     let (expected, taken) = (bits(&renderer), memory());
     let binds = context().limits().storage_range_bytes;
-    // The larger is refused by the device, where it binds less than its pixels need.
+    // The device refuses the larger size if it exceeds a binding.
     for size in [[0, 48], [64, 0], [16385, 1], [16384, 16384]] {
         if size == [16384, 16384] && binds >= 40 << 28 {
             continue;

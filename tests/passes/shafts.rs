@@ -1,4 +1,4 @@
-//! Shafts hold all that may hide a light from their points, and little else.
+//! Shafts hold every triangle that may hide a light from their points, and few others.
 
 use crate::common::{assert_silent, context};
 use crate::path_trace;
@@ -13,7 +13,7 @@ use lightpaths::types::{LightSource, Node};
 /// Points of a batch in these tests.
 const POINTS: usize = 12;
 
-/// Points on one side, in a disc that wide, and so many others anywhere.
+/// Points on one side in a disc of width `width`, and `strays` points anywhere.
 fn points(world: &World, random: &mut Random, width: f32, strays: usize) -> Vec<(Vec3, u32)> {
     let (centre, _, side) = world.surface_point(random);
     let [p0, p1, p2] = world.triangles[side as usize / 2].positions;
@@ -61,7 +61,7 @@ fn reached([triangles, open]: [&[u32]; 2], nodes: &[Node]) -> Vec<u32> {
     found
 }
 
-/// Words of the shafts of some batches to a light.
+/// Words of the shafts from batches to a light.
 fn shafts_of(
     world: &World,
     lights: &[LightSource],
@@ -86,7 +86,7 @@ fn shafts_of(
     words
 }
 
-/// Triangles and nodes that rays of a batch start from.
+/// Triangles and nodes at which rays of a batch start.
 fn roots_of(words: &[u32], batch: usize) -> [&[u32]; 2] {
     let words = &words[batch * SHAFT_WORDS as usize..][..SHAFT_WORDS as usize];
     let [triangles, nodes] = [words[0] & 0xffff, words[0] >> 16].map(|count| count as usize);
@@ -117,8 +117,8 @@ fn nothing_that_hides_a_light_is_missed() {
                     (hiding, kept) = (hiding + hiders.len(), kept + own.len());
                 }
             }
-            // Of narrow shafts little is kept that hides nothing, where all would be sixty
-            // triangles and more a batch.
+            // Narrow shafts keep few triangles that hide nothing; without shafts, a batch would
+            // keep over sixty.
             assert!(kept <= 3 * hiding + 80 * 3, "light {index}: {kept} kept, {hiding} hide something");
         }
     }

@@ -1,4 +1,4 @@
-//! Splatting: which records serve which pixel, and what they give it.
+//! Splatting: the records that each pixel uses, and its irradiance from them.
 
 use crate::common::assert_silent;
 use crate::world::{Random, SUM, World, assert_near};
@@ -26,7 +26,7 @@ fn view(size: [u32; 2], position: Vec3) -> View {
 
 struct Splatted {
     pixels: Vec<PixelSurface>,
-    /// Records of each pixel and their shares.
+    /// Records of each pixel and their weights.
     shares: Vec<Vec<SplatWeight>>,
     uncovered: [u32; 2],
     irradiance: Vec<Vec3>,
@@ -78,13 +78,13 @@ fn random_records(random: &mut Random, points: &[CachePoint]) -> Vec<Record> {
     points.iter().map(record).collect()
 }
 
-/// Weights of a pixel beyond which `splat_tiles` visits its tile again: `KEPT` there.
+/// Number of weights of a pixel above which `splat_tiles` visits its tile again: `KEPT` there.
 const KEPT: usize = 8;
-/// Weights this small may round to nothing on one side.
+/// Weights below this may round to zero on one side.
 const HAIR: f32 = 1e-4;
 
-/// Checks the list of one pixel; says what became of it: covered, reached by a relaxed record, or
-/// uncovered and served by the record that fits best.
+/// Checks the list of one pixel. Returns its kind: covered, reached by a relaxed record, or
+/// uncovered and served by the best record.
 fn check_pixel(
     world: &World,
     pixel: &PixelSurface,
@@ -130,8 +130,7 @@ fn check_pixel(
     let sign = if is_covered { 1.0 } else { -1.0 };
     for share in shares {
         let weight = f64::from(weight_of(share.record)) / sum;
-        // The metric's square root of 1 - cos keeps seven bits less than its cosine near its own
-        // zero.
+        // The metric has a square root of 1 - cos, which loses seven bits near zero.
         let bound = 1e-3 / sum.max(1e-3);
         assert!(
             (sign * f64::from(share.weight) - weight).abs() < bound,
@@ -155,14 +154,14 @@ fn every_pixel_has_the_records_that_brute_force_finds() {
         ([17, 15], 65, 0.3, inside),
         ([50, 37], 800, 0.1, inside),
         ([50, 37], 800, 0.02, among_records + 1e-3),
-        // Far outside, walls in the way: everything is small.
+        // From far outside, behind walls: everything is small.
         ([33, 47], 257, 0.2, Vec3::new(6.0, 4.0, 9.0)),
-        // More pairs and more weights than there is room for.
+        // More pairs and weights than the lists have capacity for.
         ([130, 70], 307, 1.5, inside),
     ] {
         let mut points = world.cache_points(&mut random, count, radius);
         if size[0] == 50 {
-            // Some of them so far that only their relaxed radius reaches the surface around.
+            // Some are so far away that only their relaxed radius reaches the surface.
             points.iter_mut().for_each(|point| {
                 point.normal = (point.normal + 0.4 * random.cube()).normalize();
             });
@@ -190,13 +189,13 @@ fn every_pixel_has_the_records_that_brute_force_finds() {
     assert_silent(&world.context);
 }
 
-/// More than 65 535 iterations of loops of one invocation end on some devices, and nobody says so.
+/// Some devices silently end the loops of an invocation after 65 535 iterations.
 #[test]
 fn many_uncovered_pixels_among_many_records_have_the_one_that_fits_best() {
     let world = World::room();
     let mut random = Random::new(82);
     let mut points = world.cache_points(&mut random, 100_000, 1e-6);
-    // Neighbours in the list are neighbours in space, more or less.
+    // Neighbours in the list are roughly neighbours in space.
     points.sort_by(|a, b| a.position.x.total_cmp(&b.position.x));
     let records = random_records(&mut random, &points);
     let splatted = splat(&world, &view([128, 96], Vec3::new(0.1, 0.05, 0.45)), &points, &records);
@@ -207,8 +206,8 @@ fn many_uncovered_pixels_among_many_records_have_the_one_that_fits_best() {
     assert_silent(&world.context);
 }
 
-/// Where smooth shading hides a sharp edge, the horizon is that of the facet: a record on a facet
-/// that is turned away says nothing, though its shading normal is the same.
+/// If smooth shading hides a sharp edge, the facet decides: a record on a facet that faces away is
+/// not used, even if its shading normal is the same.
 #[test]
 fn facets_at_a_sharp_edge_share_no_records() {
     let normal = Vec3::new(0.0, 0.8, 0.6);

@@ -1,4 +1,4 @@
-//! Image lookup on the device, where its values are known without a reference.
+//! Image lookup on the device, with values that are known without a reference.
 
 use crate::common::{assert_silent, context};
 use crate::world::World;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 const SIDE: u32 = 4;
 
-/// No two texels alike.
+/// A different code for each texel.
 fn code(x: u32, y: u32) -> [u8; 3] {
     [60 * x as u8, 255 - 70 * y as u8, 16 * (x + 4 * y) as u8]
 }
@@ -23,7 +23,7 @@ fn image(size: [u32; 2]) -> Arc<Image> {
     Arc::new(Image { size, codes })
 }
 
-/// A square under an image, whose corners the camera sees in the corners of its picture.
+/// A square with an image. The camera sees its corners in the corners of the picture.
 fn square(shift: Vec2, is_clamped: bool) -> Scene {
     let mut scene = shapes::facing_squares(1.0, 0.0, 0.5);
     scene.triangles.truncate(2);
@@ -33,7 +33,7 @@ fn square(shift: Vec2, is_clamped: bool) -> Scene {
     scene
 }
 
-/// What a picture of the size of the image shows, one point a pixel.
+/// Colours in a picture of the image's size, one point for each pixel.
 fn colours(scene: &Scene) -> Vec<DVec3> {
     let world = World::new(scene, 4);
     let view = View::from(&Camera {
@@ -44,7 +44,8 @@ fn colours(scene: &Scene) -> Vec<DVec3> {
         fov_y_degrees: 2.0 * 0.5_f32.atan().to_degrees(),
         size: [SIDE; 2],
     });
-    // One of the two triangles for all: its plane is the other's, too. The last pixel sees nothing.
+    // One of the two triangles serves all pixels: both have the same plane. The last pixel sees
+    // nothing.
     let mut pixels =
         vec![PixelSurface { position: Vec3::ZERO, side: 0, normal: Vec3::Y, footprint: 0.0 }; 16];
     pixels[15].side = NO_SIDE;
@@ -72,7 +73,7 @@ fn colours(scene: &Scene) -> Vec<DVec3> {
 #[test]
 fn texels_show_in_their_middles_and_halfway_between() {
     let texel = |x: u32, y: u32| DVec3::from(code(x, y).map(linear));
-    // Shifts by whole texels and by half ones, out of the image on both sides.
+    // Shifts by whole and half texels, beyond the image on both sides.
     for (shift, is_clamped) in
         [(0, false), (0, true), (1, false), (1, true), (-3, false), (-3, true), (29, false)]
     {

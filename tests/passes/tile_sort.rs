@@ -6,8 +6,8 @@ use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::tile_sort::TileSort;
 
-/// Sorts on the device, in a list with room for `capacity` pairs; what lies behind the pairs
-/// is no pair.
+/// Sorts on the device, in a list with capacity for `capacity` pairs; the words after the pairs are
+/// no pairs.
 fn sort(pairs: &[[u32; 2]], capacity: u32, tile_count: u32) -> Vec<[u32; 2]> {
     let context = context();
     let sort = TileSort::new(&context, capacity).unwrap();
@@ -39,8 +39,8 @@ fn sorted_pairs_equal_the_reference() {
 
 #[test]
 fn pairs_of_one_tile_keep_their_order() {
-    // Records descend, so that a sort by both would show. Tiles that one digit tells apart, and
-    // that the second does.
+    // Records descend, so that a sort by both keys would show. The first digit distinguishes some
+    // tiles, the second digit others.
     for [low, high] in [[0x10, 0x20], [0x101, 0x201]] {
         let pairs: Vec<_> =
             (0..3_000_u32).map(|i| [if i % 3 == 0 { low } else { high }, 9_999 - i]).collect();

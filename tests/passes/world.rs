@@ -1,4 +1,4 @@
-//! A small scene on the host and on the device, and how numbers are compared.
+//! A small scene on host and device, and the comparison of numbers.
 
 use std::sync::Arc;
 
@@ -16,13 +16,13 @@ use lightpaths::scene::hvds::Hvds;
 use lightpaths::scene::{Image, Material, Scene, Texture, Triangle, grid, shapes, surfaces};
 use lightpaths::types::{CachePoint, Grid, PixelSurface, Reflectance, Surface};
 
-/// Relative tolerance of a value that a few operations lead to.
+/// Relative tolerance of the result of a few operations.
 pub(crate) const FLOAT: f64 = 1e-5;
 /// Relative tolerance of a sum.
 pub(crate) const SUM: f64 = 1e-4;
 
-/// Entry points that clusters are judged by: so few that many base clusters hold less than
-/// gather rays trust.
+/// Number of entry points in the tests: low enough that many base clusters are below the minimum
+/// sample count of gather rays.
 const ENTRY_POINTS: u32 = 5_000;
 
 /// Reproducible numbers in [0, 1).
@@ -41,7 +41,7 @@ impl Random {
         self.0.next().unwrap()
     }
 
-    /// Below `end`.
+    /// A number below `end`.
     pub(crate) fn below(&mut self, end: u32) -> u32 {
         self.word() % end
     }
@@ -50,12 +50,12 @@ impl Random {
         (self.word() >> 8) as f32 / 16_777_216.0
     }
 
-    /// In [-1, 1)³.
+    /// A point in [-1, 1)³.
     pub(crate) fn cube(&mut self) -> Vec3 {
         2.0 * Vec3::new(self.unit(), self.unit(), self.unit()) - 1.0
     }
 
-    /// Uniform on the unit sphere.
+    /// A uniform direction on the unit sphere.
     pub(crate) fn sphere(&mut self) -> Vec3 {
         loop {
             let v = self.cube();
@@ -66,7 +66,7 @@ impl Random {
     }
 }
 
-/// A scene, its triangles in BVH order, with everything that passes bind.
+/// A scene with its triangles in BVH order, and every buffer that passes bind.
 pub(crate) struct World {
     pub context: Arc<Context>,
     pub triangles: Vec<Triangle>,
@@ -74,9 +74,9 @@ pub(crate) struct World {
     pub coordinates: Vec<[Vec2; 3]>,
     pub materials: Vec<Material>,
     pub hvds: Hvds,
-    /// Density of entry points on each fragment of `hvds`: all there may be, in no order.
+    /// Density of entry points on each fragment of `hvds`: all possible values, in no order.
     pub densities: Vec<f32>,
-    /// Entry points that each cluster holds, in expectation.
+    /// Expected number of entry points of each cluster.
     pub in_clusters: Vec<f32>,
     pub buffers: SceneBuffers,
     pub clusters: ClusterBuffers,
@@ -125,8 +125,8 @@ impl World {
         }
     }
 
-    /// A closed room of 2×1.5×1 m with sixty triangles adrift in it, whose shading normals lean
-    /// away from their planes.
+    /// A closed room of 2×1.5×1 m with sixty floating triangles, whose shading normals differ from
+    /// their planes.
     pub(crate) fn room() -> Self {
         Self::new(&room(), 16)
     }
@@ -172,7 +172,7 @@ impl World {
     pub(crate) fn cache_points(&self, random: &mut Random, count: usize, radius: f32) -> Vec<CachePoint> {
         let point = |_| {
             let (position, normal, side) = self.surface_point(random);
-            // Every other one stands before a wall, half a radius away in a random direction.
+            // Every second point has an occluder plane, half a radius away in a random direction.
             let wall = if random.below(2) == 0 { Vec3::ZERO } else { random.cube() * 2.0 / radius };
             let facet = self.geometry().normal(side);
             CachePoint {
@@ -234,8 +234,7 @@ pub(crate) fn room() -> Scene {
     scene
 }
 
-/// Images on all but every third material: one that repeats, and one that does not; noise
-/// of all codes.
+/// Images on two of three materials: one repeats, and one does not; noise of all codes.
 pub(crate) fn textured(mut scene: Scene) -> Scene {
     let mut random = Random::new(17);
     for (index, material) in scene.materials.iter_mut().enumerate().filter(|(index, _)| index % 3 != 1) {

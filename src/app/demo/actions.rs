@@ -1,4 +1,4 @@
-//! What keys ask for.
+//! The actions that keys are bound to.
 
 use super::navigate;
 use super::panels::fresh_light;
@@ -15,7 +15,7 @@ pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState,
         Action::Help => ui_state.shows_help = !ui_state.shows_help,
         Action::Panels => ui_state.shows_panels = !ui_state.shows_panels,
         Action::Undo | Action::Redo => {
-            // What is being dragged would come back at once.
+            // Otherwise the drag would restore the edited value in the next frame.
             viewport.let_go();
             let history = &mut session.history;
             let document = &mut session.document;

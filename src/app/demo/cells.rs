@@ -1,5 +1,5 @@
-//! Cells of the hierarchy in colours: neighbours differ in hue, and each is as bright as the light
-//! that gather rays read in it.
+//! The cells of one hierarchy level as a colour image. Neighbours differ in hue; a cell's
+//! brightness is the irradiance that gather rays read in it.
 
 use std::f32::consts::PI;
 
@@ -11,15 +11,15 @@ use crate::cpu::tonemap::display_value;
 use crate::error::Result;
 use crate::renderer::Renderer;
 
-/// Share of a cell's brightness that it has without light.
+/// Fraction of a cell's brightness that is independent of light.
 const FLOOR: f32 = 0.08;
 
-/// sRGB codes R, G, B, 255 of each pixel; where the view leaves the scene they are transparent.
+/// sRGB codes R, G, B, 255 of each pixel; transparent where the view leaves the scene.
 pub(super) fn colours(renderer: &Renderer, level: u32, exposure_stops: f32) -> Result<Vec<[u8; 4]>> {
     let clusters = renderer.cluster_colours(level)?;
     let scale = exposure_stops.exp2();
     let colour = |cluster: u32, irradiance: Vec3| {
-        // As bright as a white surface in that light.
+        // The brightness of a white surface in that light.
         let light = FLOOR + scale * irradiance.max_element() / PI;
         let hue = PALETTE[hash_pair(cluster, level) as usize % PALETTE.len()];
         let [r, g, b] = [hue.r(), hue.g(), hue.b()].map(|code| (f32::from(code) / 255.0).powf(2.2));

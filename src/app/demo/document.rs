@@ -1,30 +1,30 @@
-//! What the user edits: lights, materials, exposure. A plain value: panels change it, the session
-//! brings the renderer into line, and the history keeps copies of it.
+//! The document: the lights and materials that the user edits. It is a plain value. Panels change
+//! it, the session applies it to the renderer, and the history stores copies of it.
 
 use glam::Vec3;
 
 use crate::scene::{Light, Material, Scene};
 
-/// Edits that can be taken back, at most.
+/// Longest undo history, in edits.
 const MAX_STEPS: usize = 1000;
 
-/// Everything that can be edited.
+/// The editable state of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Document {
-    /// In the order in which they are listed.
+    /// In the order of the panel's list.
     pub(super) lights: Vec<LightEntry>,
-    /// As in the scene.
+    /// In the scene's order.
     pub(super) materials: Vec<MaterialEdit>,
 }
 
-/// A light, and which one it is whatever becomes of its name and its place in the list.
+/// A light with an identifier that survives renaming and reordering.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct LightEntry {
     pub(super) id: u64,
     pub(super) light: Light,
 }
 
-/// What of a material can be edited.
+/// The editable properties of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MaterialEdit {
     pub(super) diffuse: Vec3,
@@ -33,7 +33,7 @@ pub(super) struct MaterialEdit {
 }
 
 impl Document {
-    /// A scene as it was loaded.
+    /// The document of a freshly loaded scene.
     pub(super) fn of(scene: &Scene) -> Self {
         let entry = |(id, light): (u64, &Light)| LightEntry { id, light: light.clone() };
         Self {
@@ -42,7 +42,7 @@ impl Document {
         }
     }
 
-    /// Adds a light under a name that no other has, and returns its place.
+    /// Adds a light under a unique name and returns its index.
     pub(super) fn add(&mut self, mut light: Light) -> usize {
         let stem = light.name.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
         let is_taken = |name: &str| self.lights.iter().any(|entry| entry.light.name == name);
@@ -55,7 +55,7 @@ impl Document {
         self.lights.len() - 1
     }
 
-    /// The same with the edits in a scene's materials.
+    /// Writes the edits into the scene's materials.
     pub(super) fn apply_materials(&self, materials: &mut [Material]) {
         for (material, edit) in materials.iter_mut().zip(&self.materials) {
             let MaterialEdit { diffuse, specular, exponent } = *edit;
@@ -71,12 +71,12 @@ impl MaterialEdit {
     }
 }
 
-/// Copies of the document as it was, and as it was before something was taken back.
+/// The undo and redo steps of a document.
 #[derive(Clone)]
 pub(super) struct History {
     past: Vec<Document>,
     future: Vec<Document>,
-    /// As it was when the last edit ended.
+    /// The document at the end of the last edit.
     now: Document,
 }
 
@@ -85,7 +85,7 @@ impl History {
         Self { past: Vec::new(), future: Vec::new(), now: document.clone() }
     }
 
-    /// An edit has ended: what it changed is one step. Nothing, and false, if it changed nothing.
+    /// Ends an edit and makes its change one step. Returns false if nothing changed.
     pub(super) fn settle(&mut self, document: &Document) -> bool {
         if *document == self.now {
             return false;
@@ -96,8 +96,8 @@ impl History {
         true
     }
 
-    /// The scene was loaded again: its documents are `rebased`, and what it was before is one step
-    /// back. What was taken back can still be done again.
+    /// Records a reload of the scene as one step. All stored documents are converted by `rebased`,
+    /// and the steps that can be redone stay.
     pub(super) fn reload(
         &mut self,
         document: &Document,
@@ -112,7 +112,7 @@ impl History {
         }
     }
 
-    /// Replaces each document by the same on another scene.
+    /// Converts each stored document to another scene.
     pub(super) fn rebase(&mut self, rebased: impl Fn(&Document) -> Document) {
         for document in self.past.iter_mut().chain(&mut self.future).chain([&mut self.now]) {
             *document = rebased(document);
@@ -126,8 +126,8 @@ impl History {
         }
     }
 
-    /// What was done last could not be had, and the document is what it was before: an edit is no
-    /// step, and what was taken back is done again.
+    /// Reverts the last step because the device refused it; `document` is the state before. An edit
+    /// leaves no step, and an undone step is redone.
     pub(super) fn refuse(&mut self, document: &Document) {
         if *document == self.now {
             return;
@@ -140,7 +140,7 @@ impl History {
         }
     }
 
-    /// Takes the last edit back, one that is under way first. False where there is none.
+    /// Undoes the last edit, or the edit under way. False if there is none.
     pub(super) fn undo(&mut self, document: &mut Document) -> bool {
         self.settle(document);
         let Some(before) = self.past.pop() else { return false };
@@ -149,7 +149,7 @@ impl History {
         true
     }
 
-    /// Does again what was taken back last. False where there is nothing.
+    /// Redoes the edit that was undone last. False if there is none.
     pub(super) fn redo(&mut self, document: &mut Document) -> bool {
         self.settle(document);
         let Some(after) = self.future.pop() else { return false };
@@ -158,7 +158,7 @@ impl History {
         true
     }
 
-    /// Steps that can be taken back, and done again.
+    /// Numbers of steps to undo and to redo.
     pub(super) fn depths(&self) -> [usize; 2] {
         [self.past.len(), self.future.len()]
     }
@@ -205,7 +205,7 @@ mod tests {
         for step in 1..5 {
             document.materials[0].exponent = step as f32 * 10.0;
             history.settle(&document);
-            // Nothing has changed: no step.
+            // No change, no step.
             history.settle(&document);
             states.push(document.clone());
         }
@@ -219,7 +219,7 @@ mod tests {
             assert_eq!(document, *expected);
         }
         assert!(!history.redo(&mut document));
-        // A new edit cuts off what had been taken back; one under way is a step of its own.
+        // A new edit clears the redo steps. An edit under way is a step of its own.
         history.undo(&mut document);
         document.lights[0].light.is_on = false;
         assert!(!history.redo(&mut document));
@@ -235,7 +235,7 @@ mod tests {
         document.materials[0].exponent = 2.0;
         history.settle(&document);
         let second = document.clone();
-        // An edit, before and after it has ended.
+        // An edit, while it is under way and after its end.
         document.materials[0].exponent = 3.0;
         for ends in [false, true] {
             if ends {
@@ -245,7 +245,7 @@ mod tests {
             assert!(!history.settle(&second));
             assert_eq!(history.depths(), [1, 0]);
         }
-        // Something taken back.
+        // An undone step.
         document = second.clone();
         assert!(history.undo(&mut document) && document == first);
         history.refuse(&second);

@@ -1,4 +1,4 @@
-//! What is kept: the edited scene, the picture.
+//! Saving the edited scene and the picture.
 
 use std::path::{Path, PathBuf};
 
@@ -10,10 +10,10 @@ use crate::image::ExrLayer;
 use crate::renderer::Layer;
 use crate::scene::{Light, save::Edited, save::leads_outside};
 
-/// Saves the scene as it is edited; returns what to say of it.
+/// Saves the edited scene; returns a message.
 ///
 /// # Errors
-/// The scene's own file holds something that was never read; and as [`Error::Output`].
+/// The scene's own file has changes that were not loaded; and as [`Error::Output`].
 pub(super) fn save_scene(session: &mut Session, to: &str) -> Result<String> {
     let is_own = session.watch.is_own(Path::new(to));
     if is_own && (session.is_asked || !session.watch.is_as_read()) {
@@ -27,15 +27,14 @@ pub(super) fn save_scene(session: &mut Session, to: &str) -> Result<String> {
     Ok(said)
 }
 
-/// Saves the scene as it is edited beside its file, under a name that is free; returns what to
-/// say of it.
+/// Saves the edited scene beside its file under a free name; returns a message.
 pub(super) fn save_mine(session: &mut Session) -> Result<String> {
     let path = mine(Path::new(&session.source.spec));
     save_scene(session, &path.display().to_string())
 }
 
-/// The name of one's own version of a scene: the first of `NAME-mine.toml`, `NAME-mine-002.toml` …
-/// that is free.
+/// The path for the user's own version of a scene: the first free one of
+/// `NAME-mine.toml`, `NAME-mine-002.toml` …
 fn mine(scene: &Path) -> PathBuf {
     let stem = scene.with_extension("");
     let first = PathBuf::from(format!("{}-mine.toml", stem.display()));
@@ -64,8 +63,7 @@ fn write_scene(session: &Session, path: &Path) -> Result<String> {
     Ok(format!("saved {}{note}", path.display()))
 }
 
-/// Saves the scene as it is edited under a name that is free, beside where it would be
-/// saved; returns where.
+/// Saves the edited scene under a free name beside its usual path; returns the new path.
 pub(super) fn rescue_scene(session: &Session, scene_to: &str) -> Result<PathBuf> {
     let stem = Path::new(scene_to).with_extension("");
     let free = |number: u32| PathBuf::from(format!("{}-rescued-{number:03}.toml", stem.display()));
@@ -74,8 +72,7 @@ pub(super) fn rescue_scene(session: &Session, scene_to: &str) -> Result<PathBuf>
     Ok(path)
 }
 
-/// Saves the picture, as it is shown in a PNG and in numbers in an EXR file, beside the scene;
-/// returns what to say of it.
+/// Saves the picture beside the scene: tone-mapped as PNG and linear as EXR. Returns a message.
 pub(super) fn save_picture(session: &Session, scene_to: &str) -> Result<String> {
     let renderer = session
         .renderer()

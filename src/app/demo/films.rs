@@ -1,4 +1,4 @@
-//! Films in the window: played on the scene that is open, recorded from what is done with it.
+//! Films in the window: playback on the open scene, and recording of the user's edits.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -13,21 +13,21 @@ use crate::scene::{Camera, Light, LoadOptions, Scene};
 /// Frames a second of a recorded film.
 const FPS: f64 = 24.0;
 
-/// A film that plays.
+/// A film during playback.
 pub(super) struct Player {
     film: Film,
-    /// Of the film's scene, in its order.
+    /// The lights of the film's scene, in its order.
     lights: Vec<Light>,
     materials: Vec<String>,
     start: Instant,
-    /// What was there before, and comes back.
+    /// Restored when the film ends.
     before: (Document, Camera),
 }
 
 impl Player {
-    /// Begins to play: the file if there is one, else the built-in film of the scene's name. With
-    /// a scene, that must be prepared first: the film makes something glossy that the open one
-    /// knows as diffuse.
+    /// Starts playback of the given file, else of the built-in film of the scene's name. Returns a
+    /// scene as well if it must be prepared first: the film makes a material glossy that is diffuse
+    /// in the open scene.
     pub(super) fn begin(session: &Session, recorded: Option<&Path>) -> Result<(Self, Option<Scene>)> {
         let spec = match recorded {
             Some(path) => path.display().to_string(),
@@ -37,7 +37,7 @@ impl Player {
                 return Err(Error::Usage(none.to_owned()));
             }
         };
-        // The user has recorded it here, and its scene is the one that is open.
+        // The user recorded this file here, and the open scene is its scene.
         let allow_outside = session.source.options.allow_outside || recorded.is_some();
         let options = LoadOptions { allow_outside, ..session.source.options.clone() };
         let (film, scene) = Film::load(&spec, &options)?;
@@ -58,7 +58,7 @@ impl Player {
         Ok((player, must_prepare.then_some(open)))
     }
 
-    /// Brings the scene to where the film is now. False where it has ended.
+    /// Applies the film's current frame to the scene. False if the film has ended.
     pub(super) fn advance(&self, session: &mut Session) -> bool {
         let frame = (self.start.elapsed().as_secs_f64() * self.film.fps) as u32;
         if frame >= self.film.frame_count {
@@ -71,7 +71,7 @@ impl Player {
             let lights = &mut session.document.lights;
             match lights.iter().position(|entry| entry.light.name == light.name) {
                 Some(place) => lights[place].light = light,
-                // One that the film adds, from when it is on.
+                // A light that the film adds; it appears when it is switched on.
                 None if is_on => drop(session.document.add(light)),
                 None => (),
             }
@@ -87,7 +87,7 @@ impl Player {
         true
     }
 
-    /// The scene as it was before the film began.
+    /// Restores the scene from before playback.
     pub(super) fn end(self, session: &mut Session) {
         let size = session.camera.size;
         (session.document, session.camera) = self.before;
@@ -95,7 +95,7 @@ impl Player {
     }
 }
 
-/// What is done, as it is done.
+/// Records the user's edits as a film.
 pub(super) struct Recorder {
     recording: Recording,
     start: Instant,
@@ -111,7 +111,7 @@ impl Recorder {
         recorder
     }
 
-    /// Takes down how things are, where there is another picture.
+    /// Adds a key frame if the picture has changed.
     pub(super) fn note(&mut self, session: &Session) {
         if self.version == session.version {
             return;
@@ -122,7 +122,7 @@ impl Recorder {
         self.recording.add(seconds, &snapshot(session));
     }
 
-    /// Saves the film beside the scene; returns where.
+    /// Saves the film beside the scene; returns its path.
     pub(super) fn end(mut self, session: &Session, scene_to: &str) -> Result<PathBuf> {
         self.recording.add(self.start.elapsed().as_secs_f64(), &snapshot(session));
         let path = PathBuf::from(format!("{}-film.toml", Path::new(scene_to).with_extension("").display()));

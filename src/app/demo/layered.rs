@@ -1,4 +1,4 @@
-//! Pictures that are made on the host.
+//! Pictures that the host computes and panels draw.
 
 use std::sync::Arc;
 
@@ -6,10 +6,10 @@ use crate::error::Result;
 use crate::gpu::window::{PictureId, WindowPainter};
 use crate::gpu::{Buffer, Context};
 
-/// A picture that is made on the host, when there is one.
+/// A host picture with its content, if it exists.
 pub(super) struct Layered<Of> {
     picture: Option<PictureId>,
-    /// What it shows; none where it is not to be seen.
+    /// What the picture shows; `None` if it is hidden.
     pub(super) of: Option<Of>,
 }
 
@@ -18,12 +18,12 @@ impl<Of> Layered<Of> {
         Self { picture: None, of: None }
     }
 
-    /// How panels draw it, if it is to be seen.
+    /// The texture for panels. `None` if the picture is hidden.
     pub(super) fn texture(&self, painter: &WindowPainter) -> Option<egui::TextureId> {
         self.of.as_ref().and(self.picture).map(|picture| painter.texture(picture))
     }
 
-    /// Lets it show that: sRGB codes R, G, B, A, row by row from the top.
+    /// Uploads sRGB codes R, G, B, A, row by row from the top, and shows them.
     pub(super) fn show(
         &mut self,
         context: &Arc<Context>,
@@ -36,7 +36,7 @@ impl<Of> Layered<Of> {
             Some(picture) => picture,
             None => painter.add_picture(size)?,
         };
-        // It is there even if what follows fails.
+        // Kept even if a later step fails.
         self.picture = Some(picture);
         painter.resize_picture(picture, size)?;
         painter.show(picture, &Buffer::from_slice(context, "picture from the host", pixels)?);

@@ -45,11 +45,11 @@ pub(super) struct Demo {
     /// Presents frames as soon as they are done
     #[arg(long)]
     no_vsync: bool,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Kept light paths")]
     cache_args: CacheArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Scene")]
     scene_args: SceneArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Device and messages")]
     device_args: DeviceArgs,
 }
 
@@ -60,7 +60,7 @@ impl Demo {
         let scene = self.scene_args.load(&self.scene)?;
         let events =
             EventLoop::<WakeUp>::with_user_event().build().map_err(|error| no_display(&error.to_string()))?;
-        // The window says how large pictures are.
+        // The window sets the size of pictures.
         let options = LoadOptions { size: None, ..self.scene_args.options() };
         let source = Source { spec: self.scene.clone(), options, store };
         keep_edits(events.create_proxy());
@@ -71,7 +71,7 @@ impl Demo {
     }
 }
 
-/// Why there is no window, without the place in the library that noticed.
+/// The reason why no window opens, without the source position in the library.
 fn no_display(said: &str) -> Error {
     let after_place = said.rsplit_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
     Error::NoDisplay(after_place.map_or(said, |(_, why)| why).trim_end_matches('.').to_owned())

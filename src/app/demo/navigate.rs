@@ -4,17 +4,17 @@ use glam::{DMat3, DVec3, Vec2, Vec3};
 
 use crate::scene::Camera;
 
-/// How near the view may come to straight up or down, radians.
+/// Smallest angle between the view and straight up or down, radians.
 const POLE: f64 = std::f64::consts::PI / 180.0;
-/// How much faster keys move while the key for it is held.
+/// Speed factor while the key for fast movement is held.
 const FAST: f32 = 4.0;
-/// Of a stall, no more than this moves the camera, seconds.
+/// Longest time step that moves the camera, seconds: a stall causes no leap.
 const LONGEST_STEP: f32 = 0.1;
-/// Share of the picture that a framed box fills.
+/// Fraction of the picture that a framed box fills.
 const FILL: f32 = 0.94;
 
-/// Turns the camera about `pivot`, which keeps its place in the picture, by radians to the right
-/// and down: what lies before the pivot follows a pointer that moves that way.
+/// Turns the camera about `pivot`, in radians to the right and down. The pivot keeps its position
+/// in the picture. Objects before the pivot follow a pointer that moves by `turn`.
 pub(super) fn orbit(camera: &mut Camera, pivot: Vec3, turn: Vec2) {
     let Some([from, to]) = turned(camera, turn) else { return };
     let pivot = pivot.as_dvec3();
@@ -24,31 +24,31 @@ pub(super) fn orbit(camera: &mut Camera, pivot: Vec3, turn: Vec2) {
     }
 }
 
-/// Turns the view about the camera's position, by radians to the right and down.
+/// Turns the view about the camera's position, in radians to the right and down.
 pub(super) fn look(camera: &mut Camera, turn: Vec2) {
     let Some([_, to]) = turned(camera, turn) else { return };
     place(camera, camera.position.as_dvec3(), to.z_axis * distance(camera));
 }
 
-/// Moves the camera in the picture's plane so that what lies at `depth`, metres, follows a
-/// pointer that moved by `shift`, pixels to the right and down, over a picture
-/// `viewport_height` pixels high.
+/// Moves the camera in the picture's plane. Objects at `depth`, metres, follow a pointer that
+/// moves by `shift`, in pixels to the right and down. `viewport_height` is the picture's
+/// height in pixels.
 pub(super) fn pan(camera: &mut Camera, shift: Vec2, viewport_height: f32, depth: f32) {
     let half_height = (0.5 * camera.fov_y_degrees.to_radians()).tan();
     let metres = shift * (2.0 * half_height * depth / viewport_height.max(1.0));
     fly(camera, Vec3::new(-metres.x, metres.y, 0.0));
 }
 
-/// Multiplies the distance to a point by `factor`, with the point where it was in the picture.
-/// Stays between 1/1000 and 100 times `scene_size`, metres, away from it, and the target 1/100 of
-/// it ahead, below which its coordinates would no longer hold the direction.
+/// Multiplies the distance to a point by `factor`; the point keeps its position in the picture. The
+/// distance stays between 1/1000 and 100 times `scene_size`, metres. The target stays 1/100 of it
+/// ahead: nearer, f32 coordinates lose the direction.
 pub(super) fn dolly(camera: &mut Camera, towards: Vec3, factor: f32, scene_size: f32) {
     let size = f64::from(scene_size.max(f32::MIN_POSITIVE));
     let (least, most) = (1e-3 * size, 100.0 * size);
     let (position, point, factor) = (camera.position.as_dvec3(), towards.as_dvec3(), f64::from(factor));
     let forward = frame(camera).z_axis;
     let before = position.distance(point);
-    // From outside of the bounds it comes back but does not leap back.
+    // A camera outside the bounds can approach, but does not leap.
     let after = if factor > 1.0 {
         (before.max(least) * factor).min(before.max(most))
     } else {
@@ -62,7 +62,7 @@ pub(super) fn dolly(camera: &mut Camera, towards: Vec3, factor: f32, scene_size:
     }
 }
 
-/// Moves the camera and what it looks at, metres along the picture's right, up and forward.
+/// Moves the camera and its target, in metres along the picture's right, up and forward.
 pub(super) fn fly(camera: &mut Camera, step: Vec3) {
     let way = frame(camera) * step.as_dvec3();
     if way.is_finite() {
@@ -71,7 +71,7 @@ pub(super) fn fly(camera: &mut Camera, step: Vec3) {
     }
 }
 
-/// Looks at the whole of a box from the direction it looks in now.
+/// Frames a box without a change of the viewing direction.
 pub(super) fn frame_box(camera: &mut Camera, low: Vec3, high: Vec3) {
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low).abs());
     if !middle.is_finite() || !half.is_finite() {
@@ -92,7 +92,7 @@ pub(super) fn frame_box(camera: &mut Camera, low: Vec3, high: Vec3) {
     place(camera, middle.as_dvec3() - frame.z_axis * ahead, frame.z_axis * ahead);
 }
 
-/// Which keys that move the camera are held.
+/// The camera keys that are held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Held {
     pub(super) forward: bool,
@@ -106,8 +106,7 @@ pub(super) struct Held {
 }
 
 impl Held {
-    /// How far they move the camera in that time, as [`fly`] takes it; as fast along diagonals
-    /// as along axes.
+    /// The camera's movement in that time, as [`fly`] takes it. Diagonals are as fast as axes.
     pub(super) fn step(&self, seconds: f32, speed_m_s: f32) -> Vec3 {
         let along = |ahead: bool, behind: bool| f32::from(i8::from(ahead) - i8::from(behind));
         let way = Vec3::new(
@@ -125,12 +124,13 @@ fn distance(camera: &Camera) -> f64 {
     camera.position.as_dvec3().distance(camera.target.as_dvec3())
 }
 
-/// Of the camera, unit.
+/// Unit up direction of the camera.
 fn up(camera: &Camera) -> DVec3 {
     camera.up.as_dvec3().normalize_or(DVec3::Y)
 }
 
-/// Columns right, up and forward, as [`Camera::frame`] has them; some frame where that has none.
+/// Columns right, up and forward, as in [`Camera::frame`]. An arbitrary frame if that
+/// one is degenerate.
 fn frame(camera: &Camera) -> DMat3 {
     let up = up(camera);
     let ahead = camera.target.as_dvec3() - camera.position.as_dvec3();
@@ -140,8 +140,8 @@ fn frame(camera: &Camera) -> DMat3 {
     DMat3::from_cols(right, right.cross(forward), forward)
 }
 
-/// The frame before and after a turn of the view by radians to the right and down; none where the
-/// turn is no number.
+/// The frames before and after a turn of the view, in radians to the right and down. `None` if the
+/// turn is zero or not finite.
 fn turned(camera: &Camera, turn: Vec2) -> Option<[DMat3; 2]> {
     if !turn.is_finite() || turn == Vec2::ZERO {
         return None;
@@ -156,7 +156,7 @@ fn turned(camera: &Camera, turn: Vec2) -> Option<[DMat3; 2]> {
     Some([from, DMat3::from_cols(right, right.cross(forward), forward)])
 }
 
-/// Rounds but once, so that small steps do not add up to a drift.
+/// A single rounding: small steps do not add up to a drift.
 fn place(camera: &mut Camera, position: DVec3, ahead: DVec3) {
     camera.position = position.as_vec3();
     camera.target = (position + ahead).as_vec3();
@@ -210,7 +210,7 @@ pub(super) mod tests {
     fn orbits_follow_the_pointer() {
         let pivot = Vec3::new(0.5, 1.0, -1.0);
         let [_, _, forward] = camera().frame();
-        // Before the pivot, which is in the middle of the picture.
+        // In front of the pivot, which is in the picture's centre.
         let near = pivot - forward;
         for (turn, way) in [(Vec2::X, Vec2::X), (Vec2::Y, Vec2::Y), (Vec2::NEG_X, Vec2::NEG_X)] {
             let mut camera = camera();
@@ -251,7 +251,7 @@ pub(super) mod tests {
                 }
             }
         }
-        // One that looks straight down already is brought off the pole.
+        // A camera that looks straight down is moved off the pole.
         let mut camera = Camera { position: Vec3::Y, target: Vec3::ZERO, ..camera() };
         look(&mut camera, Vec2::splat(1e-6));
         assert!((from_pole(&camera) - 1.0).abs() < 0.01);

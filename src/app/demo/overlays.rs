@@ -1,4 +1,4 @@
-//! What is drawn over the picture: lights and their handles, cache points, rays and paths.
+//! Overlays on the picture: lights and their handles, cache points, rays and paths.
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape as Drawn, Stroke, Ui, pos2};
 use glam::{Vec2, Vec3};
@@ -12,38 +12,38 @@ use crate::error::Result;
 use crate::renderer::{Layer, Renderer};
 use crate::types::CachePoint;
 
-/// How far from the pointer cache points show their radii, points.
+/// Cache points within this distance of the pointer show their radii, points.
 const NEAR: f32 = 70.0;
-/// Lines that make a circle.
+/// Line segments of a circle.
 const CIRCLE: usize = 24;
-/// How far a ray that left the scene is drawn, scene sizes.
+/// Drawn length of a ray that left the scene, in scene sizes.
 const FAR: f32 = 0.2;
-/// Share of its depth by which a point may lie behind what the picture shows.
+/// Fraction of its depth by which a visible point may lie behind the picture's surface.
 const DEPTH_SLACK: f32 = 0.01;
 
-/// What is read back from the renderer to be drawn, kept for as long as it holds.
+/// Data that is read back from the renderer, kept while it is valid.
 #[derive(Default)]
 pub(super) struct Overlays {
     cache_points: Vec<CachePoint>,
-    /// Of each pixel, of the picture of that version.
+    /// Depth of each pixel, with the picture's version and size.
     depth: (u64, [u32; 2], Vec<f32>),
     lines: Lines,
 }
 
-/// Rays and a path, for the place that was clicked.
+/// Rays and a path for the clicked position.
 #[derive(Default)]
 struct Lines {
     of: Option<super::ui_state::Place>,
     rays: Vec<[Vec3; 2]>,
-    /// Those that left the scene.
+    /// Gather rays that left the scene.
     lost: Vec<[Vec3; 2]>,
-    /// Cache points that the pixel reads.
+    /// Cache points that the pixel interpolates.
     records: Vec<CachePoint>,
     path: Vec<Vec3>,
 }
 
 impl Overlays {
-    /// Draws what the view asks for.
+    /// Draws the overlays of the current view.
     pub(super) fn paint(
         &mut self,
         ui: &Ui,
@@ -67,8 +67,8 @@ impl Overlays {
         }
     }
 
-    /// A dot for each cache point that can be seen; those near the pointer with the disc for
-    /// which they speak.
+    /// Draws a dot for each visible cache point. Points near the pointer also show
+    /// their validity disc.
     fn points(
         &mut self,
         painter: &Painter,
@@ -105,8 +105,8 @@ impl Overlays {
         Ok(())
     }
 
-    /// Gather rays of the nearest cache point, the discs of those that the pixel reads, and the
-    /// light path of the nearest entry point.
+    /// Draws the gather rays of the nearest cache point, the discs of the cache points that the
+    /// pixel reads, and the light path of the nearest entry point.
     fn rays(
         &mut self,
         painter: &Painter,
@@ -158,7 +158,7 @@ impl Overlays {
     }
 }
 
-/// The disc for which a cache point speaks.
+/// Draws a cache point's validity disc.
 fn ring(painter: &Painter, lens: Lens, point: &CachePoint, colour: Color32) {
     let (right, up) = point.normal.any_orthonormal_pair();
     let corner = |step: usize| {
@@ -172,19 +172,19 @@ fn ring(painter: &Painter, lens: Lens, point: &CachePoint, colour: Color32) {
     }
 }
 
-/// Where a light is, in its colour.
+/// Draws a light's mark in the light's colour.
 pub(super) fn mark(painter: &Painter, place: Vec2, entry: &LightEntry, is_chosen: bool) {
     let colour = entry.light.kind.emission();
     let colour = colour / colour.max_element().max(1e-6);
     let [r, g, b] = colour.to_array().map(|channel| (255.0 * channel.clamp(0.0, 1.0).powf(0.45)) as u8);
     let fill = if entry.light.is_on { Color32::from_rgb(r, g, b) } else { Color32::TRANSPARENT };
     let radius = if is_chosen { 7.0 } else { 5.0 };
-    // Two rings can be seen on any ground.
+    // Two rings are visible on any background.
     painter.circle(pos(place), radius, fill, Stroke::new(3.0, Color32::BLACK));
     painter.circle_stroke(pos(place), radius, Stroke::new(1.5, Color32::WHITE));
 }
 
-/// A name beside something.
+/// Draws a name beside a screen position.
 pub(super) fn caption(painter: &Painter, place: Vec2, text: &str) {
     let (at, font) = (pos(place) + egui::vec2(12.0, 0.0), FontId::proportional(13.0));
     let galley = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
@@ -193,7 +193,7 @@ pub(super) fn caption(painter: &Painter, place: Vec2, text: &str) {
     painter.galley(rect.min, galley, Color32::WHITE);
 }
 
-/// Handles of the chosen light; the one that is held, or would be, stands out.
+/// Draws the handles of the chosen light; the held or hovered one is highlighted.
 pub(super) fn light_handles(painter: &Painter, handles: &[Handle], held: Option<Part>) {
     for handle in handles {
         let colour = match handle.axis {

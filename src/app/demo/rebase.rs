@@ -1,23 +1,22 @@
-//! Documents of one scene on another: the scene's file has changed, and what was edited is to
-//! stay within reach.
+//! Conversion of a document to another version of its scene, after the scene's file has changed.
 
 use glam::Vec3;
 
 use super::document::{Document, LightEntry, MaterialEdit};
 use crate::scene::{Camera, Scene};
 
-/// How lights, materials and places of one scene are found in another. Lights and materials are
-/// told apart by their names.
+/// The map from lights, materials and positions of one scene to another. Names identify
+/// lights and materials.
 pub(super) struct Rebase {
-    /// Number of each of the first scene's lights in the second.
+    /// Second-scene identifier of each light of the first scene.
     lights: Vec<u64>,
-    /// Added to the numbers of lights that neither scene has.
+    /// Offset of the identifiers of lights that neither scene has.
     beyond: u64,
-    /// Material of the first scene for each of the second.
+    /// First-scene material of each material of the second scene.
     materials: Vec<Option<usize>>,
-    /// As the second scene has them.
+    /// The materials of the second scene.
     edits: Vec<MaterialEdit>,
-    /// From places in the first scene to the same in the second, which has another origin.
+    /// Offset from positions in the first scene to the second, which has another origin.
     shift: Vec3,
 }
 
@@ -38,7 +37,7 @@ impl Rebase {
         }
     }
 
-    /// The document with the same lights, and the same edits of those materials that the
+    /// The document with the same lights, and with the same edits of the materials that the
     /// second scene has.
     pub(super) fn document(&self, document: &Document) -> Document {
         let lights = document.lights.iter().map(|LightEntry { id, light }| {
@@ -53,13 +52,13 @@ impl Rebase {
         Document { lights: lights.collect(), materials: edits.collect() }
     }
 
-    /// The number of a light.
+    /// The identifier of a light.
     pub(super) fn light(&self, id: u64) -> u64 {
         let known = usize::try_from(id).ok().and_then(|id| self.lights.get(id)).copied();
         known.unwrap_or(self.beyond + id)
     }
 
-    /// The place of a material. `None` if the second scene has none of that name.
+    /// The index of a material. `None` if the second scene lacks its name.
     pub(super) fn material(&self, index: usize) -> Option<usize> {
         self.materials.iter().position(|from| *from == Some(index))
     }
@@ -71,8 +70,7 @@ impl Rebase {
     }
 }
 
-/// For each of `to`, where in `from` it is: the first of a name is the first of that name there,
-/// the second the second.
+/// For each name of `to`, its index in `from`. Repeated names are matched in order.
 fn same_names(from: &[&str], to: &[&str]) -> Vec<Option<usize>> {
     let mut is_taken = vec![false; from.len()];
     let take = |name: &&str| {
@@ -89,7 +87,7 @@ mod tests {
     use crate::app::demo::document::History;
     use crate::scene::{Light, LightKind, LoadOptions};
 
-    /// A scene of one wall; `extra` is its lights and materials, `x` where the wall is.
+    /// A scene of one wall at `x`; `extra` holds its lights and materials.
     fn scene(x: f32, extra: &str) -> Scene {
         let folder = tempfile::tempdir().unwrap();
         let [near, far] = [x, x + 1.0];
@@ -168,7 +166,7 @@ mod tests {
         assert!(world(&after, camera.position).distance(was) < 1e-5);
     }
 
-    /// A step that was made, one that was taken back, and one that has not ended.
+    /// A finished step, an undone step, and a step under way.
     #[test]
     fn a_reload_can_be_taken_back_and_loses_no_step() {
         let before = scene(0.0, &lamp("a", 1.0));
@@ -207,7 +205,7 @@ mod tests {
         assert_eq!(reloaded, rebase.document(&document));
         assert!(matches!(reloaded.lights[0].light.kind, LightKind::Point { .. }));
 
-        // The same lights and materials are no step.
+        // Equal lights and materials make no step.
         let mut history = History::new(&Document::of(&after));
         let same = Rebase::new(&after, &after);
         history.reload(&Document::of(&after), |document| same.document(document), &Document::of(&after));

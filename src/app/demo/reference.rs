@@ -1,5 +1,5 @@
-//! Monte Carlo beside ours: a path tracer that refines in a thread of its own for as long as it
-//! is looked at.
+//! Monte Carlo beside the renderer's picture: a path tracer that refines in its own thread while
+//! it is shown.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -16,19 +16,19 @@ use crate::passes::precompute::Silent;
 use crate::reference::{PathTracer, Progressive};
 use crate::scene::Scene;
 
-/// How often the thread asks whether it is still requested when it has nothing to do.
+/// Polling period of the idle thread.
 const PATIENCE: Duration = Duration::from_millis(200);
-/// Samples after which it has refined enough.
+/// Samples per pixel at which refinement stops.
 const MAX_SAMPLES: u32 = 4096;
 
-/// The thread, and what it has found.
+/// The tracer's thread and its result.
 pub(super) struct Reference {
     worker: Option<JoinHandle<()>>,
     orders: Option<Sender<(u64, Box<Scene>)>>,
-    /// Number of the last order; answers to earlier ones are dropped.
+    /// Number of the last order; results of earlier orders are dropped.
     epoch: u64,
     shared: Arc<Shared>,
-    /// What was ordered last.
+    /// The request of the last order.
     requested: Option<ViewRequest>,
 }
 
@@ -41,7 +41,7 @@ struct Shared {
 #[derive(Clone, Default)]
 pub(super) struct Found {
     pub(super) size: [u32; 2],
-    /// Of the order that it answers.
+    /// Number of the order that it answers.
     epoch: u64,
     pub(super) samples: u32,
     /// Each half by itself, W/m²/sr.
@@ -49,7 +49,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// For eyes: sRGB codes R, G, B, 255, as bright as the picture beside it.
+    /// sRGB codes R, G, B, 255, with the exposure of the picture beside it.
     pub(super) fn display(&self, exposure_stops: f32) -> Vec<[u8; 4]> {
         let scale = 0.5 * exposure_stops.exp2();
         let both = self.halves[0].iter().zip(&self.halves[1]);
@@ -67,7 +67,7 @@ impl Reference {
             if let Err(error) = refine(&context, &ordered, &told, &wake) {
                 *told.found.lock().expect("no holder panics") = Err(error);
             }
-            // To be let go of.
+            // The window drops the ended thread.
             wake();
         };
         let worker = std::thread::Builder::new().name("Monte Carlo".into()).spawn(work);
@@ -75,7 +75,7 @@ impl Reference {
         Ok(Self { worker: Some(worker), orders: Some(orders), shared, epoch: 0, requested: None })
     }
 
-    /// Begins anew where what is shown has changed. True where it has.
+    /// Restarts if the shown picture has changed. Returns whether it has.
     pub(super) fn follow(&mut self, session: &Session) -> bool {
         let Some(requested) = session.shown() else { return false };
         let is_same =
@@ -97,7 +97,7 @@ impl Reference {
             material.bound_albedo();
         }
         if let Some(orders) = &self.orders {
-            // Where the thread has failed, what it found says so.
+            // If the thread has failed, the result holds its error.
             let _ = orders.send((self.epoch, Box::new(scene)));
         }
         true
@@ -110,26 +110,26 @@ impl Reference {
     pub(super) fn found(&self) -> Result<Option<Found>> {
         let mut found = self.shared.found.lock().expect("no holder panics");
         let found = std::mem::replace(&mut *found, Ok(None))?;
-        // What was under way when the scene changed shows what it was.
+        // Samples of an earlier scene are dropped.
         Ok(found.filter(|found| found.epoch == self.epoch))
     }
 }
 
 impl Reference {
-    /// Tells the thread to end, which it does when the samples under way are done.
+    /// Stops the thread after the samples under way.
     pub(super) fn stop(&mut self) {
         self.shared.is_cancelled.store(true, Ordering::Relaxed);
         self.orders = None;
     }
 
-    /// Whether it has ended: nobody who lets go of it has to wait.
+    /// Whether the thread has ended: dropping it then takes no time.
     pub(super) fn has_ended(&self) -> bool {
         self.worker.as_ref().is_none_or(JoinHandle::is_finished)
     }
 }
 
 impl Drop for Reference {
-    /// The thread uses the device, which must not go before it.
+    /// The thread uses the device, so it ends before the device is dropped.
     fn drop(&mut self) {
         self.stop();
         if let Some(worker) = self.worker.take() {
@@ -138,7 +138,7 @@ impl Drop for Reference {
     }
 }
 
-/// The thread: the newest scene, two samples at a time.
+/// The thread's loop: traces the newest scene, two samples at a time.
 fn refine(
     context: &Arc<Context>,
     ordered: &Receiver<(u64, Box<Scene>)>,
@@ -156,7 +156,7 @@ fn refine(
         };
         if let Some((number, scene)) = ordered.try_iter().last().or(first) {
             epoch = number;
-            // One at a time: both may not fit the device.
+            // One tracer at a time: the device may lack memory for two.
             drop(tracer.take());
             tracer = Some(PathTracer::new(context, *scene, &mut Silent)?);
         } else if is_done {

@@ -1,4 +1,4 @@
-//! The scene that is shown, with all that is known of it.
+//! The session: the shown scene, its edits, and its picture.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -21,25 +21,25 @@ pub(super) const FRAMES: usize = 200;
 pub(super) struct Source {
     pub(super) spec: String,
     pub(super) options: LoadOptions,
-    /// Where light paths are kept, if anywhere.
+    /// The precompute cache, if enabled.
     pub(super) store: Option<Store>,
 }
 
-/// What a frame cost.
+/// The cost of a frame.
 #[derive(Clone, Copy)]
 pub(super) struct Cost {
     pub(super) columns: Columns,
-    /// Time on the clock, milliseconds.
+    /// Wall-clock time, milliseconds.
     pub(super) frame_ms: f64,
 }
 
-/// What a picture depends on.
+/// Everything that a picture depends on.
 #[derive(Clone, PartialEq)]
 pub(super) struct ViewRequest {
     pub(super) document: Document,
     pub(super) camera: Camera,
     pub(super) exposure_stops: f32,
-    /// Of direct and indirect light.
+    /// Weights of direct and indirect light.
     pub(super) shares: [f32; 2],
 }
 
@@ -48,46 +48,45 @@ enum Stage {
     Ready(Box<Ready>),
 }
 
-/// A scene, what was done to it, and its picture.
+/// A scene, its edits, and its picture.
 pub(super) struct Session {
     context: Arc<Context>,
     wake: Wake,
     pub(super) source: Source,
-    /// As it was loaded.
+    /// The scene as it was loaded.
     pub(super) scene: Scene,
-    /// Its file, to be saved with edits; or why there is none.
+    /// Its file, to be saved with edits; or the reason why it cannot be saved.
     pub(super) text: std::result::Result<SceneText, String>,
     pub(super) document: Document,
     pub(super) history: History,
-    /// As it is in a file: the scene's, or where it was saved last.
+    /// The document as a file holds it: the scene's own, or the one saved last.
     saved: Document,
     pub(super) watch: Watch,
-    /// The scene has changed on disk, there are edits that no file holds, and the user has
-    /// not chosen yet.
+    /// The scene with unsaved edits has changed on disk, and the user has not answered yet.
     pub(super) is_asked: bool,
-    /// From where it is seen, and how large the picture is.
+    /// The view and the size of the picture.
     pub(super) camera: Camera,
     pub(super) exposure_stops: f32,
-    /// Of direct and indirect light.
+    /// Weights of direct and indirect light.
     pub(super) shares: [f32; 2],
-    /// Things worth a line, the newest last.
+    /// Notes for the panel, the newest last.
     pub(super) said: Vec<String>,
-    /// One of them that nobody must miss, and since when.
+    /// The latest alarm and its start.
     pub(super) alarm: Option<(String, Instant)>,
-    /// Number of the picture that is shown.
+    /// Version of the shown picture.
     pub(super) version: u64,
     pub(super) costs: VecDeque<Cost>,
     pub(super) last: Option<FrameReport>,
-    /// A size of the picture that did not fit the device.
+    /// A picture size that did not fit the device.
     pub(super) refused_size: Option<[u32; 2]>,
-    /// The last frame took an edit back.
+    /// The last frame reverted an edit.
     pub(super) has_gone_back: bool,
     stage: Stage,
     shown: Option<ViewRequest>,
 }
 
 impl Session {
-    /// Begins with a scene: what can be seen at once, and the precomputation. `watch`: its files
+    /// Starts the direct-light preview and the precomputation. `watch`: the scene's files, taken
     /// before they were read.
     pub(super) fn new(
         context: &Arc<Context>,
@@ -123,7 +122,7 @@ impl Session {
         })
     }
 
-    /// The renderer, when it is ready.
+    /// The renderer. `None` until the precomputation ends.
     pub(super) fn renderer(&self) -> Option<&Renderer> {
         match &self.stage {
             Stage::Ready(ready) => Some(&ready.renderer),
@@ -131,7 +130,7 @@ impl Session {
         }
     }
 
-    /// How far the precomputation is, and seconds since it began; none when it is done.
+    /// Progress of the precomputation, and seconds since its start. `None` if it has ended.
     pub(super) fn progress(&self) -> Option<(Progressed, f64)> {
         match &self.stage {
             Stage::Preparing(preparing) => {
@@ -141,7 +140,7 @@ impl Session {
         }
     }
 
-    /// The picture as it is: sRGB codes R, G, B, 255, row by row from the top; and its size.
+    /// The picture as sRGB codes R, G, B, 255, row by row from the top; and its size.
     pub(super) fn picture(&self) -> (&Buffer, [u32; 2]) {
         let size = self.shown.as_ref().map_or(self.camera.size, |shown| shown.camera.size);
         match &self.stage {
@@ -150,7 +149,7 @@ impl Session {
         }
     }
 
-    /// Brings the picture into line with document and camera. True where it is another one.
+    /// Renders the current document and camera. Returns whether the picture changed.
     pub(super) fn update(&mut self) -> Result<bool> {
         if let Stage::Preparing(preparing) = &mut self.stage {
             match preparing.finished(self.scene.lights.len()) {
@@ -183,7 +182,7 @@ impl Session {
         Ok(true)
     }
 
-    /// Makes a picture of what is requested.
+    /// Renders the requested picture.
     fn frame(&mut self, requested: &ViewRequest) -> Result<()> {
         match &mut self.stage {
             Stage::Preparing(preparing) => preparing.frame(requested, &self.scene.materials),
@@ -200,13 +199,13 @@ impl Session {
         }
     }
 
-    /// Says what nobody must miss.
+    /// Adds a note that the window also shows as an alarm.
     pub(super) fn alarm(&mut self, line: String) {
         self.said.push(line.clone());
         self.alarm = Some((line, Instant::now()));
     }
 
-    /// What is requested does not fit the device: what was shown last did.
+    /// Restores the last shown state because the device lacks memory for the request.
     fn go_back(&mut self, shown: ViewRequest) {
         self.refuse_size(shown.camera.size);
         (self.document, self.camera) = (shown.document, shown.camera);
@@ -214,8 +213,8 @@ impl Session {
         self.has_gone_back = true;
     }
 
-    /// The picture keeps that size, and does not ask again for the one that it has, if
-    /// that is another.
+    /// Keeps the picture at a size that fits. If the current size differs, it is
+    /// not requested again.
     pub(super) fn refuse_size(&mut self, fitting: [u32; 2]) {
         if self.camera.size != fitting {
             self.refused_size = Some(self.camera.size);
@@ -223,7 +222,7 @@ impl Session {
         }
     }
 
-    /// Works ahead, when there is nothing else to do.
+    /// Runs the idle work of the renderer.
     pub(super) fn run_idle_work(&mut self) -> Result<()> {
         match &mut self.stage {
             Stage::Ready(ready) => ready.run_idle_work(),
@@ -231,13 +230,13 @@ impl Session {
         }
     }
 
-    /// Whether [`Self::run_idle_work`] has something to do.
+    /// Whether [`Self::run_idle_work`] has work.
     pub(super) fn is_behind(&self) -> bool {
         matches!(&self.stage, Stage::Ready(ready) if ready.is_behind())
     }
 
-    /// Loads the scene again; what was before is one step back. Returns how what was edited is
-    /// found in it. `None` if it cannot be read: everything then stays, and a note says why.
+    /// Reloads the scene, as one undo step. Returns the conversion of the edits. `None` if the
+    /// scene cannot be read: the session stays, and a note gives the reason.
     pub(super) fn reload(&mut self) -> Result<Option<Rebase>> {
         let Source { spec, options, .. } = self.source.clone();
         let watch = Watch::new(&spec);
@@ -256,15 +255,15 @@ impl Session {
         Ok(Some(rebase))
     }
 
-    /// Why the scene's files, as they are now, cannot be loaded. `None` if they can.
+    /// Why the scene's current files cannot be loaded. `None` if they can.
     pub(super) fn why_unloadable(&self) -> Option<String> {
         Scene::load(&self.source.spec, &self.source.options).err().map(|error| not_loaded(&error))
     }
 
-    /// Traces the light paths of the scene anew, with another preset; what was edited stays.
+    /// Retraces the light paths with another preset; edits stay.
     ///
     /// # Errors
-    /// Files that have changed since they were read are a question of their own;
+    /// The files have changed since they were read, which the user decides separately;
     /// and as [`Scene::load`].
     pub(super) fn choose_preset(&mut self, preset: &str) -> Result<()> {
         if self.is_asked || !self.watch.is_as_read() {
@@ -280,8 +279,8 @@ impl Session {
         done
     }
 
-    /// The scene of the same file, to be prepared in another way; what was edited stays. `watch`:
-    /// its files before they were read.
+    /// Prepares another version of the same scene; edits stay. `watch`: its files, taken before
+    /// they were read.
     fn prepare_again(&mut self, scene: Scene, watch: Watch) -> Result<()> {
         let rebase = Rebase::new(&self.scene, &scene);
         let (document, saved) = (rebase.document(&self.document), rebase.document(&self.saved));
@@ -293,7 +292,7 @@ impl Session {
         Ok(())
     }
 
-    /// The open scene, in which a film makes more materials glossy.
+    /// Prepares the open scene for a film that makes more materials glossy.
     pub(super) fn prepare_for_film(&mut self, scene: Scene) -> Result<()> {
         let (watch, text) = (self.watch.clone(), self.text.clone());
         self.prepare_again(scene, watch)?;
@@ -301,7 +300,7 @@ impl Session {
         Ok(())
     }
 
-    /// Another scene; the camera stays, and so does what was said.
+    /// Replaces the scene; camera and notes stay.
     fn replace(&mut self, scene: Scene, watch: Watch, rebase: &Rebase) -> Result<()> {
         let next = Self::new(&self.context, self.source.clone(), scene, watch, self.wake.clone())?;
         let before = std::mem::replace(self, next);
@@ -313,17 +312,17 @@ impl Session {
         Ok(())
     }
 
-    /// Whether lights or materials are others than in any file that was loaded or saved last.
+    /// Whether the lights or materials differ from the file that was loaded or saved last.
     pub(super) fn has_unsaved_edits(&self) -> bool {
         self.document != self.saved
     }
 
-    /// A file holds the scene as it is now.
+    /// Marks the current document as saved.
     pub(super) fn take_as_saved(&mut self) {
         self.saved = self.document.clone();
     }
 
-    /// What the picture shows.
+    /// The request that the picture shows.
     pub(super) fn shown(&self) -> Option<&ViewRequest> {
         self.shown.as_ref()
     }
@@ -338,7 +337,7 @@ impl Session {
     }
 }
 
-/// What is said of a scene whose files are not as they were read, where that stands in the way.
+/// The message if changed files on disk prevent an action.
 pub(super) const CHANGED: &str = "has changed on disk: load it again or keep yours first";
 
 fn not_loaded(error: &Error) -> String {

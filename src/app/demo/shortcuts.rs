@@ -1,8 +1,8 @@
-//! Keys: the table that input, the help and `docs/window.md` share.
+//! The table of keys that input, the help and `docs/window.md` share.
 
 use egui::{Key, KeyboardShortcut, Modifiers};
 
-/// What a key does.
+/// The effect of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Action {
     Help,
@@ -36,7 +36,7 @@ pub(super) enum Action {
     Quit,
 }
 
-/// A key, what it does, and what is said of it.
+/// A key, its action and its description.
 pub(super) struct Binding {
     pub(super) keys: KeyboardShortcut,
     pub(super) action: Action,
@@ -51,7 +51,7 @@ const fn command(logical_key: Key, action: Action, text: &'static str) -> Bindin
     Binding { keys: KeyboardShortcut::new(Modifiers::COMMAND, logical_key), action, text }
 }
 
-/// All of them. Longer combinations stand before those that they contain.
+/// All bindings. A combination stands before the shorter ones that it contains.
 pub(super) const BINDINGS: [Binding; 31] = [
     key(Key::F1, Action::Help, "Show or hide this list"),
     key(Key::H, Action::Help, "Show or hide this list"),
@@ -90,14 +90,14 @@ pub(super) const BINDINGS: [Binding; 31] = [
     command(Key::Q, Action::Quit, "Close the window"),
 ];
 
-/// Also bound, and not worth a line: says on stderr how much device memory is in use.
+/// Unlisted key: prints the device memory in use to stderr.
 const MEMORY: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F10);
 
-/// Nor is this one: says on stderr when all that was asked for before is in the window. Scripts
-/// wait for it instead of for a time.
+/// Unlisted key: prints to stderr when the window is up to date. Scripts wait for this line, not
+/// for a time.
 const SETTLED: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F9);
 
-/// What the pointer does.
+/// The pointer's actions and their descriptions.
 pub(super) const POINTER: [(&str, &str); 8] = [
     ("Drag", "Turn about the point under the pointer"),
     ("Shift and drag, or middle button", "Move sideways"),
@@ -109,8 +109,8 @@ pub(super) const POINTER: [(&str, &str); 8] = [
     ("Click a surface", "Choose its material"),
 ];
 
-/// Takes the actions whose keys were pressed out of the input; those that somebody types into a
-/// text are the text's.
+/// Takes the actions of pressed keys out of the input. Keys that the user types into a
+/// text field stay.
 pub(super) fn pressed(input: &mut egui::InputState, types: bool) -> Vec<Action> {
     let mut actions: Vec<Action> = Vec::new();
     for Binding { keys, action, .. } in BINDINGS.iter().filter(|_| !types) {

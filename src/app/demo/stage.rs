@@ -1,5 +1,5 @@
-//! What makes pictures of the scene: first direct light alone, then, when a thread has traced the
-//! light paths, all light.
+//! The renderers of the window: a preview of direct light, then the full renderer once a thread has
+//! traced the light paths.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -13,13 +13,13 @@ use crate::gpu::Context;
 use crate::renderer::{FrameReport, Preview, Progress, Renderer, Store};
 use crate::scene::{Material, Scene};
 
-/// How often the window shows how far the worker is, at most: drawing takes time from the work.
+/// Shortest time between progress updates: drawing takes time from the worker.
 const BREATH: Duration = Duration::from_millis(100);
 
-/// Called, from any thread, when there is something new to show.
+/// Called from any thread when there is a new state to show.
 pub(super) type Wake = Arc<dyn Fn() + Send + Sync>;
 
-/// How far the precomputation is.
+/// Progress of the precomputation.
 #[derive(Clone, Default)]
 pub(super) struct Progressed {
     pub(super) stage: String,
@@ -27,46 +27,46 @@ pub(super) struct Progressed {
     pub(super) total: u64,
 }
 
-/// Light paths are being traced.
+/// The stage while a worker traces the light paths.
 pub(super) struct Preparing {
-    /// None once it was asked for its result.
+    /// `None` once its result is taken.
     worker: Option<JoinHandle<Result<Renderer>>>,
     shared: Arc<Shared>,
     pub(super) preview: Preview,
     pub(super) since: Instant,
 }
 
-/// What window and worker have in common.
+/// State that window and worker share.
 struct Shared {
     progress: Mutex<Progressed>,
-    /// Of the light paths that are kept: a line each.
+    /// Messages of the precompute cache, one line each.
     said: Mutex<Vec<String>>,
     is_cancelled: AtomicBool,
 }
 
-/// The renderer, and which of its lights is which.
+/// The renderer, and the identifiers of its lights.
 pub(super) struct Ready {
     pub(super) renderer: Renderer,
-    /// Of each of its lights, in its order.
+    /// Identifier of each light, in the renderer's order.
     ids: Vec<u64>,
-    /// The last frame left something undone that the next camera would wait for.
+    /// The last frame left work that the next camera movement would wait for.
     is_behind: bool,
 }
 
-/// The worker's end.
+/// The worker's side of the shared state.
 struct Told {
     shared: Arc<Shared>,
     wake: Wake,
     wake_up: Instant,
 }
 
-/// What a worker that is not needed any more ends with.
+/// The panic payload of a cancelled worker.
 struct Cancelled;
 
 impl Told {
     fn tell(&mut self, change: impl FnOnce(&mut Progressed)) {
         if self.shared.is_cancelled.load(Ordering::Relaxed) {
-            // Everything on the way up gives back what it holds; nobody waits for a result.
+            // Unwinding frees the worker's resources; no thread waits for its result.
             std::panic::resume_unwind(Box::new(Cancelled));
         }
         change(&mut self.shared.progress.lock().expect("no holder panics"));
@@ -92,8 +92,8 @@ impl Progress for Told {
 }
 
 impl Preparing {
-    /// Makes direct light ready to be seen, and sets out to trace the light paths, or to take them
-    /// from where they are kept.
+    /// Prepares direct light, and starts a thread that traces the light paths or reads them from
+    /// the precompute cache.
     pub(super) fn new(
         context: &Arc<Context>,
         scene: &Scene,
@@ -124,18 +124,18 @@ impl Preparing {
         Ok(Self { worker: Some(worker), shared, preview, since: Instant::now() })
     }
 
-    /// How far the worker is; none when it has ended.
+    /// Progress of the worker. `None` if it has ended.
     pub(super) fn progress(&self) -> Option<Progressed> {
         self.worker.as_ref()?;
         Some(self.shared.progress.lock().expect("no holder panics").clone())
     }
 
-    /// What there is to be told of light paths that are kept.
+    /// Takes the messages of the precompute cache.
     pub(super) fn said(&self) -> Vec<String> {
         std::mem::take(&mut self.shared.said.lock().expect("no holder panics"))
     }
 
-    /// The renderer, once it is ready. `light_count`: lights that the scene was loaded with.
+    /// The renderer, once it is ready. `light_count`: number of lights of the loaded scene.
     pub(super) fn finished(&mut self, light_count: usize) -> Result<Option<Ready>> {
         if self.worker.as_ref().is_none_or(|worker| !worker.is_finished()) {
             return Ok(None);
@@ -145,12 +145,12 @@ impl Preparing {
         Ok(Some(Ready { renderer: made?, ids: (0..light_count as u64).collect(), is_behind: true }))
     }
 
-    /// A picture of direct light.
+    /// Renders a picture of direct light.
     pub(super) fn frame(&mut self, requested: &ViewRequest, materials: &[Material]) -> Result<()> {
         let lights = requested.document.lights.iter().map(|entry| entry.light.clone()).collect::<Vec<_>>();
         let mut materials = materials.to_vec();
         requested.document.apply_materials(&mut materials);
-        // As the renderer that is to come will have them.
+        // The same clamp as in the full renderer.
         for material in &mut materials {
             material.bound_albedo();
         }
@@ -159,18 +159,18 @@ impl Preparing {
 }
 
 impl Drop for Preparing {
-    /// The worker uses the device, which must not go before it.
+    /// The worker uses the device, so it ends before the device is dropped.
     fn drop(&mut self) {
         self.shared.is_cancelled.store(true, Ordering::Relaxed);
         if let Some(worker) = self.worker.take() {
-            // It ends because it was told to, or with a failure that concerns nobody any more.
+            // The worker was cancelled, or failed with an error that no longer matters.
             let _ = worker.join();
         }
     }
 }
 
 impl Ready {
-    /// A picture of what is requested. What cannot be had is taken out of `document`, and said.
+    /// Renders the request. Refused material edits are reverted in `document`, with a message each.
     pub(super) fn frame(
         &mut self,
         requested: &ViewRequest,
@@ -189,7 +189,7 @@ impl Ready {
         Ok((self.renderer.frame()?, refused))
     }
 
-    /// Does what the last frame left undone, for the camera to find it when it moves.
+    /// Finishes the work of the last frame, so that the next camera movement does not wait.
     pub(super) fn run_idle_work(&mut self) -> Result<()> {
         if std::mem::take(&mut self.is_behind) {
             self.renderer.frame()?;
@@ -197,7 +197,7 @@ impl Ready {
         Ok(())
     }
 
-    /// Whether [`Self::run_idle_work`] has something to do.
+    /// Whether [`Self::run_idle_work`] has work.
     pub(super) fn is_behind(&self) -> bool {
         self.is_behind
     }
@@ -206,7 +206,7 @@ impl Ready {
         let (renderer, ids) = (&mut self.renderer, &mut self.ids);
         for index in (0..ids.len()).rev() {
             if !document.lights.iter().any(|entry| entry.id == ids[index]) {
-                // Gone whatever else fails.
+                // The light is gone even if a later step fails.
                 ids.remove(index);
                 renderer.remove_light(index)?;
             }

@@ -1,34 +1,33 @@
-//! What the window is set to: what is chosen, which view is shown, which panels. None of it belongs
-//! to the scene.
+//! The UI state: the chosen item, the view, the open panels. None of it belongs to the scene.
 
 use glam::Vec3;
 
-/// What panels and handles are about.
+/// The item that panels and handles edit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Chosen {
     Nothing,
-    /// By its number in the document.
+    /// By its identifier in the document.
     Light(u64),
     /// By its index in the scene.
     Material(usize),
 }
 
-/// What the picture shows.
+/// The content of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum View {
     Beauty,
     Direct,
     Indirect,
-    /// Cache points with their radii, over the picture.
+    /// Cache points with their radii over the picture.
     CachePoints,
-    /// Clusters of that level of the hierarchy, in colours.
+    /// Clusters of one hierarchy level, as colours.
     Cells(u32),
-    /// Gather rays of the cache point and the light path of the entry point that are nearest to
-    /// what was clicked.
+    /// Gather rays of the cache point, and the light path of the entry point, that are nearest to
+    /// the clicked position.
     Inspect,
 }
 
-/// What is to be done outside of the panels.
+/// A request that the window handles outside of the panels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Request {
     Save,
@@ -37,25 +36,25 @@ pub(super) enum Request {
     Play,
     Vsync,
     Fullscreen,
-    /// Says how much device memory is in use.
+    /// Prints the device memory in use.
     Memory,
-    /// Says when the window shows all that was asked for.
+    /// Prints when the window is up to date.
     Settled,
-    /// Traces the light paths anew with that preset.
+    /// Retraces the light paths with that preset.
     Preset(&'static str),
-    /// What becomes of unsaved edits of a scene that has changed on disk.
+    /// The answer about unsaved edits of a scene that has changed on disk.
     Answer(Answer),
     Quit,
 }
 
-/// What can be chosen where a scene has changed on disk while it was edited.
+/// Answers for a scene that has changed on disk and has unsaved edits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Answer {
-    /// Loads the scene again; the edits are one step back.
+    /// Reloads the scene; the edits are one undo step back.
     Reload,
-    /// Goes on with the scene as it was edited.
+    /// Keeps the edited scene.
     KeepMine,
-    /// Saves the edited scene beside its file, and loads that again.
+    /// Saves the edited scene beside its file, then reloads the file.
     KeepBoth,
 }
 
@@ -65,25 +64,26 @@ pub(super) struct UiState {
     pub(super) view: View,
     pub(super) shows_panels: bool,
     pub(super) shows_help: bool,
-    /// Where ours ends and Monte Carlo begins, 0..=1 from the left; none: ours alone.
+    /// Position of the split, 0..=1 from the left: our picture before it, Monte Carlo after it.
+    /// `None`: no split.
     pub(super) split: Option<f32>,
     pub(super) vsync: bool,
-    /// Pixels of the picture for each of the window.
+    /// Picture pixels per window pixel.
     pub(super) scale: f32,
-    /// What was clicked last.
+    /// The clicked position on a surface.
     pub(super) place: Option<Place>,
     pub(super) requests: Vec<Request>,
-    /// Where the scene and pictures are saved.
+    /// Path for the saved scene and pictures.
     pub(super) save_to: String,
-    /// Of all text, 1 is the system's.
+    /// Scale of all text; 1 is the system's.
     pub(super) text_scale: f32,
     pub(super) is_recording: bool,
     pub(super) is_playing: bool,
-    /// What Monte Carlo says: samples, error of ours, its own noise; both relMSE.
+    /// Monte Carlo's sample count, our error and its own noise; both relMSE.
     pub(super) verdict: Option<(u32, f64, f64)>,
 }
 
-/// A place on a surface.
+/// A position on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     pub(super) position: Vec3,
@@ -114,7 +114,7 @@ impl UiState {
 }
 
 impl View {
-    /// Shares of direct and indirect light in the picture.
+    /// Weights of direct and indirect light in the picture.
     pub(super) fn shares(self) -> [f32; 2] {
         match self {
             Self::Direct => [1.0, 0.0],

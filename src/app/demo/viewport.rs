@@ -1,4 +1,4 @@
-//! The picture, and what pointer and keys do to it.
+//! The picture, and its pointer and key input.
 
 use std::time::Instant;
 
@@ -13,38 +13,38 @@ use super::ui_state::{Chosen, Place, UiState, View};
 use crate::error::Result;
 use crate::scene::Camera;
 
-/// How long the window must keep its size before the picture takes it, seconds: another size is
-/// another picture from scratch.
+/// Time of constant window size after which the picture is resized, seconds: a new size
+/// renders from scratch.
 const PATIENCE_S: f64 = 0.15;
-/// Pixels of a picture along either side.
+/// Range of a picture's width and height, pixels.
 const SIDES: [u32; 2] = [16, 8192];
-/// How near the pointer must be to what it takes, points.
+/// Largest distance between the pointer and a handle that it takes, points.
 const TOLERANCE: f32 = 6.0;
-/// How far a light's mark may be from a click, points.
+/// Largest distance between a click and a light's mark, points.
 const MARK: f32 = 10.0;
-/// Radians that the camera turns when the pointer moves a point.
+/// Camera turn per point of pointer movement, radians.
 const TURN: f32 = 0.006;
-/// Share of the distance that remains when the wheel turns by a point.
+/// Fraction of the distance that remains per point of the wheel.
 const WHEEL: f32 = 0.996;
-/// Steps of handles with Ctrl, in scene sizes.
+/// Snap step of handles with Ctrl, in scene sizes.
 const SNAP: f32 = 0.01;
-/// How fast the camera flies, scene sizes a second.
+/// Speed of the flying camera, scene sizes a second.
 const SPEED: f32 = 0.2;
 
-/// What is under way on the picture.
+/// Interaction state of the picture.
 pub(super) struct Viewport {
-    /// The size that the picture should take, and since when.
+    /// The size that the picture should take, and the time of that request.
     size: ([u32; 2], Instant),
     hold: Option<Hold>,
-    /// Where the pointer was when what it holds was moved last.
+    /// Pointer position at the last movement of the held part.
     pointer: Vec2,
-    /// Where handles of lights at infinity are shown; fixed while they are dragged.
+    /// Position of handles of lights at infinity; fixed during a drag.
     anchor: Vec3,
 }
 
-/// What the pointer holds.
+/// The object that the pointer holds.
 enum Hold {
-    /// A handle of that light.
+    /// A handle, and the identifier of its light.
     Handle(Drag, u64),
     Orbit(Vec3),
     Pan(f32),
@@ -52,18 +52,18 @@ enum Hold {
     Wipe,
 }
 
-/// The textures that the picture is drawn with.
+/// The textures of the picture.
 #[derive(Clone, Copy)]
 pub(super) struct Textures {
     pub(super) picture: egui::TextureId,
-    /// Drawn over it: colours of cells.
+    /// Colours of cells, drawn over it.
     pub(super) over: Option<egui::TextureId>,
-    /// Drawn beside it: Monte Carlo.
+    /// Monte Carlo, drawn beside it.
     pub(super) beside: Option<egui::TextureId>,
 }
 
 impl Viewport {
-    /// Lets go of what the pointer holds.
+    /// Ends the pointer's drag.
     pub(super) fn let_go(&mut self) {
         self.hold = None;
     }
@@ -72,7 +72,7 @@ impl Viewport {
         Self { size: ([0, 0], Instant::now()), hold: None, pointer: Vec2::ZERO, anchor: Vec3::ZERO }
     }
 
-    /// The picture fills what the panels leave.
+    /// Draws the picture in the area that the panels leave, and handles its input.
     pub(super) fn show(
         &mut self,
         ui: &mut Ui,
@@ -99,14 +99,14 @@ impl Viewport {
         shown.inner
     }
 
-    /// The picture takes the size of its area, once that stands still.
+    /// Resizes the picture to its area once the area is constant.
     fn fit(&mut self, ui: &Ui, session: &mut Session, ui_state: &UiState, area: Rect) {
         let pixels = ui.ctx().pixels_per_point() * ui_state.scale;
         let side = |points: f32| ((points * pixels).round() as u32).clamp(SIDES[0], SIDES[1]);
         let size = [side(area.width()), side(area.height())];
         if self.size.0 != size {
             let is_first = self.size.0 == [0, 0];
-            // It may fit by now.
+            // The new size may fit the device.
             session.refused_size = None;
             self.size = (size, Instant::now());
             if is_first {
@@ -123,12 +123,12 @@ impl Viewport {
         }
     }
 
-    /// Whether the picture has the size of its area, or cannot have it.
+    /// Whether the picture has the size of its area, or the device refused that size.
     pub(super) fn fits(&self, session: &Session) -> bool {
         session.camera.size == self.size.0 || session.refused_size == Some(self.size.0)
     }
 
-    /// Keys that move the camera while they are held.
+    /// Moves the camera by the held keys.
     fn fly(&self, ui: &Ui, session: &mut Session, ui_state: &UiState) {
         if ui.ctx().egui_wants_keyboard_input() {
             return;
@@ -153,7 +153,7 @@ impl Viewport {
         }
     }
 
-    /// Takes hold of what the pointer pressed, or chooses what it clicked.
+    /// Starts a drag where the pointer is pressed, or chooses the clicked item.
     fn take(
         &mut self,
         ui: &Ui,
@@ -164,7 +164,7 @@ impl Viewport {
     ) -> Result<()> {
         let modifiers = ui.input(|input| input.modifiers);
         if response.clicked_by(PointerButton::Primary)
-            // The release holds the clicked point; the pointer may have moved on within this frame.
+            // The release event has the clicked point; the pointer may have moved since.
             && let Some(pointer) = ui.input(|input| input.events.iter().find_map(released))
         {
             self.choose(vec(pointer), lens, session, ui_state)?;
@@ -196,7 +196,7 @@ impl Viewport {
         Ok(())
     }
 
-    /// Moves what is held.
+    /// Moves the held part.
     fn drag(
         &mut self,
         ui: &Ui,
@@ -206,8 +206,7 @@ impl Viewport {
         area: Rect,
     ) {
         let released = ui.input(|input| input.events.iter().find_map(released));
-        // What is let go of stays where that was done, wherever the pointer has gone since the last
-        // frame.
+        // A released part stays at the point of release, even if the pointer has moved since.
         let pointer = match released.filter(|_| response.drag_stopped()) {
             Some(released) => Some(released),
             None if response.dragged() => response.interact_pointer_pos(),
@@ -242,7 +241,7 @@ impl Viewport {
         }
     }
 
-    /// Closer or away: wheel, two fingers, pinch.
+    /// Moves the camera closer or away: wheel, two fingers, pinch.
     fn wheel(&self, ui: &Ui, response: &Response, session: &mut Session, ui_state: &UiState) -> Result<()> {
         let Some(pointer) = response.hover_pos().filter(|_| !ui_state.is_playing) else { return Ok(()) };
         let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
@@ -257,7 +256,7 @@ impl Viewport {
         Ok(())
     }
 
-    /// A light whose mark was clicked, else the surface there.
+    /// Chooses the light whose mark was clicked, else the surface there.
     fn choose(&mut self, pointer: Vec2, lens: Lens, session: &Session, ui_state: &mut UiState) -> Result<()> {
         let marks = session.document.lights.iter().filter_map(|entry| {
             let (mark, _) = lens.project(entry.light.kind.position()?)?;
@@ -292,7 +291,7 @@ impl Viewport {
         Some((hit(&handles(&lens, &entry.light.kind, self.anchor), pointer, TOLERANCE)?, id))
     }
 
-    /// A mark for each light, and the handles of the chosen one.
+    /// Draws a mark for each light, and the handles of the chosen one.
     fn draw_lights(
         &mut self,
         ui: &Ui,
@@ -327,13 +326,13 @@ impl Viewport {
     }
 }
 
-/// The camera as the picture's area has it.
+/// The lens of the picture's area.
 fn lens(camera: &Camera, area: Rect) -> Lens {
-    // While the picture waits for its new size it is stretched, and so is what is drawn over it.
+    // A picture that waits for its new size is stretched, and the overlays are too.
     Lens::new(camera, vec(area.min), Vec2::new(area.width(), area.height()))
 }
 
-/// What the picture shows there; none before the light paths are traced.
+/// The surface under the pointer. `None` until the light paths are traced.
 fn surface(session: &Session, lens: Lens, pointer: Vec2) -> Result<Option<Place>> {
     let Some(renderer) = session.renderer() else { return Ok(None) };
     let size = renderer.size();
@@ -348,7 +347,7 @@ fn size(session: &Session) -> f32 {
     (high - low).length()
 }
 
-/// The picture, what lies over it, and what is beside it, right of the wipe.
+/// Draws the picture, the cell colours over it, and Monte Carlo right of the split.
 fn draw(ui: &Ui, area: Rect, textures: Textures, wipe: Option<f32>) {
     let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
     let painter = ui.painter();
@@ -371,7 +370,7 @@ fn draw(ui: &Ui, area: Rect, textures: Textures, wipe: Option<f32>) {
     }
 }
 
-/// Where a button was let go of.
+/// The position of a button's release.
 fn released(event: &egui::Event) -> Option<egui::Pos2> {
     match *event {
         egui::Event::PointerButton { pos, pressed: false, .. } => Some(pos),

@@ -1,38 +1,38 @@
-//! The files that a scene was read from, and whether they still hold what was read.
+//! The files that a scene was read from, with a check for changes since.
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// Time of the last change and length. `None`: there is no such file.
+/// Modification time and length. `None` if the file does not exist.
 type Stamp = Option<(SystemTime, u64)>;
 
-/// What a look at the files found.
+/// The result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Look {
-    /// They are as they were read.
+    /// The files are unchanged.
     AsRead,
-    /// They differ, and an earlier look has reported it.
+    /// The files differ, and an earlier check has reported that.
     Reported,
-    /// They differ from the last look: they may still be written.
+    /// The files differ from the last check: a program may still be writing them.
     Unsettled,
-    /// The scene's own file is gone, since before the last look.
+    /// The scene's own file has been missing since before the last check.
     Gone,
-    /// They hold something else, and held it at the last look.
+    /// The files have changed, and their state is that of the last check.
     Changed,
 }
 
-/// Files with their state when they were read.
+/// Files with their state at the time of reading.
 #[derive(Clone, Debug)]
 pub(super) struct Watch {
     /// The scene's own file comes first. Empty for built-in scenes.
     read: Vec<(PathBuf, Stamp)>,
     seen: Vec<Stamp>,
-    /// What [`Self::look`] has reported last.
+    /// The state that [`Self::look`] reported last.
     reported: Option<Vec<Stamp>>,
 }
 
 impl Watch {
-    /// The files that a scene is about to be read from. Taken before they are read, so that no
+    /// Stores the state of a scene's files. Called before they are read, so that no
     /// change is missed.
     pub(super) fn new(spec: &str) -> Self {
         let read: Vec<_> = files(spec).into_iter().map(|file| (file.clone(), stamp(&file))).collect();
@@ -40,8 +40,8 @@ impl Watch {
         Self { read, seen, reported: None }
     }
 
-    /// Compares the files with what was read. Every other state is reported once, when two looks
-    /// have seen it.
+    /// Compares the files with their state when read. Reports each other state once, after
+    /// two equal checks.
     pub(super) fn look(&mut self) -> Look {
         let now = self.now();
         let is_settled = now == std::mem::replace(&mut self.seen, now.clone());
@@ -59,12 +59,12 @@ impl Watch {
         }
     }
 
-    /// Whether the files are as they were read, at this moment.
+    /// Whether the files are unchanged at this moment.
     pub(super) fn is_as_read(&self) -> bool {
         self.is_read(&self.now())
     }
 
-    /// The state that was reported last counts as read: only another one is reported again.
+    /// Takes the state reported last as read: only a different one is reported again.
     pub(super) fn keep(&mut self) {
         let reported = self.reported.take().unwrap_or_default();
         for ((_, read), reported) in self.read.iter_mut().zip(reported) {
@@ -78,7 +78,7 @@ impl Watch {
         own.is_some_and(|own| own == path || is_same_file(own, path))
     }
 
-    /// The scene's own file has just been written from the scene as it is.
+    /// Takes the scene's own file as read after the program has written it.
     pub(super) fn take_own_as_read(&mut self) {
         if let Some((own, read)) = self.read.first_mut() {
             *read = stamp(own);
@@ -94,7 +94,7 @@ impl Watch {
     }
 }
 
-/// The files that a scene is made of, as far as they can be told.
+/// The files that a scene consists of, as far as they can be determined.
 fn files(spec: &str) -> Vec<PathBuf> {
     let file = Path::new(spec);
     if !file.is_file() {
@@ -106,7 +106,7 @@ fn files(spec: &str) -> Vec<PathBuf> {
     let models = models.as_ref().and_then(|toml| toml.get("model")?.as_array_of_tables());
     let named = models.into_iter().flatten().filter_map(|model| model.get("file")?.as_str());
     files.extend(named.map(|name| file.with_file_name(name)));
-    // Materials stand beside their model, under its name more often than not.
+    // Material files stand beside their model, usually under its name.
     let materials: Vec<PathBuf> = files.iter().map(|file| file.with_extension("mtl")).collect();
     files.extend(materials);
     files
@@ -128,7 +128,7 @@ mod tests {
 
     use super::*;
 
-    /// A scene's file, watched. Times are set, so that no test waits for a clock.
+    /// A scene's file under watch. Tests set modification times, so that no test waits for a clock.
     struct Scene {
         folder: tempfile::TempDir,
         watch: Watch,
@@ -201,7 +201,7 @@ mod tests {
         let mut scene = Scene::new();
         write(&scene.path("s.toml"), "# theirs", 2);
         scene.looks();
-        // Written once more before the answer: that has not been reported.
+        // Written again before the answer: this state has not been reported.
         write(&scene.path("s.toml"), "# theirs again", 3);
         scene.watch.keep();
         assert!(!scene.watch.is_as_read());

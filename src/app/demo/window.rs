@@ -1,4 +1,4 @@
-//! The window's events.
+//! The event loop of the window.
 
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::time::{Duration, Instant};
@@ -16,34 +16,34 @@ use crate::app::interrupt;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 
-/// What comes from outside the window.
+/// Events from outside the window.
 #[derive(Debug)]
 pub(super) enum WakeUp {
-    /// The worker has something to show.
+    /// The worker has a new state to show.
     Shows,
-    /// A signal is about to end the program, which waits for an answer.
+    /// A signal ends the program after an answer.
     Ends(SyncSender<()>),
 }
 
-/// How long edits have to be kept once a signal has come: a frame on a slow device of
+/// Time limit for saving edits after a signal: long enough for a frame on a slow device of
 /// a busy machine.
 const TO_KEEP: Duration = Duration::from_secs(30);
 
-/// Has an edited scene kept before a signal ends the program.
+/// Saves an edited scene before a signal ends the program.
 pub(super) fn keep_edits(proxy: EventLoopProxy<WakeUp>) {
     interrupt::before_end(move || {
         let (kept, answer) = sync_channel(1);
         if proxy.send_event(WakeUp::Ends(kept)).is_ok() {
-            // Where no answer comes, the window hangs, and the program ends all the same.
+            // Without an answer the window hangs, and the program ends anyway.
             let _ = answer.recv_timeout(TO_KEEP);
         }
     });
 }
 
-/// A scene, where it came from, and its files before they were read.
+/// A scene, its source, and the state of its files before they were read.
 pub(super) type Start = (Source, Scene, Watch);
 
-/// The application, before and after it has a window.
+/// The application, before and after its window opens.
 pub(super) struct App {
     args: Demo,
     start: Option<Start>,
@@ -57,7 +57,7 @@ impl App {
         Self { args, start: Some(start), proxy, open: None, failure: None }
     }
 
-    /// How it ended.
+    /// Returns the result of the event loop.
     pub(super) fn into_result(mut self) -> Result<()> {
         if let Some(open) = self.open.take() {
             let (context, device_args) = (open.context.clone(), &self.args.device_args);
@@ -70,7 +70,7 @@ impl App {
         self.failure.map_or(Ok(()), Err)
     }
 
-    /// Does something with the open window; what fails ends the program.
+    /// Applies a function to the open window; an error ends the program.
     fn with_open(
         &mut self,
         events: &ActiveEventLoop,

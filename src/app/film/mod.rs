@@ -1,4 +1,4 @@
-//! `lightpaths film`: a scene that changes in time, frame by frame.
+//! `lightpaths film`: renders an animation frame by frame.
 
 mod share;
 mod video;
@@ -45,11 +45,11 @@ pub(super) struct Film {
     /// Brightens PNG frames by this many stops [default: 0]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_finite)]
     exposure: Option<f32>,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Scene")]
     scene_args: SceneArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Kept light paths")]
     cache_args: CacheArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Device and messages")]
     device_args: DeviceArgs,
 }
 
@@ -84,7 +84,7 @@ impl Film {
         let mut times_ms = Vec::new();
         let mut progress = self.device_args.progress();
         progress.stage("frames", u64::from(share.end - share.start));
-        // What the frames before have opened is open.
+        // Earlier frames may have opened enclosures, which then stay open.
         for frame in 0..share.start {
             renderer.set_state(&film.state(frame))?;
             renderer.open_enclosures()?;
@@ -146,15 +146,15 @@ impl Film {
         }
     }
 
-    /// The video to encode. `None` for frames alone.
+    /// The video to encode. `None` if only frames are wanted.
     fn job<'a>(&'a self, film: &'a film::Film) -> Option<video::Job<'a>> {
         let video = self.video.unwrap_or(Video::Mp4);
         let is_wanted = video != Video::None && self.format == Format::Png;
         is_wanted.then_some(video::Job { folder: &self.output, film, video })
     }
 
-    /// Has a whole film's frames encoded. What nobody asked for must not spoil what is done: it is
-    /// a line on stderr then.
+    /// Encodes the video of a complete film. If the user did not request a video, a failure is
+    /// only a warning.
     fn make_video(&self, film: &film::Film, is_whole: bool) -> Result<()> {
         let Some(job) = self.job(film) else { return Ok(()) };
         if !is_whole {
@@ -177,7 +177,7 @@ impl Film {
     }
 }
 
-/// Times of frames for people; of at least one.
+/// Summary of frame times for a reader; needs at least one time.
 fn summary(mut times_ms: Vec<f64>) -> String {
     times_ms.sort_by(f64::total_cmp);
     let quantile = |share: f64| times_ms[(share * (times_ms.len() - 1) as f64).round() as usize];

@@ -1,4 +1,4 @@
-//! Which frames of a film to render.
+//! The range of a film's frames to render.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ pub(super) struct Share {
     end: Option<u32>,
 }
 
-/// Reads `A..B`, `A..`, `..B` or `A`.
+/// Parses `A..B`, `A..`, `..B` or `A`.
 pub(super) fn parse(text: &str) -> std::result::Result<Share, String> {
     let number = |text: &str| match text {
         "" => Ok(None),
@@ -38,8 +38,8 @@ fn expected() -> String {
 }
 
 impl Share {
-    /// The frames of a film of so many. An end beyond the film's is the film's, so that the last of
-    /// equal shares may be shorter.
+    /// The range for a film of `frame_count` frames. An end beyond the film is cut to it, so that
+    /// the last of equal shares may be shorter.
     pub(super) fn of(self, frame_count: u32) -> Result<Range<u32>> {
         let range = self.start.unwrap_or(0)..self.end.unwrap_or(frame_count).min(frame_count);
         if range.is_empty() {

@@ -1,4 +1,4 @@
-//! A film's frames as one file, by ffmpeg.
+//! Encodes a film's frames as one file with ffmpeg.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -22,24 +22,24 @@ pub(super) enum Video {
     None,
 }
 
-/// Digits of a frame's number in its file name.
+/// Number of digits of a frame number in its file name.
 pub(super) fn digits(frame_count: u32) -> usize {
     frame_count.saturating_sub(1).to_string().len().max(5)
 }
 
-/// Frames to encode.
+/// A video to encode.
 pub(super) struct Job<'a> {
-    /// Where they are.
+    /// Folder of the frames.
     pub(super) folder: &'a Path,
     pub(super) film: &'a Film,
     pub(super) video: Video,
 }
 
 impl Job<'_> {
-    /// Encodes; none where there is no ffmpeg.
+    /// Encodes the video. `None` if ffmpeg is not installed.
     ///
     /// # Errors
-    /// What ffmpeg says; the file cannot be written.
+    /// ffmpeg fails, or the file cannot be written.
     pub(super) fn encode(&self) -> Result<Option<PathBuf>> {
         let path = self.folder.join(self.file_name());
         let mut is_installed = true;
@@ -64,7 +64,7 @@ impl Job<'_> {
         Ok(is_installed.then_some(path))
     }
 
-    /// The command by which a user gets the same.
+    /// The equivalent command for a user.
     pub(super) fn typed(&self) -> String {
         let words = self.arguments().into_iter().chain([self.file_name()]);
         let words = words.map(|word| shell_word(&word)).collect::<Vec<_>>().join(" ");
@@ -79,8 +79,8 @@ impl Job<'_> {
         if self.video == Video::Webm { "webm" } else { "mp4" }
     }
 
-    /// All but the file to write. Chroma is stored for every second pixel, so that sides must be
-    /// even: black is added where one is odd.
+    /// All arguments except the output file. Chroma is stored for every second pixel, so sides must
+    /// be even: an odd side gets a black line.
     fn arguments(&self) -> Vec<String> {
         let (fps, count) = (self.film.fps.to_string(), self.film.frame_count.to_string());
         let pattern = format!("frame-%0{}d.png", digits(self.film.frame_count));

@@ -1,4 +1,4 @@
-//! One frame of the renderer: the method lightpaths, and direct light alone.
+//! Renders one frame with the method `lightpaths` or `direct`.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,22 +11,22 @@ use crate::gpu::Context;
 use crate::renderer::{Exact, FrameReport, Layer, Renderer, Stage, Statistics, Store};
 use crate::scene::Scene;
 
-/// Paths of each stratum of a cache point's hemisphere where a stage is replaced by path tracing.
+/// Paths per stratum of a cache point's hemisphere if path tracing replaces a stage.
 const EXACT_SAMPLES: u32 = 4;
 
-/// What is asked for.
+/// Options of the frame.
 pub(super) struct Job<'a> {
     /// Whether light paths are traced.
     pub(super) with_indirect: bool,
     pub(super) aovs: &'a [Aov],
     pub(super) exposure_stops: f32,
-    /// A stage to be replaced by its exact reference.
+    /// Stage that its exact reference replaces.
     pub(super) exact: Option<ExactStage>,
-    /// Does work that cannot change the picture, too.
+    /// Disables the culling of work that cannot change the picture.
     pub(super) no_skip: bool,
-    /// Has RenderDoc capture the frame, to files whose names begin so.
+    /// File name template for a RenderDoc capture.
     pub(super) capture: Option<&'a Path>,
-    /// Where light paths are kept.
+    /// Store of light paths.
     pub(super) store: Option<&'a Store>,
 }
 
@@ -40,7 +40,7 @@ pub(super) fn render(
     let Job { with_indirect, aovs, exposure_stops, exact, no_skip, capture, store } = job;
     let capture = capture.map(capture::attach).transpose()?;
     if !with_indirect {
-        // Without paths and records there is nothing to precompute, and no indirect light.
+        // Direct light alone needs no light paths and no records.
         (scene.quality.entry_points, scene.quality.cache_points) = (0, 0);
     }
     let mut renderer = device_args.renderer_from(store, context, scene)?;
@@ -93,7 +93,7 @@ pub(super) fn render(
     })
 }
 
-/// What `--stats` writes.
+/// The JSON document of `--stats`.
 fn document(
     context: &Context,
     renderer: &Renderer,

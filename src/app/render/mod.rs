@@ -1,4 +1,4 @@
-//! `lightpaths render`: one image, headless.
+//! `lightpaths render`: renders one image without a window.
 
 mod lightpaths;
 pub(super) mod sampled;
@@ -25,46 +25,46 @@ pub(super) struct Render {
     #[arg(default_value = "box")]
     scene: String,
     /// The image to write: .exr or .png
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     output: PathBuf,
     /// lightpaths: direct and indirect light; direct: direct light only; path: path tracing, the
     /// reference; photon: photon mapping with final gathering
-    #[arg(long, value_enum, default_value = "lightpaths")]
+    #[arg(long, value_enum, default_value = "lightpaths", help_heading = "Method")]
     method: Method,
     /// For the method lightpaths, to find out which stage errs: replaces one by its exact
     /// reference. splat: gathers at every pixel; clusters: path traces the radiance at the gather
     /// hits; gather: also sends many new gather rays. Slow
-    #[arg(long, value_name = "STAGE", value_enum)]
+    #[arg(long, value_name = "STAGE", value_enum, help_heading = "Method")]
     exact: Option<ExactStage>,
     /// Samples of each pixel, for the methods path and photon [default: 64, or
     /// what --seconds allows]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=u32::MAX, "64"))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=u32::MAX, "64"), help_heading = "Method")]
     spp: Option<u32>,
     /// Ends the methods path and photon after this time; with --spp, at whichever comes first
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds, help_heading = "Method")]
     seconds: Option<f32>,
     /// Further layers of an EXR: direct, indirect, albedo, normal, depth; for the method path also
     /// variance (of the mean)
-    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
+    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', help_heading = "Output")]
     aov: Vec<Aov>,
     /// Brightens a PNG by this many stops [default: 0]
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_finite)]
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_finite, help_heading = "Output")]
     exposure: Option<f32>,
     /// Traces shadow rays that cannot bring light, too: the picture is the same to the bit
-    #[arg(long)]
+    #[arg(long, help_heading = "Method")]
     no_skip: bool,
     /// Writes times, memory and counts as JSON
-    #[arg(long, value_name = "FILE.json")]
+    #[arg(long, value_name = "FILE.json", help_heading = "Output")]
     stats: Option<PathBuf>,
     /// Has RenderDoc capture the frame, to files whose names begin so; the program must
     /// run under RenderDoc
-    #[arg(long, value_name = "FILE_TEMPLATE")]
+    #[arg(long, value_name = "FILE_TEMPLATE", help_heading = "Profiling")]
     capture: Option<PathBuf>,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Scene")]
     scene_args: SceneArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Kept light paths")]
     cache_args: CacheArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Device and messages")]
     device_args: DeviceArgs,
 }
 
@@ -95,14 +95,14 @@ enum Aov {
 
 const RGB: &[&str] = &["R", "G", "B"];
 
-/// A layer of the image as it is written.
+/// A layer of the written image.
 struct Layer {
     name: &'static str,
     channels: &'static [&'static str],
     pixels: Vec<[f32; 3]>,
 }
 
-/// The main layer, or a further one.
+/// The main layer, or the layer of an AOV.
 fn layer(aov: Option<Aov>, pixels: Vec<[f32; 3]>) -> Layer {
     let (name, channels): (_, &[&str]) = match aov {
         None => ("", RGB),
@@ -116,16 +116,16 @@ fn layer(aov: Option<Aov>, pixels: Vec<[f32; 3]>) -> Layer {
     Layer { name, channels, pixels }
 }
 
-/// What a method hands over.
+/// The result of a method.
 struct Rendered {
     size: [u32; 2],
-    /// The main layer first.
+    /// All layers, the main one first.
     layers: Vec<Layer>,
     /// sRGB codes R, G, B, 255.
     display: Vec<[u8; 4]>,
-    /// What it took, for people.
+    /// Summary line for the user.
     line: String,
-    /// What `--stats` writes.
+    /// The JSON document of `--stats`.
     document: serde_json::Value,
 }
 
@@ -177,7 +177,7 @@ impl Render {
         let store = self.cache_args.store()?;
         let context = self.device_args.open()?;
         let exposure = self.exposure.unwrap_or(0.0);
-        // In the order of the file, each once.
+        // In the order of the file, without repetition.
         let aovs: Vec<Aov> =
             Aov::value_variants().iter().copied().filter(|aov| self.aov.contains(aov)).collect();
         let rendered = match self.method {
@@ -212,7 +212,7 @@ impl Render {
         Ok(rendered)
     }
 
-    /// Refuses arguments that contradict each other, before anything is read or written.
+    /// Refuses contradictory arguments before any file is read or written.
     fn check_combinations(&self, format: Format) -> Result<()> {
         let refuse = |message: String| Err(Error::Usage(message));
         for (given, flag) in [(self.spp.is_some(), "--spp"), (self.seconds.is_some(), "--seconds")] {
@@ -339,7 +339,7 @@ mod tests {
         }
     }
 
-    /// A fault of a method: one pixel of a layer is no number.
+    /// Simulates a faulty method: one pixel of a layer is NaN.
     #[test]
     fn a_picture_that_is_not_finite_is_not_written() {
         let folder = tempfile::tempdir().unwrap();

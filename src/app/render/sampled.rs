@@ -1,4 +1,4 @@
-//! Methods that take samples until a budget is spent.
+//! Methods that add samples until a budget is spent.
 
 use std::time::{Duration, Instant};
 
@@ -10,21 +10,21 @@ use crate::passes::frame::tonemap::Tonemap;
 use crate::reference::{FirstHits, Picture, Progressive};
 use crate::renderer::Progress;
 
-/// Samples of a pixel where neither their number nor a time is given.
+/// Default samples of a pixel, without `--spp` and `--seconds`.
 const DEFAULT_SPP: u32 = 64;
-/// How long the work goes on between two looks at the clock, seconds.
+/// Time between two checks of the clock, seconds.
 const ROUND_S: f64 = 1.0;
-/// Samples of a round at most: more do not make it faster.
+/// Most samples of a round: more do not make it faster.
 const ROUND_SAMPLES: f64 = 64.0;
-/// Samples of a round at least: two for each half, from which the variance can be told.
+/// Fewest samples of a round: two for each half, which the variance estimate needs.
 const MIN_ROUND: u32 = 4;
 
-/// When to stop: at whichever comes first.
+/// Limits of the work; the first one reached ends it.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::app) struct Budget {
     /// Samples of each pixel.
     pub(in crate::app) spp: Option<u32>,
-    /// Time on the clock, seconds.
+    /// Wall-clock time, seconds.
     pub(in crate::app) seconds: Option<f32>,
 }
 
@@ -71,7 +71,7 @@ pub(super) fn render(
     })
 }
 
-/// Takes samples until the budget is spent. Returns the wall time that it took, seconds.
+/// Adds samples until the budget is spent. Returns the wall-clock time, seconds.
 pub(in crate::app) fn spend(
     renderer: &mut dyn Progressive,
     budget: Budget,
@@ -86,14 +86,14 @@ pub(in crate::app) fn spend(
     progress.stage("samples", 1000);
     let start = Instant::now();
     let (mut elapsed, mut sample_s) = (0.0, 0.0);
-    // A sample that would end after the time is up is begun if most of it fits.
+    // A sample that would end too late starts if most of it fits.
     while renderer.samples() < goal && elapsed + 0.5 * sample_s < allowed {
         let fitting = ROUND_S.min(allowed - elapsed) / sample_s;
         let round = if sample_s > 0.0 { fitting.min(ROUND_SAMPLES) as u32 & !1 } else { MIN_ROUND };
         let round = round.clamp(MIN_ROUND, ROUND_SAMPLES as u32).min(goal - renderer.samples());
         renderer.add_samples(round)?;
         let now = start.elapsed().as_secs_f64();
-        // Of the last round: the first one contains the pipeline's compilation.
+        // Time of the last round: the first one contains pipeline compilation.
         (sample_s, elapsed) = ((now - elapsed) / f64::from(round), now);
         let done = (elapsed / allowed).max(f64::from(renderer.samples()) / f64::from(goal));
         progress.advance((1000.0 * done) as u64);
@@ -102,7 +102,7 @@ pub(in crate::app) fn spend(
     Ok(elapsed)
 }
 
-/// The picture for eyes.
+/// The tone-mapped picture.
 fn display(renderer: &impl Progressive, picture: &Picture, exposure_stops: f32) -> Result<Vec<[u8; 4]>> {
     let context = &renderer.traced_scene().context;
     let tonemap = Tonemap::new(context, picture.beauty.len() as u32)?;
@@ -111,7 +111,7 @@ fn display(renderer: &impl Progressive, picture: &Picture, exposure_stops: f32) 
     tonemap.display.read()
 }
 
-/// What `--stats` writes.
+/// The JSON document of `--stats`.
 fn document(
     renderer: &impl Progressive,
     method: &str,

@@ -1,4 +1,4 @@
-//! `lightpaths scale`: what time and memory grow with.
+//! `lightpaths scale`: time and memory against scene sizes.
 
 mod scaling;
 mod trials;
@@ -44,16 +44,16 @@ pub(super) struct Scale {
     /// Numbers of lights, one of which moves: the scene's own, copies of them where there are fewer
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,16,256", allow_negative_numbers = true, value_parser = each_whole(1..=4096, "1,16,256"))]
     lights: Vec<u32>,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Scene")]
     scene_args: SceneArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Device and messages")]
     device_args: DeviceArgs,
 }
 
-/// What triangles are set to where nobody says.
+/// Default numbers of triangles.
 const TRIANGLES: [u32; 3] = [10_000, 100_000, 1_000_000];
 
-/// A trial that the device had no room for.
+/// A trial that did not fit the device.
 #[derive(Debug, serde::Serialize)]
 struct TooLarge {
     quantity: &'static str,
@@ -61,7 +61,7 @@ struct TooLarge {
     why: String,
 }
 
-/// What scale.json holds.
+/// The contents of `scale.json`.
 #[derive(Debug, serde::Serialize)]
 struct Results {
     version: &'static str,
@@ -117,11 +117,11 @@ impl Scale {
         super::print(&scaling::text(&results))
     }
 
-    /// Every quantity and the sizes to try.
+    /// All quantities with their sizes.
     fn lists(&self, scene: &Scene) -> Result<Vec<(Quantity, Vec<u32>)>> {
         let triangles = match &self.triangles {
             Some(sizes) => sizes.clone(),
-            // Only some scenes come in sizes.
+            // Only generated scenes come in several sizes.
             None if self.load(TRIANGLES[0]).is_ok() => TRIANGLES.to_vec(),
             None => {
                 self.device_args.say(&format!("{}: its triangles are what they are", scene.name));
@@ -139,14 +139,14 @@ impl Scale {
         ])
     }
 
-    /// The scene with about so many triangles.
+    /// The scene with about `triangles` triangles.
     fn load(&self, triangles: u32) -> Result<Scene> {
         let mut options = self.scene_args.options();
         options.set.push(format!("model.0.triangles={triangles}"));
         Scene::load(&self.scene, &options)
     }
 
-    /// Tries a size, or notes why that cannot be.
+    /// Measures a size, or records why that is impossible.
     fn attempt(
         &self,
         scene: &Scene,
@@ -160,7 +160,7 @@ impl Scale {
             Quantity::Triangles => self.load(size)?,
             _ => quantity.sized(scene, size),
         };
-        // A size may stand in several lists: the scene's own does.
+        // A size may be in several lists: the scene's own is.
         let sizes = Sizes::of(&sized);
         let known = results.trials.iter().find(|trial| trial.sizes == sizes).cloned();
         let trial = match known {

@@ -1,4 +1,4 @@
-//! How time and memory grow: a table, powers, plots.
+//! Growth of time and memory: a table, scaling exponents, plots.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use super::trials::{Quantity, Trial};
 use super::{Results, TooLarge};
 use crate::app::plot::{Plot, Point, Series};
 
-/// What is told of a trial.
+/// A measured quantity of a trial.
 struct Measure {
     /// File stem of its plot.
     stem: &'static str,
@@ -28,7 +28,7 @@ fn of(trials: &[Trial], quantity: Quantity) -> Vec<&Trial> {
     trials.iter().filter(|trial| trial.quantity == quantity.name()).collect()
 }
 
-/// The table, and below it the powers.
+/// The table, followed by the scaling exponents.
 pub(super) fn text(results: &Results) -> String {
     let Results { scene, size: [width, height], preset, device, trials, refused, .. } = results;
     let mut text =
@@ -57,8 +57,8 @@ pub(super) fn text(results: &Results) -> String {
     text
 }
 
-/// The power of the size with which a measure grows, by least squares of the logarithms. None of
-/// fewer than two sizes.
+/// Scaling exponent of a measure, by least squares of the logarithms. `None` for fewer
+/// than two sizes.
 fn power(trials: &[&Trial], quantity: Quantity, measure: fn(&Trial) -> f64) -> Option<f64> {
     let places: Vec<[f64; 2]> =
         trials.iter().map(|trial| [f64::from(quantity.of(&trial.sizes)).ln(), measure(trial).ln()]).collect();

@@ -1,4 +1,4 @@
-//! One size: what it costs.
+//! Cost of a scene at one size.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -10,13 +10,13 @@ use crate::gpu::Context;
 use crate::renderer::{FrameReport, Renderer, Work};
 use crate::scene::{Quality, Scene};
 
-/// Frames of each kind of which the median is taken.
+/// Frames of each kind; the median counts.
 const FRAMES: usize = 3;
 
-/// Passes that trace shadow rays, whose time grows with the depth of the acceleration structure.
+/// Passes that trace shadow rays, whose time grows with the depth of the BVH.
 const SHADOWS: [&str; 3] = ["direct", "shadow_edges", "form_factors"];
 
-/// What is varied.
+/// The varied quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
     Triangles,
@@ -38,7 +38,7 @@ impl Quantity {
         }
     }
 
-    /// How many of them there are.
+    /// The quantity's value in `sizes`.
     pub(super) fn of(self, sizes: &Sizes) -> u32 {
         match self {
             Self::Triangles => sizes.triangles,
@@ -48,7 +48,7 @@ impl Quantity {
         }
     }
 
-    /// A scene with so many of them; triangles are the model's.
+    /// The scene with `size` of the quantity; triangles do not change here.
     pub(super) fn sized(self, scene: &Scene, size: u32) -> Scene {
         let mut scene = scene.clone();
         let Quality { entry_points, cache_points, .. } = &mut scene.quality;
@@ -67,7 +67,7 @@ impl Quantity {
 pub(super) struct Sizes {
     pub(super) triangles: u32,
     pub(super) entry_points: u32,
-    /// Asked for; fewer may do.
+    /// Requested number; the scene may need fewer.
     pub(super) cache_points: u32,
     pub(super) lights: u32,
 }
@@ -80,19 +80,19 @@ impl Sizes {
     }
 }
 
-/// What a trial took. Frames are on the clock unless they say otherwise, medians.
+/// Cost of a trial. Frame times are medians, wall-clock unless stated otherwise.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(super) struct Trial {
-    /// What it was tried for.
+    /// The varied quantity's name.
     pub(super) quantity: &'static str,
     pub(super) sizes: Sizes,
     pub(super) precompute_s: f64,
     pub(super) first_frame_ms: f64,
-    /// After a light moved.
+    /// Frame after a light moved.
     pub(super) relit_frame_ms: f64,
-    /// Of its device time, what is no shadow ray.
+    /// Device time of that frame without shadow rays.
     pub(super) relit_without_shadows_ms: f64,
-    /// After the camera moved.
+    /// Frame after the camera moved.
     pub(super) view_frame_ms: f64,
     pub(super) memory_mb: f64,
     pub(super) largest_binding_mb: f64,
@@ -109,7 +109,7 @@ pub(super) fn measure(
     context.reset_memory_peak();
     let (start, compiled) = (Instant::now(), context.compile_time());
     let mut renderer = device_args.renderer(context, scene)?;
-    // The first trial compiles the pipelines of all.
+    // The first trial compiles the pipelines of all trials.
     let compiling = context.compile_time() - compiled;
     let precompute_s = start.elapsed().saturating_sub(compiling).as_secs_f64();
     let first_frame_ms = renderer.frame()?.frame_ms;
@@ -135,7 +135,7 @@ pub(super) fn measure(
     })
 }
 
-/// Some frames after one that warms up.
+/// Times some frames after a warm-up frame.
 fn frames(renderer: &mut Renderer, work: Work) -> Result<Vec<FrameReport>> {
     let mut frame = || {
         renderer.force(work);

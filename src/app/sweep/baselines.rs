@@ -1,4 +1,4 @@
-//! The other methods at our time and at our error.
+//! The baselines at our time and at our error.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -13,16 +13,16 @@ use crate::reference::{PathTracer, PhotonMapper, Progressive};
 use crate::renderer::Silent;
 use crate::scene::Scene;
 
-/// Makes a method ready to take samples.
+/// Creates a method's renderer.
 type Open = fn(&Arc<Context>, Scene) -> Result<Box<dyn Progressive>>;
 
-/// A method to compare with.
+/// A baseline method.
 pub(super) struct Method {
     pub(super) name: &'static str,
     open: Open,
 }
 
-/// All of them, in the order of the tables.
+/// All baselines, in the order of the tables.
 pub(super) const METHODS: [Method; 2] = [
     Method {
         name: "photon mapping",
@@ -34,29 +34,29 @@ pub(super) const METHODS: [Method; 2] = [
     },
 ];
 
-/// Longest that a method is given to reach our error, seconds; beyond, the number of
+/// Time limit for a method to reach our error, seconds. Beyond it, the number of
 /// samples is extrapolated.
 const EQUAL_ERROR_S: f64 = 5.0;
-/// Most samples that a method is given for that, as a multiple of those of the reference. Beyond,
-/// the noise of the reference would be most of the error.
+/// Sample limit of that, as a multiple of the reference's samples. Beyond it, the reference's noise
+/// dominates the error.
 const MAX_OF_REFERENCE: f64 = 4.0;
-/// Renderings on the way there.
+/// Most renderings until the errors are equal.
 const MAX_ATTEMPTS: u32 = 6;
-/// Samples, at least, by which a method's speed is told, after a round that contains compilation.
+/// Fewest samples for the estimate of a method's speed, after a round that contains compilation.
 const TIMED: u32 = 2;
 
-/// What a method did.
+/// The result of a baseline.
 pub(super) struct Outcome {
     pub(super) baselines: Vec<Baseline>,
     /// The picture at the time of precomputation and first frame.
     pub(super) picture: Judged,
     /// Samples of each of its pixels.
     pub(super) spp: u32,
-    /// Wall-clock time of these.
+    /// Wall-clock time of these samples.
     pub(super) seconds: f64,
 }
 
-/// Runs a method for as long as ours takes, then until it is as accurate.
+/// Runs a method for the time of ours, then until it has our error.
 pub(super) fn compare(
     method: &Method,
     scene: &Scene,
@@ -64,7 +64,7 @@ pub(super) fn compare(
     reference: &Reference,
     (context, device_args): (&Arc<Context>, &DeviceArgs),
 ) -> Result<Outcome> {
-    // Independent of the reference's own samples.
+    // Independent of the reference's samples.
     let mut scene = scene.clone();
     scene.quality.seed = scene.quality.seed.wrapping_add(0x9e37_79b9);
     let renderer = (method.open)(context, scene.clone())?;
@@ -72,7 +72,7 @@ pub(super) fn compare(
     let open = method.open;
     let mut run =
         Run { open, context: context.clone(), scene, renderer, sample_s: f64::INFINITY, round, reference };
-    // The least that there is, and often all that one of our frames leaves time for.
+    // The smallest amount of work; often one of our frames leaves no time for more.
     let least = run.take(round)?;
     let count = TIMED.next_multiple_of(round);
     let start = Instant::now();
@@ -109,7 +109,8 @@ pub(super) fn compare(
     Ok(Outcome { baselines, picture, spp, seconds })
 }
 
-/// Goes on until the error is ours or time is up; begins anew where it is smaller already.
+/// Continues until the error is ours or a limit is reached. Restarts if the error
+/// is already smaller.
 fn equal_error(
     method: &Method,
     mut run: Run,
@@ -126,7 +127,7 @@ fn equal_error(
     }
     for _ in 0..MAX_ATTEMPTS {
         let taken = run.renderer.samples();
-        // Not more than four times as many at once: the first estimates are rough.
+        // At most four times as many samples at once, because the first estimates are rough.
         let rash = if taken == 0 { f64::INFINITY } else { 4.0 * f64::from(taken) };
         let next = needed.min(most).min(rash) as u32;
         let next = next.next_multiple_of(run.round).max(run.round);
@@ -138,7 +139,7 @@ fn equal_error(
         rendered = Some((next, picture.error));
         needed = samples_for(&curve, goal);
     }
-    // What was rendered counts where it is as good, or nearly.
+    // A rendered picture counts if its error is about as small.
     let measured = rendered.filter(|(_, error)| error.relmse_debiased <= 1.2 * goal);
     let spp = measured.map_or(needed, |(spp, _)| f64::from(spp));
     let seconds = spp * run.sample_s;
@@ -153,15 +154,15 @@ fn equal_error(
     })
 }
 
-/// Samples at which the error is `goal` if it goes on to fall with 1/samples, from what was
-/// measured at numbers of samples (at least one). A method with a bias needs more.
+/// Samples at which the error reaches `goal`, extrapolated as 1/samples from measurements (at least
+/// one). A biased method needs more.
 fn samples_for(curve: &[(f64, f64)], goal: f64) -> f64 {
     let distance = |(_, error): &(f64, f64)| (error.max(1e-12) / goal).ln().abs();
     let nearest = curve.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
     nearest.map_or(1.0, |(samples, error)| samples * error / goal).max(1.0)
 }
 
-/// A method at work.
+/// A method while it renders.
 struct Run<'a> {
     open: Open,
     context: Arc<Context>,
@@ -169,14 +170,14 @@ struct Run<'a> {
     renderer: Box<dyn Progressive>,
     /// Wall-clock time of one sample of every pixel.
     sample_s: f64,
-    /// Samples that share a cost.
+    /// Samples of a round, which share a cost.
     round: u32,
     reference: &'a Reference,
 }
 
-/// Rounds after which their time counts more than what was known before.
+/// Rounds from which on a new time measurement replaces the old one.
 const TRUSTED_ROUNDS: u32 = 4;
-/// Times that the number of samples is corrected by the time that they took.
+/// Times that the sample count is corrected by the measured time.
 const CORRECTIONS: u32 = 4;
 
 impl Run<'_> {
@@ -185,12 +186,12 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// As many samples as that time allows, in whole rounds, at least one.
+    /// Samples that fit the time, in whole rounds, at least one.
     fn samples_in(&self, seconds: f64) -> u32 {
         ((seconds / self.sample_s) as u32 / self.round * self.round).max(self.round)
     }
 
-    /// Goes on to as many samples as that time allows; begins anew where there are more already.
+    /// Continues to the samples that fit the time. Restarts if there are more already.
     fn spend(&mut self, seconds: f64) -> Result<Judged> {
         if self.renderer.samples() > self.samples_in(seconds) {
             self.restart()?;
@@ -206,13 +207,13 @@ impl Run<'_> {
         self.judge()
     }
 
-    /// Goes on to so many samples in all.
+    /// Continues to `samples` samples in total.
     fn take(&mut self, samples: u32) -> Result<Judged> {
         self.advance(samples)?;
         self.judge()
     }
 
-    /// Learns how fast the method really is: its first rounds can cost more than the later ones.
+    /// Adds samples, and updates the speed estimate: first rounds can cost more than later ones.
     fn advance(&mut self, samples: u32) -> Result<()> {
         let taken = self.renderer.samples();
         let start = Instant::now();
@@ -228,7 +229,7 @@ impl Run<'_> {
         judge(picture.beauty, Some(&picture.indirect), self.reference)
     }
 
-    /// What its samples so far take, without compilation.
+    /// Time of the samples so far, without compilation.
     fn seconds(&self) -> f64 {
         self.sample_s * f64::from(self.renderer.samples())
     }

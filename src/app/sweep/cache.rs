@@ -1,4 +1,4 @@
-//! References on disk: one file each, written whole or not at all, checked when read.
+//! References on disk: one file each, written atomically and checked when read.
 
 use std::fmt::{self, Write as _};
 use std::fs;
@@ -14,17 +14,17 @@ use crate::gpu::hash::fnv1a;
 use crate::gpu::shaders::Shader;
 use crate::scene::Scene;
 
-/// Counts changes to the file's form and to how references are made, beside the shader's own hash.
+/// Version of the file format and of the rendering of references. The shader's hash is
+/// a separate key.
 const FORMAT: u32 = 1;
 
-/// Longest first line.
+/// Longest header line.
 const MAX_HEADER_BYTES: u64 = 4096;
 
-/// Images of a reference, in this order in the file: two independent halves, then direct
-/// and indirect light.
+/// Images of a reference in file order: two independent halves, then direct and indirect light.
 pub(super) type Images = [Vec<[f32; 3]>; 4];
 
-/// A reference as it is kept.
+/// A cached reference.
 #[derive(Debug, PartialEq)]
 pub(super) struct Kept {
     pub(super) spp: u32,
@@ -39,11 +39,11 @@ struct Header {
     size: [u32; 2],
     spp: u32,
     seconds: f64,
-    /// FNV-1a of what follows.
+    /// FNV-1a of the image data.
     hash: String,
 }
 
-/// The folder for cached files where the user names none.
+/// The default folder of cached files.
 pub(super) fn default_folder() -> Result<PathBuf> {
     let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     let home = |folder: &str| variable("HOME").map(|home| home.join(folder));
@@ -59,8 +59,8 @@ pub(super) fn default_folder() -> Result<PathBuf> {
     })
 }
 
-/// File name of the reference of a scene seen by its first camera. Whatever changes the picture
-/// changes the name.
+/// File name of the reference of a scene seen by its first camera. It depends on everything that
+/// changes the picture.
 pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
     let mut key = Key(0xcbf2_9ce4_8422_2325);
     let Scene {
@@ -95,10 +95,10 @@ impl fmt::Write for Key {
     }
 }
 
-/// The reference in `file`; none where there is no such file.
+/// The reference in `file`. `None` if there is no such file.
 ///
 /// # Errors
-/// Why what is there cannot be used, in words that follow the file's name.
+/// Why the file is unusable; the text follows the file's name.
 pub(super) fn read(file: &Path, size: [u32; 2]) -> std::result::Result<Option<Kept>, String> {
     let pixels = size[0] as usize * size[1] as usize;
     let payload_bytes = 4 * 12 * pixels;
@@ -129,7 +129,7 @@ pub(super) fn read(file: &Path, size: [u32; 2]) -> std::result::Result<Option<Ke
     Ok(Some(Kept { spp: header.spp, seconds: header.seconds, images }))
 }
 
-/// Writes a reference, and the folders above it.
+/// Writes a reference, and creates the folders above it.
 pub(super) fn write(file: &Path, size: [u32; 2], kept: &Kept) -> Result<()> {
     if let Some(folder) = file.parent() {
         fs::create_dir_all(folder)

@@ -1,4 +1,4 @@
-//! `lightpaths figures`: the paper's figures 4, 5 and 6, each a page that needs nothing else.
+//! `lightpaths figures`: the paper's figures 4, 5 and 6, each as a self-contained page.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::scene::{Scene, builtin};
 
-/// Time that a reference gets where the user does not say, seconds.
+/// Default time of a reference, seconds.
 const DEFAULT_SECONDS: f32 = 60.0;
 
 /// Make the paper's figures 4, 5 and 6: direct light only, photon mapping, our method and
@@ -35,9 +35,9 @@ pub(in crate::app) struct Figures {
     output: PathBuf,
     #[command(flatten)]
     reference_args: ReferenceArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Scene")]
     scene_args: SceneArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Device and messages")]
     device_args: DeviceArgs,
 }
 
@@ -73,7 +73,7 @@ impl Figures {
         Ok(())
     }
 
-    /// The page of a scene; its pictures are written beside it.
+    /// Writes the page of a scene, with its pictures beside it.
     fn figure(
         &self,
         scene: &Scene,
@@ -126,7 +126,7 @@ fn is_of_figure(stem: &str, name: &str) -> bool {
         })
 }
 
-/// What the paper calls a picture.
+/// The paper's title of a picture.
 fn as_the_paper(title: &str) -> &str {
     match title {
         DIRECT => "Direct illumination only",

@@ -1,4 +1,4 @@
-//! One setting of our method: what it costs and how far off it is.
+//! Cost and error of one setting of our method.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -13,14 +13,14 @@ use crate::gpu::Context;
 use crate::renderer::{FrameReport, Layer, Renderer, Work};
 use crate::scene::Scene;
 
-/// Frames timed after a light moved, enough for a median; none begins after so many seconds: long
-/// frames vary little.
+/// Frames timed after a light moved, for a median. No further frame starts after the time limit, in
+/// seconds: long frames vary little.
 const LIGHT_FRAMES: usize = 3;
 const LIGHT_S: f64 = 1.0;
-/// Frames timed after the camera moved, and from scratch: they vary little, and cost more.
+/// Frames timed after a camera movement, and from scratch: they vary little and cost more.
 const OTHER_FRAMES: usize = 1;
 
-/// A picture, its figures, and where it errs.
+/// A picture with its error figures.
 pub(super) struct Judged {
     pub(super) pixels: Vec<[f32; 3]>,
     pub(super) error: ErrorFigures,
@@ -28,11 +28,11 @@ pub(super) struct Judged {
     pub(super) flip: Vec<f64>,
 }
 
-/// What one setting gave.
+/// The result of one setting.
 pub(super) struct Measured {
     pub(super) setting: Setting,
     pub(super) picture: Judged,
-    /// With nothing out of date.
+    /// The renderer, with all results up to date.
     pub(super) renderer: Renderer,
 }
 
@@ -49,7 +49,7 @@ pub(super) fn measure(
     let scene = Scene { quality: quality.clone(), ..scene.clone() };
     let (start, compiled) = (Instant::now(), context.compile_time());
     let mut renderer = Renderer::new(context, scene, device_args.progress().as_mut())?;
-    // The first trial compiles the pipelines of all.
+    // The first trial compiles the pipelines of all trials.
     let compiling = context.compile_time() - compiled;
     let precompute_s = start.elapsed().saturating_sub(compiling).as_secs_f64();
     let first_frame_ms = renderer.frame()?.frame_ms;
@@ -94,7 +94,7 @@ pub(super) fn measure(
     Ok(Measured { setting, picture, renderer })
 }
 
-/// Sets a picture against the reference.
+/// Compares a picture with the reference.
 pub(super) fn judge(
     pixels: Vec<[f32; 3]>,
     indirect: Option<&[[f32; 3]]>,
@@ -105,7 +105,7 @@ pub(super) fn judge(
     Ok(Judged { pixels, error, flip })
 }
 
-/// Of at least one value; of an even number, the mean of the middle two.
+/// Median of at least one value; of an even count, the mean of the middle two.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);

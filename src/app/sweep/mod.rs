@@ -1,4 +1,4 @@
-//! `lightpaths sweep`: error against time, for our settings and for other methods.
+//! `lightpaths sweep`: error against time, for our settings and for baselines.
 
 mod baselines;
 mod cache;
@@ -36,7 +36,7 @@ use reference::Reference;
 use report::Shown;
 use results::{Machine, Results, SceneFacts, Setting, StageError, mark_pareto_front};
 
-/// Time that the reference gets where the user does not say, seconds.
+/// Default time of the reference, seconds.
 const DEFAULT_SECONDS: f32 = 10.0;
 
 /// Set error against time: vary the settings, compare with other methods, write a report
@@ -54,9 +54,9 @@ pub(super) struct Sweep {
     output: PathBuf,
     #[command(flatten)]
     reference_args: ReferenceArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Scene")]
     scene_args: SceneArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Device and messages")]
     device_args: DeviceArgs,
 }
 
@@ -76,7 +76,7 @@ struct ReferenceArgs {
 }
 
 impl ReferenceArgs {
-    /// What the user said, or so many seconds.
+    /// The user's budget, or `seconds` by default.
     fn budget(&self, seconds: f32) -> Budget {
         Budget { spp: self.spp, seconds: self.seconds.or_else(|| self.spp.is_none().then_some(seconds)) }
     }
@@ -86,18 +86,18 @@ impl ReferenceArgs {
     }
 }
 
-/// What is told of the preset alone.
+/// Additional results of the preset.
 struct Preset {
     setting: Setting,
     picture: Judged,
-    /// Direct light alone.
+    /// The picture of direct light.
     direct: Judged,
     stages: Vec<StageError>,
 }
 
 impl Preset {
-    /// What its renderer, which goes afterwards, can tell as well; the stages' errors where
-    /// somebody is to hear of them.
+    /// Measures the preset's renderer before it is dropped. Stage errors are measured if
+    /// `stages` is given.
     fn new(
         measured: Measured,
         reference: &Reference,
@@ -167,8 +167,8 @@ impl Sweep {
         super::print_line(&format!("{}", html.path().display()))
     }
 
-    /// The preset, and what the other settings gave. A setting that the device has no room for is
-    /// left out, with a warning.
+    /// Measures the preset and the other settings. A setting that does not fit the device is
+    /// skipped with a warning.
     fn try_settings(
         &self,
         scene: &Scene,
@@ -222,7 +222,7 @@ impl Sweep {
         baselines::METHODS.iter().map(compare).collect()
     }
 
-    /// The command as typed, and those that make the report's pictures.
+    /// The command as typed, and the commands that render the report's pictures.
     fn commands(
         &self,
         preset: &Preset,
@@ -245,7 +245,7 @@ impl Sweep {
         commands
     }
 
-    /// Pictures, heat maps and plots as files of their own.
+    /// Writes pictures, heat maps and plots as separate files.
     fn write_pictures(&self, shown: &[Shown], results: &Results) -> Result<()> {
         let write = |name: String, bytes: &[u8]| {
             debug_assert!(is_written(&name), "{name} is checked before the work");
@@ -270,7 +270,7 @@ const DIRECT: &str = "Direct only";
 const OURS: &str = "Light paths";
 const REFERENCE: &str = "Reference";
 
-/// Title of the picture of another method.
+/// Title of a baseline's picture.
 fn title(method: &str) -> String {
     method[..1].to_uppercase() + &method[1..]
 }
@@ -297,7 +297,7 @@ fn is_written(name: &str) -> bool {
         || name.strip_suffix(".png").is_some_and(is_picture)
 }
 
-/// The pictures side by side, as in the paper's figures 4 and 5, and the reference.
+/// The pictures in the order of the paper's figures 4 and 5, and the reference.
 fn shown(
     preset: &Preset,
     outcomes: &[(&'static str, Outcome)],
@@ -348,7 +348,7 @@ fn shown(
     Ok(shown)
 }
 
-/// Tone mapped codes.
+/// Tone-mapped sRGB codes.
 fn display(pixels: &[[f32; 3]]) -> Vec<[u8; 4]> {
     (0..).zip(pixels).map(|(pixel, &linear)| dithered(pixel, linear)).collect()
 }
@@ -359,7 +359,7 @@ fn png(pixels: &[[u8; 4]], size: [u32; 2]) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What the operating system calls the processor.
+/// The processor's name in the operating system.
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let line = text.lines().find(|line| line.starts_with("model name"));

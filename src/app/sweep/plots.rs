@@ -8,7 +8,7 @@ use crate::app::plot::{Plot, Point, Series};
 /// File stems of the plots.
 pub(super) const STEMS: [&str; 3] = ["error-frame", "error-first", "error-setting"];
 
-/// File stem and plot.
+/// File stem and plot of each.
 pub(super) fn all(results: &Results) -> [(&'static str, Plot); 3] {
     let [frame, first, setting] = STEMS;
     [

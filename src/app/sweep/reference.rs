@@ -1,5 +1,4 @@
-//! What the pictures of a sweep are held against: the path tracer's picture, in two halves, from
-//! the cache if it is there.
+//! The reference of a sweep: a path-traced picture in two halves, cached on disk.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,20 +14,20 @@ use crate::metrics;
 use crate::reference::{PathTracer, Progressive};
 use crate::scene::Scene;
 
-/// A reference and what is known of it.
+/// A reference with its derived pictures.
 pub(super) struct Reference {
     size: [u32; 2],
     pub(super) facts: ReferenceFacts,
     flip: metrics::Flip,
     halves: [Vec<[f32; 3]>; 2],
     mean: Vec<[f32; 3]>,
-    /// What errors are relative to, once it is known.
+    /// The picture that errors are relative to, once set.
     scale: Option<Vec<[f32; 3]>>,
     indirect: Vec<[f32; 3]>,
 }
 
 impl Reference {
-    /// Reads the reference for this scene and budget from `folder`, or renders and keeps it.
+    /// Reads the reference for this scene and budget from `folder`, or renders and caches it.
     pub(super) fn find(
         scene: &Scene,
         budget: Budget,
@@ -81,7 +80,7 @@ impl Reference {
         &self.mean
     }
 
-    /// Errors are relative to this picture from now on: about that of the reference, and free
+    /// Sets the picture that errors are relative to. It is close to the reference, but free
     /// of its noise.
     pub(super) fn set_scale(&mut self, picture: Vec<[f32; 3]>) {
         self.scale = Some(picture);
@@ -104,7 +103,7 @@ fn render(scene: &Scene, budget: Budget, context: &Arc<Context>, device_args: &D
     let mut tracer = PathTracer::new(context, scene.clone(), progress.as_mut())?;
     let seconds = spend(&mut tracer, budget, progress.as_mut())?;
     progress.finish();
-    // Halves of one size, so that their mean is that of all samples.
+    // Halves of equal size, so that their mean is the mean of all samples.
     if tracer.samples() % 2 == 1 {
         tracer.add_samples(1)?;
     }

@@ -1,5 +1,4 @@
-//! The report: one page that needs nothing else, right on a phone and on a desk, on light and
-//! on dark ground.
+//! The report: one self-contained page for phones and desktops, with light and dark backgrounds.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -9,14 +8,14 @@ use super::settings::{self, FRONT_SERIES, PRESET};
 use super::{heatmap, plots};
 use crate::app::plot::escape;
 
-/// A picture with what is to be said of it.
+/// A picture with its caption.
 #[derive(Debug)]
 pub(super) struct Shown {
     pub(super) title: String,
     /// Time and error, a line each.
     pub(super) lines: Vec<String>,
     pub(super) png: Vec<u8>,
-    /// Where it differs from the reference.
+    /// The heat map of its error.
     pub(super) heatmap: Option<Vec<u8>>,
 }
 
@@ -85,7 +84,7 @@ fn header(results: &Results) -> String {
     )
 }
 
-/// Pictures with their captions, and where they differ from the reference.
+/// Pictures with captions and heat maps.
 pub(super) fn pictures(shown: &[Shown]) -> String {
     let image = |png: &[u8], alt: &str| {
         format!("<img alt=\"{}\" src=\"data:image/png;base64,{}\">", escape(alt), STANDARD.encode(png))
@@ -277,7 +276,7 @@ fn commands(results: &Results) -> String {
     format!("<h2 id=\"commands\">Commands</h2>\n<pre>{}</pre>\n", lines.join("\n"))
 }
 
-/// A table that scrolls within its own box; so many columns on the left hold text.
+/// A table that scrolls in its own box; the first `text_columns` columns hold text.
 fn table(label: &str, text_columns: usize, head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
     let class = |column: usize| if column < text_columns { " class=\"text\"" } else { "" };
     let head = head.iter().enumerate();
@@ -299,7 +298,7 @@ pub(super) fn figure(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") }
 }
 
-/// A time in the unit that suits it, not to be broken.
+/// A time in a suitable unit, with a blank that does not break.
 pub(super) fn seconds(seconds: f64) -> String {
     let (value, unit) = match seconds {
         s if s < 1.0 => (1e3 * s, "ms"),
@@ -320,7 +319,7 @@ fn significant(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// 400000 as "400 000", blanks that do not break.
+/// Formats 400000 as "400 000", with blanks that do not break.
 fn thousands(value: u32) -> String {
     let digits = value.to_string();
     let groups: Vec<&str> =

@@ -1,30 +1,30 @@
-//! What a sweep found: the document `sweep.json`, and what the report is made of.
+//! The results of a sweep: the document `sweep.json`, which the report also shows.
 
 use serde::Serialize;
 
 use crate::metrics;
 use crate::scene::Quality;
 
-/// The whole of it.
+/// All results of a sweep.
 #[derive(Debug, Serialize)]
 pub(super) struct Results {
     pub(super) version: &'static str,
     pub(super) debug_build: bool,
     pub(super) machine: Machine,
-    /// As typed, then those that make single images of it.
+    /// The command as typed, then the commands that render its single images.
     pub(super) commands: Vec<String>,
     pub(super) scene: SceneFacts,
     pub(super) reference: ReferenceFacts,
-    /// The preset itself first.
+    /// All settings, the preset first.
     pub(super) settings: Vec<Setting>,
     // Scripts read the JSON by this key.
     #[serde(rename = "rivals")]
     pub(super) baselines: Vec<Baseline>,
-    /// Which stage errs.
+    /// The error of each stage.
     pub(super) stages: Vec<StageError>,
 }
 
-/// Where it ran.
+/// The machine of the measurement.
 #[derive(Debug, Serialize)]
 pub(super) struct Machine {
     pub(super) device: String,
@@ -33,7 +33,7 @@ pub(super) struct Machine {
     pub(super) cores: usize,
 }
 
-/// What was rendered.
+/// The rendered scene.
 #[derive(Debug, Serialize)]
 pub(super) struct SceneFacts {
     pub(super) name: String,
@@ -43,7 +43,7 @@ pub(super) struct SceneFacts {
     pub(super) preset: &'static str,
 }
 
-/// What it is held against.
+/// The reference of all errors.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct ReferenceFacts {
     pub(super) method: &'static str,
@@ -54,18 +54,18 @@ pub(super) struct ReferenceFacts {
     pub(super) from_cache: bool,
 }
 
-/// How far a picture is from the reference.
+/// Errors of a picture against the reference.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct ErrorFigures {
-    /// Against the mean of the reference's halves: the reference's own noise is part of it.
+    /// Against the mean of the reference's halves; it contains the reference's noise.
     pub(super) relmse: f64,
-    /// Without that noise, which can make a good picture's figure negative; relative to our picture
-    /// at the preset, which has none.
+    /// Without the reference's noise, which can make the figure of a good picture negative. It is
+    /// relative to our picture at the preset, which has no noise.
     pub(super) relmse_debiased: f64,
-    /// How far the reference's noise may put that off: its standard deviation.
+    /// Standard deviation of the debiased figure, from the reference's noise.
     pub(super) relmse_standard_error: f64,
-    /// Of indirect light alone, the reference's noise included; none for a picture that holds
-    /// no indirect light.
+    /// Error of indirect light alone, with the reference's noise. `None` for a picture
+    /// without indirect light.
     pub(super) relmse_indirect: Option<f64>,
     pub(super) rmse: f64,
     pub(super) smape: f64,
@@ -74,21 +74,21 @@ pub(super) struct ErrorFigures {
 }
 
 impl ErrorFigures {
-    /// Standard errors below which a debiased figure means nothing.
+    /// Standard errors below which a debiased figure is not significant.
     const TRUSTED: f64 = 3.0;
 
-    /// The error without the reference's noise, but not below what that noise allows to be told.
+    /// The error without the reference's noise, but at least the smallest significant value.
     pub(super) fn told(&self) -> f64 {
         self.relmse_debiased.max(Self::TRUSTED * self.relmse_standard_error).max(1e-12)
     }
 }
 
-/// One setting of our method.
+/// A setting of our method with its results.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Setting {
-    /// What was varied: `preset`, a quantity's name, or `front`.
+    /// The varied quantity: `preset`, a quantity's name, or `front`.
     pub(super) series: &'static str,
-    /// By how much, relative to the preset; along the front, of entry points.
+    /// Factor relative to the preset; on the front, that of entry points.
     pub(super) factor: f64,
     pub(super) quality: Quality,
     pub(super) precompute_s: f64,
@@ -96,17 +96,17 @@ pub(super) struct Setting {
     pub(super) first_frame_ms: f64,
     /// Wall-clock time of a frame after a light moved, median.
     pub(super) relit_frame_ms: f64,
-    /// Device time of whole frames, medians, under the paper's names.
+    /// Device time of whole frames, medians, with the paper's names.
     pub(super) ms: FrameTimes,
-    /// Most device memory in use.
+    /// Peak device memory in use.
     pub(super) memory_mb: f64,
     pub(super) error: ErrorFigures,
-    /// No other setting is both more accurate and faster to relight.
+    /// Whether no other setting is both more accurate and faster to relight.
     pub(super) is_on_pareto_front: bool,
 }
 
 impl Setting {
-    /// Until the first picture stands, seconds.
+    /// Time until the first picture, seconds.
     pub(super) fn first_picture_s(&self) -> f64 {
         self.precompute_s + 1e-3 * self.first_frame_ms
     }
@@ -127,24 +127,24 @@ pub(super) struct FrameTimes {
     pub(super) Tview: f64,
 }
 
-/// Another method at our time or our error.
+/// A baseline at our time or our error.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Baseline {
     pub(super) method: &'static str,
     pub(super) at: Occasion,
     /// Samples of each pixel.
     pub(super) spp: u32,
-    /// Wall-clock time of these samples, without compilation and acceleration structure.
+    /// Wall-clock time of these samples, without compilation and the BVH.
     pub(super) seconds: f64,
-    /// Times as long as ours takes for what stands in `at`.
+    /// Time relative to ours for the quantity in `at`.
     pub(super) times_ours: f64,
-    /// Where it was rendered.
+    /// The error. `None` if it was not rendered.
     pub(super) error: Option<ErrorFigures>,
-    /// Not rendered, but reckoned from fewer samples by their error's fall with 1/spp.
+    /// Not rendered, but extrapolated from fewer samples by the 1/spp law.
     pub(super) is_extrapolated: bool,
 }
 
-/// What two methods have in common where they are compared.
+/// The equal quantity of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub(super) enum Occasion {
     /// The time of one frame after a light moved.
@@ -168,20 +168,21 @@ impl Occasion {
     }
 }
 
-/// The picture with one stage replaced by its exact reference; first of all, with none.
+/// The picture's error with one stage replaced by its exact reference. The first
+/// entry replaces none.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct StageError {
     pub(super) name: String,
-    /// What is left of the error, without the noise of the reference and of the reference.
+    /// The remaining error, without the noise of the path-traced reference and of
+    /// the stage's reference.
     pub(super) relmse: f64,
-    /// The reference's noise as relMSE, from its halves; already taken off.
+    /// The noise of the stage's reference as relMSE, from its halves; already subtracted.
     pub(super) noise_relmse: f64,
-    /// What has gone, as a share of the whole; below 0 where the stage's error made
-    /// up for another's.
+    /// The removed fraction of the whole error. Below 0 if the stage's error compensated another's.
     pub(super) share: f64,
 }
 
-/// Marks the settings that no other beats in both relighting time and error.
+/// Marks the settings that no other setting beats in both relighting time and error.
 pub(super) fn mark_pareto_front(settings: &mut [Setting]) {
     let places: Vec<[f64; 2]> = settings.iter().map(|s| [s.relit_frame_ms, s.error.told()]).collect();
     let beats = |a: &[f64; 2], b: &[f64; 2]| a[0] <= b[0] && a[1] <= b[1] && a != b;
@@ -190,23 +191,23 @@ pub(super) fn mark_pareto_front(settings: &mut [Setting]) {
     }
 }
 
-/// What a picture is judged by.
+/// The data that a picture is compared with.
 pub(super) struct Judge<'a> {
     pub(super) flip: &'a metrics::Flip,
     pub(super) halves: [&'a [[f32; 3]]; 2],
     pub(super) mean: &'a [[f32; 3]],
-    /// What errors are relative to, if not to the picture itself.
+    /// The picture that errors are relative to. `None`: the compared picture itself.
     pub(super) scale: Option<&'a [[f32; 3]]>,
     pub(super) indirect: &'a [[f32; 3]],
 }
 
 impl Judge<'_> {
-    /// Without the reference's noise.
+    /// relMSE without the reference's noise.
     pub(super) fn debiased_relmse(&self, picture: &[[f32; 3]]) -> metrics::Estimate {
         metrics::debiased_relmse_at(picture, self.halves, self.scale.unwrap_or(picture))
     }
 
-    /// The figures, and the FLIP error of each pixel. All values must be finite.
+    /// The error figures, and the FLIP error of each pixel. All values must be finite.
     pub(super) fn judge(
         &self,
         picture: &[[f32; 3]],

@@ -1,20 +1,20 @@
-//! The settings that a sweep tries, all relative to a preset. To tune the front, edit [`FRONT`].
+//! The settings of a sweep, relative to a preset. To tune the front, edit [`FRONT`].
 
 use crate::scene::Quality;
 
 /// Factors of each quantity that is varied alone.
 const ALONE: [f64; 3] = [0.25, 0.5, 2.0];
 
-/// The same for cells, which only come in powers of two.
+/// Factors of cells, which must be powers of two.
 const CELLS_ALONE: [f64; 3] = [0.25, 0.5, 2.0];
 
-/// A setting along the front.
+/// A setting on the front.
 struct Step {
-    /// Of entry points, cells, cache points and gather rays.
+    /// Factors of entry points, cells, cache points and gather rays.
     factors: [f64; 4],
-    /// Rounds of gathering in gaps and shadows, if the preset has fewer.
+    /// Extra gather iterations, if the preset has fewer.
     gap_rounds: u32,
-    /// Samples of pixels at edges, if the preset has fewer.
+    /// Samples of edge pixels, if the preset has fewer.
     edge_samples: u32,
 }
 
@@ -32,8 +32,8 @@ impl Step {
     }
 }
 
-/// From coarse to fine; the preset itself is one of them. Where paths and cells grow finer, light
-/// that stays in narrow cavities and shadows is what is left, and in the end edges.
+/// The front from coarse to fine, with the preset as one step. With finer paths and cells, the
+/// remaining error is light in narrow cavities and shadows, and finally edges.
 const FRONT: [Step; 4] = [
     Step::new([1.0 / 16.0, 0.5, 0.25, 0.25], 0, 0),
     Step::new([1.0 / 4.0, 0.5, 0.5, 0.5], 0, 0),
@@ -43,12 +43,12 @@ const FRONT: [Step; 4] = [
 
 /// Series of the preset itself.
 pub(super) const PRESET: &str = "preset";
-/// Series of the settings that grow together.
+/// Series of the settings on the front.
 pub(super) const FRONT_SERIES: &str = "front";
 /// Names of the quantities, in the order of [`FRONT`].
 pub(super) const QUANTITIES: [&str; 4] = ["entry points", "cells", "cache points", "gather rays"];
 
-/// A setting to try.
+/// A setting to measure.
 #[derive(Debug)]
 pub(super) struct Trial {
     pub(super) series: &'static str,
@@ -56,8 +56,7 @@ pub(super) struct Trial {
     pub(super) quality: Quality,
 }
 
-/// The preset, then each quantity alone, then the front; settings that come out alike
-/// are tried once.
+/// The preset, then each quantity alone, then the front. Equal settings are measured once.
 pub(super) fn trials(preset: &Quality) -> Vec<Trial> {
     let mut trials = vec![Trial { series: PRESET, factor: 1.0, quality: preset.clone() }];
     let mut add = |series, factor, quality: Quality| {
@@ -78,8 +77,8 @@ pub(super) fn trials(preset: &Quality) -> Vec<Trial> {
     trials
 }
 
-/// The preset with entry points, cells, cache points and gather rays multiplied, each brought
-/// into its range.
+/// The preset with entry points, cells, cache points and gather rays multiplied, each clamped
+/// to its range.
 fn scaled(preset: &Quality, [entry_points, cells, cache_points, gather_rays]: [f64; 4]) -> Quality {
     let scale = |value: u32, factor: f64, least: u32, most: u32| {
         ((f64::from(value) * factor).round() as u32).clamp(least, most)
@@ -94,7 +93,7 @@ fn scaled(preset: &Quality, [entry_points, cells, cache_points, gather_rays]: [f
     }
 }
 
-/// The arguments that set `quality` on top of its preset.
+/// The arguments that change the preset to `quality`.
 pub(super) fn arguments(quality: &Quality) -> String {
     let preset = Quality::preset(quality.preset).unwrap_or_default();
     let pairs = [

@@ -1,4 +1,4 @@
-//! Which stage errs: the preset's picture with one stage exact at a time.
+//! Error of each stage: the preset's picture with one exact stage at a time.
 
 use super::reference::Reference;
 use super::results::StageError;
@@ -8,20 +8,19 @@ use crate::gpu::Context;
 use crate::metrics;
 use crate::renderer::{Exact, Layer, Renderer, Stage};
 
-/// Stages and what the table calls their references.
+/// Stages and the table's names of their references.
 const STAGES: [(&str, Stage); 3] = [
     ("exact radiance at the gather hits", Stage::Clusters),
     ("exact gather at the cache points", Stage::Gather),
     ("gather at every pixel", Stage::Splat),
 ];
 
-/// Samples of edge pixels, as a multiple of the preset's, in the last row; the scene file allows no
-/// more than the limit.
+/// Factor of the edge samples in the last row, and the scene file's limit.
 const EDGE_SAMPLES: u32 = 4;
 const EDGE_SAMPLES_MAX: u32 = 256;
 
-/// The whole error first, then what is left of it with each stage exact. Leaves the renderer with
-/// other edge samples.
+/// The whole error, then the remaining error with each stage exact. Changes the
+/// renderer's edge samples.
 pub(super) fn measure(
     context: &Context,
     renderer: &mut Renderer,
@@ -58,7 +57,7 @@ pub(super) fn measure(
     Ok(rows)
 }
 
-/// Of the mean of two halves, without the reference's noise.
+/// relMSE of the mean of two halves, without the reference's noise.
 fn relmse([a, b]: &[Vec<[f32; 3]>; 2], reference: &Reference) -> f64 {
     let mean = a.iter().zip(b).map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c])));
     reference.judge().debiased_relmse(&mean.collect::<Vec<_>>()).mean

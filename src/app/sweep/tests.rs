@@ -1,4 +1,4 @@
-//! The report and what it is drawn from.
+//! Tests of the report and its data.
 
 use super::plots;
 use super::report::{Shown, html, seconds};
@@ -43,7 +43,7 @@ fn results() -> Results {
         is_on_pareto_front: false,
     };
     let mut settings: Vec<Setting> = trials(&Quality::DRAFT).into_iter().enumerate().map(setting).collect();
-    // Slower and worse than the first one.
+    // Slower and worse than the first setting.
     settings[3].error = error(0.2);
     mark_pareto_front(&mut settings);
     let baseline = |at, error: Option<ErrorFigures>, seconds: f64| Baseline {
@@ -163,7 +163,7 @@ fn plots_show_each_method_and_every_setting() {
     assert_eq!(labels.last(), Some(&"path tracing"));
     let points =
         |plot: &crate::app::plot::Plot| plot.series.iter().map(|series| series.points.len()).sum::<usize>();
-    // The baseline without a picture stands hollow at our error.
+    // The baseline without a picture is a hollow point at our error.
     assert_eq!(points(&plots[0].1), results.settings.len() + 3);
     assert_eq!(plots[0].1.series[2].points.iter().filter(|point| point.is_hollow).count(), 1);
     assert_eq!(plots[2].1.series.len(), 4);

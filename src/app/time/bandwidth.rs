@@ -1,4 +1,4 @@
-//! How fast the device copies memory: what the bytes per second of every pass are held against.
+//! The device's copy bandwidth, which the bytes per second of passes are compared with.
 
 use std::sync::Arc;
 
@@ -12,28 +12,28 @@ const BYTES: u64 = 64 << 20;
 
 const REPEATS: usize = 9;
 
-/// Bytes read plus bytes written per second, in 10⁹; the median of some runs. None where the
-/// device's clock is too coarse to tell.
+/// Bytes read plus bytes written per second, in 10⁹; median of several runs. `None` if the device's
+/// clock is too coarse.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CopyRates {
-    /// Of a copy from one buffer to another, by the device's own means.
+    /// A buffer copy command of the device.
     pub(super) device: Option<f64>,
-    /// Of a kernel that does nothing else, four words an invocation.
+    /// A kernel that only copies, four words per invocation.
     pub(super) kernel_texels: Option<f64>,
-    /// The same, a word an invocation.
+    /// A kernel that only copies, one word per invocation.
     pub(super) kernel_words: Option<f64>,
 }
 
-/// Measures a device. The context's memory peak grows by two buffers, so it should not be one whose
-/// use is reported.
+/// Measures a device. The context's peak memory grows by two buffers, so its peak must
+/// not be reported.
 ///
 /// # Errors
-/// There is no memory for the buffers, or a Vulkan call failed.
+/// The device lacks memory for the buffers, or a Vulkan call failed.
 pub(super) fn measure(context: &Arc<Context>) -> Result<CopyRates> {
     let bytes = BYTES.min(context.limits().storage_range_bytes & !15);
     let from = Buffer::storage(context, "copy source", bytes)?;
     let to = Buffer::storage(context, "copy target", bytes)?;
-    // Untouched memory may not exist yet, or all be one page of zeros.
+    // Untouched memory may not be committed yet, or may be one shared page of zeros.
     context.run(|recorder| [&from, &to].map(|buffer| recorder.fill_zero(buffer)))?;
     let rate = |record: &dyn Fn(&mut Recorder)| -> Result<Option<f64>> {
         let mut times = Vec::new();

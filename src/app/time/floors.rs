@@ -1,23 +1,22 @@
-//! The least time of each pass: what its bytes take at the rate at which this device copies memory,
-//! or its rays at the rate at which it follows such rays through this scene, whichever is longer,
-//! for both may go on at once.
+//! Lower bound of each pass's time. It is the time of its bytes at this device's copy rate, or of
+//! its rays at the device's ray rate in this scene. The longer one counts, since both may overlap.
 
 use super::measure::PassSummary;
 use super::ray_rates::RayRates;
 use crate::passes::frame::{antialias::Antialias, primary::Primary};
 
-/// What this device can do, as measured in the same run.
+/// Rates of this device, measured in the same run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits<'a> {
-    /// 10⁹ bytes a second, read and written.
+    /// Bytes read and written per second, in 10⁹.
     pub(super) copy_gbps: Option<f64>,
-    /// In the scene.
+    /// Ray rates in the scene.
     pub(super) rays: &'a RayRates,
 }
 
 impl Limits<'_> {
-    /// The least time of a pass, milliseconds; none if nothing of what it does is counted, or known
-    /// how fast it could be.
+    /// Lower bound of a pass's time, milliseconds. `None` if its work is not counted, or the
+    /// rate is unknown.
     pub(super) fn floor_ms(&self, pass: &PassSummary) -> Option<f64> {
         let bytes = self.copy_gbps.filter(|_| pass.bytes > 0).map(|gbps| pass.bytes as f64 / (1e6 * gbps));
         let rate = if is_closest(pass.name) {
@@ -33,20 +32,19 @@ impl Limits<'_> {
         }
     }
 
-    /// The least time as a share of what the pass took: above one where it need not do all that it
-    /// is counted for.
+    /// The bound as a fraction of the pass's time. Above one if the pass skips counted work.
     pub(super) fn share(&self, pass: &PassSummary) -> Option<f64> {
         self.floor_ms(pass).filter(|_| pass.ms.median > 0.0).map(|floor| floor / pass.ms.median)
     }
 
-    /// Sum of the least times of those passes that have one, and of what these took; milliseconds.
+    /// Sum of the bounds of passes that have one, and sum of their times; milliseconds.
     pub(super) fn sums_ms(&self, passes: &[PassSummary]) -> [f64; 2] {
         let known = passes.iter().filter_map(|pass| Some([self.floor_ms(pass)?, pass.ms.median]));
         known.fold([0.0; 2], |sum, known| [sum[0] + known[0], sum[1] + known[1]])
     }
 }
 
-/// Whether a pass asks for closest hits. Those of frames are the camera's; all other rays go
+/// Whether a pass traces closest hits. In frames those are camera rays; all other rays go
 /// to a light.
 fn is_closest(pass: &str) -> bool {
     [Primary::STEM, Antialias::STEM].contains(&pass)
@@ -67,7 +65,7 @@ mod tests {
         let device = Rates { closest_coherent: Some(1.0), any_coherent: Some(4.0), ..Rates::default() };
         let rays = RayRates { device, host: None };
         let limits = Limits { copy_gbps: Some(2.0), rays: &rays };
-        // 6 MB at 2 GB/s are 3 ms; a thousand rays 1 ms, or a quarter of it towards a light.
+        // 6 MB at 2 GB/s take 3 ms; a thousand rays 1 ms, or a quarter of it towards a light.
         assert_eq!(limits.floor_ms(&pass("tonemap", 6_000_000, None)), Some(3.0));
         assert_eq!(limits.floor_ms(&pass("primary", 6_000_000, Some(1_000))), Some(3.0));
         assert_eq!(limits.floor_ms(&pass("primary", 6_000, Some(1_000))), Some(1.0));

@@ -1,5 +1,5 @@
-//! The same rays on this processor, by the traversal of `obvhs`: what our own is to be measured by
-//! where the device is a processor.
+//! The same rays on this processor with the traversal of `obvhs`, as a baseline for our traversal
+//! if the device is a CPU.
 
 use std::time::{Duration, Instant};
 
@@ -14,7 +14,7 @@ use super::ray_rates::{Rates, RaySets, mrays_per_s};
 use crate::passes::precompute::rays::RayQuery;
 use crate::scene::Triangle;
 
-/// Rays that a thread takes at a time.
+/// Rays of a thread's chunk.
 const SHARE: usize = 4096;
 
 struct Bounds(Aabb);
@@ -32,7 +32,7 @@ struct Tree {
 }
 
 impl Tree {
-    /// Built as ours is.
+    /// Builds the tree as the renderer does.
     fn new(triangles: &[Triangle]) -> Self {
         let bounds: Vec<Bounds> =
             triangles.iter().map(|t| Bounds(Aabb::from_points(&t.positions.map(Into::into)))).collect();
@@ -46,20 +46,20 @@ impl Tree {
         Self { nodes, triangles }
     }
 
-    /// Whether a ray meets anything, the closest of it.
+    /// Whether a ray hits anything, by a closest-hit query.
     fn meets_closest(&self, query: &RayQuery) -> bool {
         let ray = Ray::new_inf(query.origin.into(), query.direction.into());
         self.nodes.ray_traverse(ray, &mut RayHit::none(), |ray, index| self.triangles[index].intersect(ray))
     }
 
-    /// Whether anything stands on a segment.
+    /// Whether anything lies on a segment.
     fn meets_any(&self, query: &RayQuery) -> bool {
         let ray = Ray::new(query.origin.into(), query.direction.into(), 0.0, 1.0);
         !self.nodes.ray_traverse_miss(ray, |ray, index| self.triangles[index].intersect(ray))
     }
 }
 
-/// Rays a second of each kind, on all threads.
+/// Rays per second of each kind, on all threads.
 pub(super) fn rates(triangles: &[Triangle], sets: &RaySets, repeats: usize) -> Rates {
     let tree = Tree::new(triangles);
     let rate = |queries: &[RayQuery], meets: &(dyn Fn(&RayQuery) -> bool + Sync)| {
@@ -83,7 +83,7 @@ pub(super) fn rates(triangles: &[Triangle], sets: &RaySets, repeats: usize) -> R
     }
 }
 
-/// How many rays meet something.
+/// Number of rays that hit something.
 fn count(queries: &[RayQuery], meets: &(dyn Fn(&RayQuery) -> bool + Sync)) -> usize {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let next = std::sync::atomic::AtomicUsize::new(0);
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn rays_meet_what_is_there() {
         let tree = Tree::new(&shapes::facing_squares(1.0, 1.0, 0.5).triangles);
-        // Off the diagonals, where two triangles meet; half a metre from either square.
+        // Away from the diagonals, where two triangles meet; half a metre from either square.
         let ray = |origin: Vec3, direction| RayQuery { origin, direction };
         let middle = Vec3::new(0.1, 0.0, 0.2);
         for up in [Vec3::Y, Vec3::NEG_Y] {
@@ -123,7 +123,7 @@ mod tests {
         }
         let (towards, aside) = (ray(middle, Vec3::Y), ray(middle + Vec3::X, Vec3::Y));
         assert!(!tree.meets_closest(&aside) && !tree.meets_closest(&ray(middle, Vec3::X)));
-        // However many threads share the work.
+        // The result is independent of the number of threads.
         let queries: Vec<_> = (0..3 * SHARE + 7).map(|i| if i % 3 == 0 { aside } else { towards }).collect();
         let hits = (0..queries.len()).filter(|i| i % 3 != 0).count();
         assert_eq!(count(&queries, &|query| tree.meets_closest(query)), hits);

@@ -1,4 +1,4 @@
-//! Frames against the number of lights: one of so many moves.
+//! Frame time against the number of lights, of which one moves.
 
 use std::collections::BTreeMap;
 
@@ -10,38 +10,37 @@ use crate::error::Result;
 use crate::renderer::{FrameReport, Renderer, Work};
 use crate::scene::{Light, LightKind, Scene};
 
-/// Places that are tried for further lights.
+/// Candidate positions for further lights.
 const TRIES: usize = 2000;
 
-/// What a frame takes in which one of some lights moves.
+/// Frame times with several lights, of which one moves.
 #[derive(Debug)]
 pub(super) struct Relit {
     /// Device time, milliseconds.
     pub(super) device_ms: Summary,
-    /// The same of a frame in which a light changes its colour.
+    /// Device time of a frame in which a light changes its colour.
     pub(super) colour_ms: Summary,
-    /// Cost against that with the first number of lights in the same round.
+    /// Cost relative to the first number of lights in the same round.
     pub(super) ratio: Summary,
-    /// Cost of a change of colour against that of a move in the same round.
+    /// Cost of a colour change relative to a move in the same round.
     pub(super) colour_ratio: Summary,
-    /// Frames per second on the clock, the median.
+    /// Frames per second by wall clock, median.
     pub(super) fps: f64,
-    /// Lights whose form factors and layers stood, as a share.
+    /// Fraction of lights whose form factors and irradiance buffers were reused.
     pub(super) unchanged: f64,
 }
 
-/// Frames of one number of lights, one of each round.
+/// Frames of one number of lights, one per round.
 #[derive(Default)]
 struct Frames {
     moved: Vec<FrameReport>,
     recoloured: Vec<FrameReport>,
-    /// What they cost, in any one unit: see [`costed`].
+    /// Costs in an arbitrary unit: see [`costed`].
     costs: Vec<[f64; 2]>,
 }
 
-/// Times frames for each number of lights, and leaves the scene's own lights behind. Rounds over
-/// all numbers alternate, so that a drift of the clock touches all alike; ratios are those
-/// within a round.
+/// Times frames for each number of lights; the scene's own lights remain at the end. Each round
+/// covers all numbers, so that clock drift affects all alike. Ratios are taken within a round.
 pub(super) fn measure(
     renderer: &mut Renderer,
     counts: &[u32],
@@ -52,7 +51,7 @@ pub(super) fn measure(
     let most = counts.iter().copied().max().unwrap_or(0);
     set(renderer, fitting(renderer.scene(), &own, most as usize))?;
     let mut found: Vec<Frames> = counts.iter().map(|_| Frames::default()).collect();
-    // Once more than asked for: the first round traces all lights.
+    // One round more than requested: the first round traces all lights.
     for round in 0..=frames {
         for (&count, found) in counts.iter().zip(&mut found) {
             for light in 0..renderer.scene().lights.len() {
@@ -95,8 +94,8 @@ fn device_ms(report: &FrameReport) -> f64 {
     report.passes.iter().map(|pass| pass.ms).sum()
 }
 
-/// A frame that does that work, and what it cost: the processor's time where that is the device,
-/// because it tells nothing of what else runs there; else the device's time.
+/// Renders a frame with that work, and returns its cost. On a CPU device the cost is processor
+/// time, which other processes do not affect; else device time.
 fn costed(renderer: &mut Renderer, work: Work, is_cpu: bool) -> Result<(FrameReport, f64)> {
     renderer.force(work);
     let before = processor_ms();
@@ -106,19 +105,20 @@ fn costed(renderer: &mut Renderer, work: Work, is_cpu: bool) -> Result<(FrameRep
     Ok((report, taken.filter(|&ms| is_cpu && ms > 0.0).unwrap_or(device)))
 }
 
-/// Time that all threads of this process have run, milliseconds, where the system tells.
+/// Running time of all threads of this process, milliseconds. `None` if the system does
+/// not report it.
 fn processor_ms() -> Option<f64> {
     let mut nanoseconds = 0;
     for task in std::fs::read_dir("/proc/self/task").ok()? {
-        // A thread that has ended meanwhile does not matter.
+        // A thread that has ended meanwhile is skipped.
         let Ok(text) = std::fs::read_to_string(task.ok()?.path().join("schedstat")) else { continue };
         nanoseconds += text.split(' ').next()?.parse::<u64>().ok()?;
     }
     Some(nanoseconds as f64 / 1e6)
 }
 
-/// So many lights: the scene's own, and then copies of them at other places that the camera sees,
-/// in open space. Their power adds up to that of the scene's own.
+/// `count` lights: the scene's own, then copies at other visible positions in free space. Their
+/// total power equals that of the scene's own lights.
 pub(in crate::app) fn fitting(scene: &Scene, own: &[Light], count: usize) -> Vec<Light> {
     let share = own.len() as f32 / count as f32;
     let mut places = open_enclosures(scene);
@@ -137,13 +137,12 @@ pub(in crate::app) fn fitting(scene: &Scene, own: &[Light], count: usize) -> Vec
     if own.is_empty() { Vec::new() } else { (0..count).map(light).collect() }
 }
 
-/// Places in the scene's bounds, evenly spread, that nothing hides from the camera.
+/// Evenly spread positions in the scene's bounds that are visible from the camera.
 fn open_enclosures(scene: &Scene) -> impl Iterator<Item = Vec3> + '_ {
     let (low, high) = scene.bounds();
     let eye = scene.cameras[0].position;
     let candidates = (1..=TRIES).map(move |index| {
-        // An additive recurrence on powers of the plastic number's generalisation to three
-        // dimensions.
+        // An additive recurrence on powers of the plastic number, generalised to three dimensions.
         let place =
             [1.0, 2.0, 3.0].map(|power| (index as f64 * 1.220_744_084_605_759_5_f64.powf(-power)).fract());
         low + (high - low) * (0.05 + 0.9 * DVec3::from(place)).as_vec3()

@@ -1,4 +1,4 @@
-//! Runs frames and summarises their times.
+//! Renders frames and summarises their times.
 
 use super::paper::COLUMNS;
 use crate::error::Result;
@@ -6,18 +6,18 @@ use crate::gpu::PassTiming;
 use crate::renderer::{FrameReport, Renderer, Work};
 use glam::Vec3;
 
-/// Frames compared with as many before them to tell whether times have settled.
+/// Window of the warm-up test: this many frames are compared with as many before.
 const WINDOW: usize = 3;
 
-/// Medians of two successive windows that differ by less than this share count as settled.
+/// Medians of two successive windows that differ by less than this fraction count as settled.
 const SETTLED: f64 = 0.05;
 
-/// Columns before those that hold whole frames.
+/// Number of columns before the whole-frame columns.
 pub(super) const STAGES: usize = 5;
 
-/// The work that is timed, in the order of the columns that hold its whole frames.
+/// The timed work, in the order of the whole-frame columns.
 const WORK: [Work; COLUMNS.len() - STAGES] = [Work::Everything, Work::Light(0), Work::View, Work::Material];
-/// Of these, the place of the camera's.
+/// Index of the camera step in `WORK`.
 const STEP_FRAME: usize = 2;
 
 /// Order statistics of a set of times, milliseconds.
@@ -30,7 +30,7 @@ pub(in crate::app) struct Summary {
 }
 
 impl Summary {
-    /// Of at least one time.
+    /// Summary of at least one time.
     pub(in crate::app) fn of(times: impl IntoIterator<Item = f64>) -> Self {
         let mut times: Vec<f64> = times.into_iter().collect();
         times.sort_by(f64::total_cmp);
@@ -43,21 +43,21 @@ impl Summary {
     }
 }
 
-/// One pass of the frame in which everything is new.
+/// One pass of a frame in which everything is stale.
 #[derive(Debug)]
 pub(super) struct PassSummary {
     pub(super) name: &'static str,
     pub(super) ms: Summary,
-    /// It ran beside a neighbour, so that its time is not its own.
+    /// The pass ran concurrently with a neighbour, so its time is not its own.
     pub(super) overlapped: bool,
-    /// Bytes read and written, as the pass counts them.
+    /// Bytes read and written, by the pass cost model.
     pub(super) bytes: u64,
-    /// Rays traced, for passes that trace.
+    /// Rays traced, if the pass traces.
     pub(super) rays: Option<u64>,
 }
 
 impl PassSummary {
-    /// Bytes moved per second, in 10⁹; none for a pass too short to be timed.
+    /// Bytes moved per second, in 10⁹. `None` if the pass is too short to time.
     pub(super) fn gbps(&self) -> Option<f64> {
         (self.ms.median > 0.0).then(|| self.bytes as f64 / (self.ms.median * 1e6))
     }
@@ -68,23 +68,22 @@ impl PassSummary {
     }
 }
 
-/// What one scene's frames took.
+/// Times of one scene's frames.
 #[derive(Debug)]
 pub(super) struct Measurement {
     /// Device time, by [`COLUMNS`].
     pub(super) columns: [Summary; COLUMNS.len()],
     /// Wall-clock time of the whole frames, by the columns from `Ttot` on.
     pub(super) wall: [Summary; WORK.len()],
-    /// In the order in which they run.
+    /// Passes in execution order.
     pub(super) passes: Vec<PassSummary>,
-    /// Records that a step of the camera needed besides those that the last move of the light had
-    /// gathered, the median.
+    /// Records gathered by a camera step in addition to those of the last light move, median.
     pub(super) step_records: f64,
-    /// Whether warm-up ended because times had settled.
+    /// Whether the warm-up ended because times had settled.
     pub(super) settled: bool,
 }
 
-/// Step of the camera to the side, as a share of its distance to the target.
+/// Sideways step of the camera, as a fraction of its distance to the target.
 const STEP: f32 = 0.01;
 
 /// A camera that steps aside and back again.
@@ -107,13 +106,13 @@ impl Walk {
         self.is_aside ^= true;
         let step = if self.is_aside { self.step } else { Vec3::ZERO };
         renderer.move_camera(self.position + step, self.target + step);
-        // Also where the step is nothing.
+        // Forced because the step may be zero.
         renderer.force(Work::View);
     }
 }
 
-/// Warms up until the medians of the whole frame settle, then runs `frames` rounds of all kinds of
-/// work in turn, so that a drift of the clock touches all columns alike.
+/// Warms up until the medians of the whole frame settle. Then runs `frames` rounds of all kinds of
+/// work, so that clock drift affects all columns alike.
 pub(super) fn measure(renderer: &mut Renderer, frames: usize) -> Result<Measurement> {
     let mut walk = Walk::new(renderer);
     let mut warm_up = Vec::new();
@@ -136,8 +135,8 @@ pub(super) fn measure(renderer: &mut Renderer, frames: usize) -> Result<Measurem
     Ok(Measurement { columns, wall, passes: passes(&whole), step_records, settled: settled(&warm_up) })
 }
 
-/// One frame of each kind of work, in the order of [`WORK`]. The camera moves indeed, so that its
-/// frame gathers what it newly needs.
+/// One frame of each kind of work, in the order of [`WORK`]. The camera really moves, so that its
+/// frame gathers new records.
 fn round(renderer: &mut Renderer, walk: &mut Walk) -> Result<Vec<FrameReport>> {
     let mut frames = Vec::with_capacity(WORK.len());
     for work in WORK {

@@ -59,13 +59,13 @@ pub(super) struct Time {
     json: Option<PathBuf>,
     #[command(flatten)]
     session: session::SessionArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Scene")]
     scene_args: SceneArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Device and messages")]
     device_args: DeviceArgs,
 }
 
-/// What one scene showed.
+/// The results of one scene.
 struct Timed {
     name: String,
     triangles: usize,
@@ -75,7 +75,7 @@ struct Timed {
     measurement: Measurement,
     energy: Energy,
     rays: RayRates,
-    /// By number of lights.
+    /// Results by number of lights.
     relit: BTreeMap<u32, Relit>,
 }
 
@@ -85,8 +85,7 @@ impl Time {
             return session.run(&self);
         }
         let json = self.json.as_deref().map(OutputFile::check).transpose()?;
-        // All scenes are read before any is timed: the last one's typing error shall not cost
-        // minutes.
+        // All scenes are loaded before any is timed, so that a typing error costs no minutes.
         let specs =
             if self.scenes.is_empty() { builtin::NAMES.map(str::to_owned).to_vec() } else { self.scenes };
         let scenes = specs.iter().map(|spec| self.scene_args.load(spec)).collect::<Result<Vec<_>>>()?;
@@ -126,7 +125,7 @@ impl Time {
     }
 }
 
-/// Times a scene whose picture is right; of one that is not, how far it is off.
+/// Times a scene whose picture is correct. For an incorrect one, returns its energy error.
 fn time_scene(
     scene: Scene,
     frames: usize,
@@ -140,7 +139,7 @@ fn time_scene(
     }
     let (triangles, lights) = (scene.triangles.len(), scene.lights.len());
     let traced = scene.clone();
-    // A context for each scene, so that the peak of its memory is that scene's own.
+    // A context per scene, so that its peak memory is that scene's.
     let context = device_args.open()?;
     let mut renderer = device_args.renderer(&context, scene)?;
     renderer.set_skipping(!no_skip);
@@ -149,7 +148,7 @@ fn time_scene(
     if !energy.agrees() {
         return Ok(Err(energy));
     }
-    // On a context of its own: the peak of memory is the renderer's.
+    // On its own context: the reported peak memory is the renderer's.
     let rays = ray_rates::measure(&device_args.open()?, traced)?;
     let measurement = measure::measure(&mut renderer, frames)?;
     if !measurement.settled {

@@ -1,18 +1,18 @@
-//! What the paper reports for its three scenes. [Yue, tables 1 to 3]
+//! The paper's results for its three scenes. [Yue, tables 1 to 3]
 
-/// Names of the timing columns, in the paper's order. The first five are stages of a frame, `Ttot`
-/// a frame in which everything is new, the last three a frame after a light moved, the camera
-/// moved, a material changed.
+/// Names of the timing columns, in the paper's order. The first five are passes of a frame, and
+/// `Ttot` is a frame with everything stale. The last three are frames after a light moved, the
+/// camera moved, a material changed.
 pub(super) const COLUMNS: [&str; 9] =
     ["Tdi", "Tlpe", "Thvds", "Tfg", "Tsplat", "Ttot", "Tlight", "Tview", "Tmat"];
 
 /// Numbers of lights in table 3.
 pub(super) const LIGHT_COUNTS: [u32; 4] = [1, 2, 4, 8];
 
-/// What the paper's tables say of a scene, on a Pentium D with a GeForce 7800 GTX.
+/// The paper's results of a scene, on a Pentium D with a GeForce 7800 GTX.
 #[derive(Debug)]
 pub(super) struct PaperRow {
-    /// Name of our scene that stands in for the paper's.
+    /// Name of our scene that replaces the paper's.
     pub(super) scene: &'static str,
     /// The paper's name for its scene.
     pub(super) label: &'static str,
@@ -64,7 +64,7 @@ const ROWS: [PaperRow; 3] = [
     },
 ];
 
-/// The paper's row for one of its scenes; other scenes have none.
+/// The paper's row for a scene. `None` for scenes that are not in the paper.
 pub(super) fn row(scene: &str) -> Option<&'static PaperRow> {
     ROWS.iter().find(|row| row.scene == scene)
 }
@@ -79,7 +79,8 @@ mod tests {
             let [di, lpe, hvds, fg, splat, total, light, view, _] = row.ms;
             assert_eq!(di + lpe + hvds + fg + splat, total, "{}", row.label);
             assert_eq!((light, view), (total, di + fg + splat), "{}", row.label);
-            // The frame rates of tables 1 and 3 are those times, but for rounding.
+            // The frame rates of tables 1 and 3 are the inverse of those times,
+            // except for rounding.
             for fps in [row.fps, row.fps_by_lights[0]] {
                 assert!((1000.0 / total - fps).abs() < 0.15, "{}", row.label);
             }

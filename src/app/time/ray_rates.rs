@@ -1,9 +1,9 @@
-//! How fast the device follows rays through a scene, and how fast a well-kept library does on the
-//! same processor: what the rays per second of every pass are held against.
+//! The device's ray rates in a scene, and those of a maintained library on the same processor. The
+//! rays per second of passes are compared with them.
 //!
-//! Four kinds of rays, from an explicit list in memory, so that nothing but traversal is timed.
-//! Coherent: the camera's, tile by tile, and from what they meet to a light. Incoherent: from there
-//! as a diffuse surface reflects, and between pairs of such places; in random order.
+//! The rays are four explicit lists in memory, so that only traversal is timed. Coherent: camera
+//! rays, tile by tile, and rays from their hits to a light. Incoherent: diffuse reflections from
+//! those hits, and rays between pairs of hits; in random order.
 
 use std::sync::Arc;
 
@@ -21,23 +21,22 @@ use crate::reference::TracedScene;
 use crate::scene::Scene;
 use crate::types::{LIGHT_DIRECTIONAL, NO_SIDE};
 
-/// Camera rays along an axis; of each other kind there are as many as meet a surface.
+/// Camera rays along an axis. Each other list has one ray per hit of a camera ray.
 const ROW: u32 = 512;
-/// Of their tiles.
+/// Side of the camera rays' tiles.
 const TILE: u32 = 8;
 const REPEATS: usize = 5;
-/// Rays keep off the surface they leave by this share of the scene's size.
+/// Offset of ray origins from their surface, as a fraction of the scene's size.
 const CLEAR: f32 = 1e-5;
-/// Segments end before the surface that they lead to.
+/// Length of segments, as a fraction of the distance to the surface at their end.
 const SHORT: f32 = 0.999;
 
-/// Rays a second, in 10⁶, of each kind; none where there are none, or the clock is too
-/// coarse to tell.
+/// Rays per second of each kind, in 10⁶. `None` if the list is empty or the clock is too coarse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub(super) struct Rates {
-    /// Closest hits of the camera's rays.
+    /// Closest hits of camera rays.
     pub(super) closest_coherent: Option<f64>,
-    /// Closest hits of rays that surfaces reflect.
+    /// Closest hits of reflected rays.
     pub(super) closest_incoherent: Option<f64>,
     /// Any hit towards a light.
     pub(super) any_coherent: Option<f64>,
@@ -45,13 +44,12 @@ pub(super) struct Rates {
     pub(super) any_incoherent: Option<f64>,
 }
 
-/// What was measured in one scene.
+/// The ray rates of one scene.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(super) struct RayRates {
     /// Rates of the device's kernels.
     pub(super) device: Rates,
-    /// Where the device is this processor: the closest hits of `obvhs`, on as many threads
-    /// as it has.
+    /// Closest hits with `obvhs` on all threads, if the device is this processor.
     pub(super) host: Option<Rates>,
 }
 
@@ -63,7 +61,7 @@ pub(super) struct RaySets {
     pub(super) pairs: Vec<RayQuery>,
 }
 
-/// Measures a scene, as its first camera sees it, on a context whose memory nobody reports.
+/// Measures a scene seen by its first camera. The context's memory use must not be reported.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -108,13 +106,13 @@ fn camera_rays(traced: &TracedScene) -> Vec<RayQuery> {
     (0..ROW * ROW).map(ray).collect()
 }
 
-/// All four lists, from what the camera's rays met.
+/// All four lists, from the hits of the camera rays.
 fn ray_sets(traced: &TracedScene, camera: Vec<RayQuery>, answers: &[RayAnswer]) -> RaySets {
     let (low, high) = traced.scene.bounds();
     let size = (high - low).length();
     let [rings, sectors] = Hemisphere::new(256).constants().map(|constant| constant.1);
     let strata = Strata { rings, sectors };
-    // Where rays leave, and the normal there.
+    // Ray origins and their normals.
     let met: Vec<(Vec3, Vec3)> = camera
         .iter()
         .zip(answers)

@@ -1,4 +1,4 @@
-//! `time --repeat`: one pass of the frame, alone.
+//! `time --repeat`: replays one pass of the frame.
 
 use std::fmt::Write;
 
@@ -10,22 +10,22 @@ use crate::gpu::PassTiming;
 use crate::renderer::{FrameReport, Renderer, Work};
 use crate::scene::Scene;
 
-/// Whole frames before the pass is repeated; the last ones tell what it takes within them.
+/// Whole frames before the replay; the last ones give the pass's time within a frame.
 const FRAMES: usize = 4;
-/// Of these, the first are not timed.
+/// Untimed frames at the start.
 const WARM_UP: usize = 1;
 
-/// A pass and how often.
+/// A pass and its number of repetitions.
 pub(super) struct Replay {
     pass: &'static str,
     times: u32,
 }
 
-/// Repetitions at most.
+/// Largest number of repetitions.
 const MAX_TIMES: u32 = 100_000;
 
 impl Replay {
-    /// Refuses names that no pass has and numbers out of range.
+    /// Refuses unknown passes and numbers out of range.
     pub(super) fn parse(pass: &str, times: &str) -> Result<Self> {
         let known = Renderer::pass_names();
         let refuse = |message| Err(Error::Usage(message));
@@ -78,17 +78,17 @@ impl Replay {
     }
 }
 
-/// The occurrences of the pass in a report.
+/// The timings of the pass in a report.
 fn own<'a>(pass: &'a str, report: &'a FrameReport) -> impl Iterator<Item = &'a PassTiming> {
     report.passes.iter().filter(move |timing| timing.name == pass)
 }
 
-/// Their time, milliseconds.
+/// Total time of the pass, milliseconds.
 fn own_ms(pass: &str, report: &FrameReport) -> f64 {
     own(pass, report).map(|timing| timing.ms).sum()
 }
 
-/// What it took alone, and within frames.
+/// Times of the pass alone and within frames.
 fn table(pass: &str, frames: &[FrameReport], one: &FrameReport, times_ms: Vec<f64>) -> String {
     let times = times_ms.len() as u64;
     let Summary { median, p10, p90, .. } = Summary::of(times_ms);
@@ -108,7 +108,7 @@ fn table(pass: &str, frames: &[FrameReport], one: &FrameReport, times_ms: Vec<f6
     row("ms alone", format!("median {median:.4}, p10 {p10:.4}, p90 {p90:.4}"));
     let within = Summary::of(frames.iter().map(|frame| own_ms(pass, frame))).median;
     row("ms in frames", format!("median {within:.4} of {}", frames.len()));
-    // A pass too short to be timed has no rate.
+    // A pass that is too short to time has no rate.
     let rate = |amount: u64, per_ms: f64, unit: &str| match median > 0.0 {
         true => format!("{amount}, {:.2} {unit}", amount as f64 / (median * per_ms)),
         false => format!("{amount}, too short to tell a rate"),

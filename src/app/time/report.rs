@@ -1,4 +1,4 @@
-//! The tables of `time`, for readers and for scripts.
+//! The tables of `time`, as text and as JSON.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -24,7 +24,7 @@ pub(super) fn header(device: &str, driver: &str, copies: &CopyRates) -> String {
     format!("{device}, {driver}{}\n", rates.collect::<String>())
 }
 
-/// One scene's tables.
+/// The tables of one scene.
 pub(super) fn table(timed: &Timed, copy_gbps: Option<f64>) -> String {
     let Timed { name, triangles, size: [width, height], .. } = timed;
     let energy = timed.energy.say();
@@ -100,7 +100,7 @@ fn precompute(text: &mut String, timed: &Timed) {
     );
 }
 
-/// Rays a second through the scene.
+/// Ray rates in the scene.
 fn rays(text: &mut String, timed: &Timed) {
     let head = ["camera", "reflected", "to light", "pairs"].map(|head| format!("{head:>11}")).concat();
     line(text, format_args!("{:<16}{head}", "Mrays/s"));
@@ -171,7 +171,7 @@ fn counts(text: &mut String, timed: &Timed) {
     }
 }
 
-/// The same as a document for scripts.
+/// The JSON document for scripts.
 pub(super) fn json(context: &Context, copies: &CopyRates, scenes: &[Timed]) -> Value {
     let scenes = scenes.iter().map(|timed| scene_json(timed, copies.device));
     json!({
@@ -244,12 +244,12 @@ fn ratio(numerator: f64, denominator: f64) -> Option<f64> {
     (denominator > 0.0).then(|| numerator / denominator)
 }
 
-/// 10⁶ bytes.
+/// Converts bytes to 10⁶ bytes.
 fn megabytes(bytes: u64) -> f64 {
     bytes as f64 / 1e6
 }
 
-/// Three significant digits or so at any speed.
+/// About three significant digits.
 fn milliseconds(ms: f64) -> String {
     let decimals = if ms.abs() < 10.0 { 3 } else { 1 };
     format!("{ms:.decimals$}")

@@ -1,4 +1,4 @@
-//! Sessions for profiling: what `time` does instead of its tables, with one scene.
+//! Profiling sessions, which replace the tables of `time`, with one scene.
 
 use std::path::PathBuf;
 
@@ -36,7 +36,7 @@ pub(super) struct SessionArgs {
     statistics: bool,
 }
 
-/// A session whose arguments are right.
+/// A session with valid arguments.
 pub(super) enum Session {
     Trace(OutputFile),
     Repeat(Replay),
@@ -45,7 +45,7 @@ pub(super) enum Session {
 }
 
 impl SessionArgs {
-    /// The session that is asked for, if any is.
+    /// The requested session, if any.
     pub(super) fn chosen(&self) -> Result<Option<Session>> {
         let Self { trace, repeat, capture, statistics } = self;
         Ok(match (trace, repeat, capture, statistics) {
@@ -87,7 +87,7 @@ impl Session {
     }
 }
 
-/// Captures a frame after one that has made all there is to make.
+/// Captures a frame after a warm-up frame that creates all resources.
 fn capture_frame(time: &Time, scene: Scene, template: &std::path::Path) -> Result<()> {
     let context = time.device_args.open()?;
     let capture = capture::attach(template)?;

@@ -1,4 +1,4 @@
-//! `time --statistics`: what the driver tells of each kernel.
+//! `time --statistics`: the driver's statistics of each kernel.
 
 use std::fmt::Write;
 
@@ -21,14 +21,14 @@ pub(super) fn run(time: &Time, scene: Scene) -> Result<()> {
     let name = scene.name.clone();
     let mut renderer = Renderer::new(&context, scene, &mut Silent)?;
     renderer.set_skipping(!time.no_skip);
-    // Some pipelines are made when they are used first.
+    // Some pipelines are created at first use.
     renderer.frame()?;
     time.device_args.report_validation(&context);
     let told = context.pipeline_statistics().unwrap_or_default();
     crate::app::print(&format!("{head}: kernels of {name}\n{}", table(told)))
 }
 
-/// Kernels by name, those that are alike once.
+/// Kernels by name; equal ones are listed once.
 fn table(mut told: Vec<PipelineStatistics>) -> String {
     told.sort_by_key(|kernel| kernel.stem);
     let mut text = String::new();

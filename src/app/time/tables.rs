@@ -1,4 +1,4 @@
-//! The paper's three tables, all scenes together, each beside the paper's numbers and their ratio.
+//! The paper's three tables for all scenes, with the paper's numbers and the ratios.
 
 use std::fmt::Write;
 
@@ -34,8 +34,7 @@ fn table_1(scenes: &[Timed]) -> String {
     text
 }
 
-/// Seconds of precomputation, frames per second in which everything is new, 10⁶ bytes
-/// of device memory.
+/// Seconds of precomputation, frames per second with everything stale, 10⁶ bytes of device memory.
 fn facts(timed: &Timed) -> [f64; 3] {
     let statistics = &timed.statistics;
     let frame_ms = timed.measurement.wall[0].median;
@@ -84,7 +83,7 @@ fn table_3(scenes: &[Timed]) -> String {
     text
 }
 
-/// Frames per second by number of lights, and by how much they differ from one light to eight.
+/// Frames per second by number of lights, and their change from one light to eight.
 fn cells(counts: &[u32], fps: impl Fn(u32) -> Option<f64>) -> Vec<String> {
     let change = fps(1).zip(fps(8)).map(|(one, eight)| format!("{:+.0} %", 100.0 * (eight / one - 1.0)));
     let or_dash = |cell: Option<String>| cell.unwrap_or_else(|| "-".to_owned());
@@ -92,7 +91,7 @@ fn cells(counts: &[u32], fps: impl Fn(u32) -> Option<f64>) -> Vec<String> {
     cells.chain([or_dash(change)]).collect()
 }
 
-/// Label of the rows that hold ours by theirs.
+/// Label of the rows with the ratio of ours to the paper's.
 const RATIO: &str = "  here / paper";
 
 fn label(paper: &PaperRow) -> String {

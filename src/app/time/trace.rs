@@ -1,4 +1,4 @@
-//! `time --trace`: when host and device did what, as trace events, which Perfetto and Chrome show.
+//! `time --trace`: a timeline of host and device as trace events for Perfetto and Chrome.
 
 use std::io::Write;
 use std::time::Instant;
@@ -13,18 +13,18 @@ use crate::gpu::{Context, SubmissionSpan, Trace};
 use crate::renderer::{FrameReport, Renderer, Work};
 use crate::scene::Scene;
 
-/// Processes of the trace: what it calls so are groups of tracks.
+/// Process identifiers of the trace, which group its tracks.
 const HOST: u32 = 1;
 const DEVICE: u32 = 2;
 
 /// Tracks of the host.
 const RENDERER: u32 = 1;
-/// The first of as many as it takes.
+/// The first of as many submission tracks as needed.
 const SUBMISSIONS: u32 = 2;
-/// Of the device.
+/// Track of the device.
 const QUEUE: u32 = 1;
 
-/// What frames do, by the names in the trace.
+/// The work of the frames, with their names in the trace.
 const WORK: [(Work, &str); 5] = [
     (Work::Everything, "everything"),
     (Work::Light(0), "light"),
@@ -33,8 +33,7 @@ const WORK: [(Work, &str); 5] = [
     (Work::Colour, "colour"),
 ];
 
-/// Something that took time on a track: whole nanoseconds, so that what is within
-/// something stays so.
+/// An interval on a track, in whole nanoseconds, so that nesting is exact.
 struct Event {
     name: String,
     process: u32,
@@ -44,7 +43,7 @@ struct Event {
     arguments: Value,
 }
 
-/// Precomputes, renders rounds of frames, and writes the trace of all of it.
+/// Precomputes, renders rounds of frames, and writes their trace.
 pub(super) fn run(time: &Time, scene: Scene, output: &OutputFile) -> Result<()> {
     let context = time.device_args.open()?;
     let origin = Instant::now();
@@ -89,7 +88,7 @@ pub(super) fn run(time: &Time, scene: Scene, output: &OutputFile) -> Result<()> 
     ))
 }
 
-/// How names of frames begin.
+/// Prefix of frame names.
 const FRAME: &str = "frame: ";
 
 fn event(
@@ -98,12 +97,12 @@ fn event(
     span_us: [f64; 2],
     arguments: Value,
 ) -> Event {
-    // A pass may be placed before the trace's begin, by as much as clocks deviate.
+    // Clock deviation may place a pass before the start of the trace.
     let [begin_ns, end_ns] = span_us.map(|us| (us.max(0.0) * 1e3).round() as u64);
     Event { name: name.into(), process, track, begin_ns, end_ns: end_ns.max(begin_ns), arguments }
 }
 
-/// The precomputation with its stages, one after the other.
+/// The precomputation and its stages, in sequence.
 fn precomputation(renderer: &Renderer, begun_us: f64, ended_us: f64) -> Result<Vec<Event>> {
     let statistics = renderer.statistics()?;
     let track = (HOST, RENDERER);
@@ -126,7 +125,7 @@ fn frame_event(work: &str, report: &FrameReport, begun_us: f64, ended_us: f64) -
 
 /// Submissions on the host, their passes on the device, copies on the host.
 fn traced(events: &mut Vec<Event>, trace: &Trace) {
-    // What holds others comes first in each group.
+    // In each group the enclosing event comes first.
     let mut groups: Vec<Vec<Event>> = Vec::new();
     let track = (HOST, SUBMISSIONS);
     let mut queue_end_us = 0.0;
@@ -155,8 +154,8 @@ fn traced(events: &mut Vec<Event>, trace: &Trace) {
         ];
         group.extend(steps.map(|(name, span_us)| event(name, track, span_us, json!({"submission": index}))));
         groups.push(group);
-        // The queue does one submission after another, whatever is guessed of its clock: viewers
-        // drop passes that overlap.
+        // The queue runs one submission after another, even where its clock is only estimated:
+        // viewers drop passes that overlap.
         let begin_us = passes.first().map_or(0.0, |pass| pass.begin_us);
         let late_us = if deviation_us.is_some() { 0.0 } else { (queue_end_us - begin_us).max(0.0) };
         for pass in passes {
@@ -173,8 +172,8 @@ fn traced(events: &mut Vec<Event>, trace: &Trace) {
     events.extend(apart(groups));
 }
 
-/// Groups on as many tracks as it takes for none to meet another: threads of the precomputation
-/// submit side by side.
+/// Distributes groups over enough tracks that none overlap: threads of the
+/// precomputation submit concurrently.
 fn apart(mut groups: Vec<Vec<Event>>) -> impl Iterator<Item = Event> {
     groups.sort_by_key(|group| group[0].begin_ns);
     let mut ends: Vec<u64> = Vec::new();
@@ -190,7 +189,7 @@ fn apart(mut groups: Vec<Vec<Event>>) -> impl Iterator<Item = Event> {
     })
 }
 
-/// The whole file. Times are microseconds.
+/// The whole document. Times are microseconds.
 fn document(
     context: &Context,
     scene: &str,
@@ -198,7 +197,7 @@ fn document(
     deviation_us: Option<f64>,
     mut events: Vec<Event>,
 ) -> Value {
-    // What holds others comes before them.
+    // Enclosing events come before the events inside them.
     events.sort_by_key(|event| (event.begin_ns, std::cmp::Reverse(event.end_ns)));
     let clock = match deviation_us {
         Some(_) => {
@@ -237,8 +236,8 @@ fn document(
                "args": arguments})
     }));
     json!({
-        // With "ms" Chrome compares times in whole microseconds, and hangs what is shorter below
-        // its neighbour.
+        // With "ms" Chrome compares times in whole microseconds, and nests shorter events
+        // below their neighbour.
         "displayTimeUnit": "ns",
         // Perfetto shows this from version 58 on, Chrome always.
         "metadata": {
@@ -256,8 +255,8 @@ mod tests {
     use super::*;
     use crate::gpu::PassSpan;
 
-    /// Where the device's clock is guessed, the second submission begins within the first; where it
-    /// is known, it stays.
+    /// With an estimated device clock, the second submission begins within the first and is moved.
+    /// With a known clock it stays.
     #[test]
     fn passes_of_one_queue_follow_one_another() {
         let begins = |deviation_us| {

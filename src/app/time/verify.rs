@@ -1,4 +1,4 @@
-//! Whether what is timed is right: the picture's energy against the path tracer's.
+//! Check of the timed picture: its energy against the path tracer's.
 
 use crate::app::args::DeviceArgs;
 use crate::error::Result;
@@ -9,34 +9,33 @@ use crate::scene::Scene;
 
 /// Samples of each pixel in a round, two for each half.
 const ROUND: u32 = 4;
-/// The standard deviation of the energy, as a share of it, at which the path tracer
-/// is exact enough.
+/// Relative standard deviation of the energy at which the path tracer is exact enough.
 const EXACT: f64 = 0.002;
-/// Samples of all pixels at most.
+/// Largest number of samples of all pixels.
 const MAX_SAMPLES: u64 = 1 << 24;
-/// A deviation that no method of this kind is without, as a share.
+/// Relative deviation that is allowed because any such method has it.
 const ALLOWED: f64 = 0.01;
-/// Standard deviations of the path tracer that are taken for noise.
+/// Deviation that counts as noise, in the path tracer's standard deviations.
 const SIGMAS: f64 = 3.0;
 
-/// The picture's energy in relation to the path tracer's.
+/// The picture's energy relative to the path tracer's.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub(super) struct Energy {
-    /// Sum of the picture over that of the path tracer's.
+    /// Energy of the picture over that of the path tracer.
     pub(super) ratio: f64,
-    /// Standard deviation of the ratio that the path tracer's noise makes.
+    /// Standard deviation of the ratio, from the path tracer's noise.
     pub(super) noise: f64,
     /// Samples of each of its pixels.
     pub(super) spp: u32,
 }
 
 impl Energy {
-    /// Of a picture against two independent estimates of it.
+    /// Compares a picture with two independent estimates of it.
     fn of(picture: &[[f32; 3]], halves: [&[[f32; 3]]; 2], spp: u32) -> Self {
         let sum = |pixel: &[f32; 3]| pixel.iter().map(|&value| f64::from(value)).sum::<f64>();
         let pairs = || halves[0].iter().zip(halves[1]).map(|(a, b)| [sum(a), sum(b)]);
         let total: f64 = pairs().map(|[a, b]| 0.5 * (a + b)).sum();
-        // Half the difference of two estimates deviates as their mean does.
+        // Half the difference of two estimates has the deviation of their mean.
         let variance: f64 = pairs().map(|[a, b]| 0.25 * (a - b).powi(2)).sum();
         let ours: f64 = picture.iter().map(sum).sum();
         match total > 0.0 {
@@ -45,12 +44,12 @@ impl Energy {
         }
     }
 
-    /// Whether it is the path tracer's, but for its noise and one per cent.
+    /// Whether the energies agree within the allowed deviation and the noise.
     pub(super) fn agrees(&self) -> bool {
         (self.ratio - 1.0).abs() <= ALLOWED + SIGMAS * self.noise
     }
 
-    /// In words for people.
+    /// The result as text.
     pub(super) fn say(&self) -> String {
         let Self { ratio, noise, spp } = self;
         let ratio = 100.0 * (ratio - 1.0);
@@ -58,7 +57,7 @@ impl Energy {
     }
 }
 
-/// Path traces until the energy is known well enough. The scene's first camera is the picture's.
+/// Path traces until the energy is exact enough. The scene's first camera is the picture's.
 pub(super) fn energy(scene: Scene, picture: &[[f32; 3]], device_args: &DeviceArgs) -> Result<Energy> {
     if metrics::first_non_finite(picture).is_some() {
         return Ok(Energy { ratio: f64::NAN, noise: 0.0, spp: 0 });
@@ -70,7 +69,7 @@ pub(super) fn energy(scene: Scene, picture: &[[f32; 3]], device_args: &DeviceArg
         let [a, b] = tracer.halves()?;
         let energy = Energy::of(picture, [&a, &b], tracer.samples());
         let samples = u64::from(tracer.samples()) * picture.len() as u64;
-        // An estimate from few pixels may state too little noise.
+        // An estimate from few pixels may underestimate its noise.
         let is_exact = energy.noise <= EXACT && tracer.samples() > ROUND;
         if is_exact || samples >= MAX_SAMPLES {
             device_args.report_validation(&context);
@@ -92,7 +91,8 @@ mod tests {
         };
         let (a, b) = (noisy(1.0), noisy(-1.0));
         let of = |value: f32| Energy::of(&picture(value), [&a, &b], 4);
-        // Each pixel's mean deviates by 0.4; ten thousand of them by a hundredth of that.
+        // Each pixel's mean deviates by 0.4; the sum of ten thousand deviates by a
+        // hundredth of that.
         assert!((of(1.0).noise - 0.004).abs() < 1e-6 && (of(1.0).ratio - 1.0).abs() < 1e-6);
         assert!(of(1.02).agrees() && of(0.98).agrees());
         assert!(!of(1.025).agrees() && !of(0.975).agrees());

@@ -1,4 +1,4 @@
-//! One frame of the window on its way: recorded, submitted, awaited before the next.
+//! One frame of the window in flight: recorded, submitted, and awaited before the next.
 
 use std::sync::Arc;
 
@@ -10,11 +10,10 @@ use super::picture::Picture;
 use super::swapchain::{COLOUR, Swapchain, SwapchainImage};
 use crate::error::Result;
 
-/// How long the system may take to lend an image, nanoseconds: a hidden window may not
-/// be given one.
+/// Maximum wait for an image of the swapchain, nanoseconds: a hidden window may never get one.
 const PATIENCE_NS: u64 = 500_000_000;
 
-/// All of a colour image.
+/// The whole of a colour image.
 const LAYER: vk::ImageSubresourceLayers = vk::ImageSubresourceLayers {
     aspect_mask: vk::ImageAspectFlags::COLOR,
     mip_level: 0,
@@ -22,24 +21,24 @@ const LAYER: vk::ImageSubresourceLayers = vk::ImageSubresourceLayers {
     layer_count: 1,
 };
 
-/// Commands, and what says when they are done.
+/// Commands of a frame, with the objects that signal their end.
 pub(super) struct Frame {
     context: Arc<Context>,
     rendering: ash::khr::dynamic_rendering::Device,
     pub(super) pool: vk::CommandPool,
     commands: vk::CommandBuffer,
     fence: vk::Fence,
-    /// Signalled when the image that was lent may be drawn to.
+    /// Signalled when the acquired image may be drawn to.
     is_lent: vk::Semaphore,
 }
 
-/// What became of a request to the presentation engine.
+/// Result of a request to the presentation engine.
 pub(super) enum Answer<T> {
-    /// It was granted; `false`: the swapchain no longer fits the window.
+    /// Success; `false`: the swapchain no longer fits the window.
     Granted(T, bool),
-    /// The swapchain must be made anew first.
+    /// The swapchain must be created anew first.
     OutOfDate,
-    /// The surface must be made anew first.
+    /// The surface must be created anew first.
     SurfaceLost,
     /// The device still works on earlier frames.
     Busy,
@@ -51,7 +50,7 @@ impl Frame {
         let info = vk::CommandPoolCreateInfo::default()
             .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
             .queue_family_index(context.queue_family);
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         let pool = unsafe { device.create_command_pool(&info, None) }.vk("vkCreateCommandPool")?;
         context.set_name(pool, "window");
         let mut frame = Self {
@@ -63,14 +62,14 @@ impl Frame {
             is_lent: vk::Semaphore::null(),
         };
         let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         frame.commands = unsafe { device.allocate_command_buffers(&info) }.vk("vkAllocateCommandBuffers")?[0];
         context.set_name(frame.commands, "window");
         let signalled = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         frame.fence = unsafe { device.create_fence(&signalled, None) }.vk("vkCreateFence")?;
         context.set_name(frame.fence, "window is drawn");
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         frame.is_lent = unsafe { device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }
             .vk("vkCreateSemaphore")?;
         context.set_name(frame.is_lent, "image is lent");
@@ -83,9 +82,9 @@ impl Frame {
         unsafe { self.context.device.wait_for_fences(&[self.fence], true, u64::MAX) }.vk("vkWaitForFences")
     }
 
-    /// Asks for an image to draw to. The frame before must be done.
+    /// Acquires an image to draw to. The frame before must be done.
     pub(super) fn acquire(&self, swapchain: &Swapchain) -> Result<Answer<u32>> {
-        // SAFETY: swapchain and semaphore are alive, and nobody else uses them.
+        // SAFETY: swapchain and semaphore are alive, and no other code uses them.
         let lent = unsafe {
             swapchain.loader.acquire_next_image(
                 swapchain.handle,
@@ -101,7 +100,7 @@ impl Frame {
         }
     }
 
-    /// Brings the pictures up to date, draws, and hands the image to the system.
+    /// Updates the pictures, draws, and presents the image.
     pub(super) fn draw<'a>(
         &self,
         swapchain: &Swapchain,
@@ -156,7 +155,7 @@ impl Frame {
         unsafe { self.context.device.reset_fences(&[self.fence]) }.vk("vkResetFences")?;
         let context = &self.context;
         context
-            // SAFETY: nobody else has the queue; commands, semaphores and fence live until the
+            // SAFETY: no other thread has the queue; commands, semaphores and fence live until the
             // fence is waited for.
             .with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, &submit, self.fence) })
             .vk("vkQueueSubmit2")
@@ -169,7 +168,7 @@ impl Frame {
             .wait_semaphores(&wait)
             .swapchains(&swapchains)
             .image_indices(&indices);
-        // SAFETY: swapchain and semaphore are alive, and nobody else uses them.
+        // SAFETY: swapchain and semaphore are alive, and no other code uses them.
         let shown = self.context.with_queue(|queue| unsafe { swapchain.loader.queue_present(queue, &info) });
         match shown {
             Ok(is_suboptimal) => Ok(Answer::Granted((), !is_suboptimal)),
@@ -177,7 +176,7 @@ impl Frame {
         }
     }
 
-    /// Copies what a picture is to show, if it does not show that yet.
+    /// Copies the new content of a picture, if there is any.
     fn upload(&self, picture: &mut Picture) {
         let Some(pixels) = picture.next.take() else { return };
         let region = [vk::BufferImageCopy::default().image_subresource(LAYER).image_extent(vk::Extent3D {
@@ -186,7 +185,7 @@ impl Frame {
             depth: 1,
         })];
         let written = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-        // All of it is written: what it showed before may go.
+        // The copy writes the whole image, so its old content may be discarded.
         self.move_image(picture.image.handle, vk::ImageLayout::UNDEFINED, written);
         let (from, to) = (pixels.allocated.handle, picture.image.handle);
         // SAFETY: the commands are being recorded, and what they name lives until they have run.
@@ -197,7 +196,7 @@ impl Frame {
         picture.shown = Some(pixels);
     }
 
-    /// Copies all of an image to another, channel by channel in whatever order these are.
+    /// Copies an image to another, channel by channel, whatever the order of their channels.
     fn copy(&self, from: vk::Image, to: vk::Image, extent: vk::Extent2D) {
         let end = vk::Offset3D { x: extent.width as i32, y: extent.height as i32, z: 1 };
         let region = [vk::ImageBlit::default()
@@ -226,7 +225,7 @@ impl Frame {
         unsafe { self.rendering.cmd_begin_rendering(self.commands, &info) };
     }
 
-    /// What other submissions wrote is visible to this one.
+    /// Makes writes of other submissions visible to this one.
     fn memory_barrier(&self) {
         let memory = [SUBMISSION.memory_barrier()];
         let info = vk::DependencyInfo::default().memory_barriers(&memory);
@@ -234,7 +233,7 @@ impl Frame {
         unsafe { self.context.sync2.cmd_pipeline_barrier2(self.commands, &info) };
     }
 
-    /// From one use to the next: whatever came before is done, and seen by whatever comes after.
+    /// Changes the layout of an image. Earlier commands are done and visible to later ones.
     fn move_image(&self, image: vk::Image, from: vk::ImageLayout, to: vk::ImageLayout) {
         let all = vk::PipelineStageFlags2::ALL_COMMANDS;
         let barrier = [vk::ImageMemoryBarrier2::default()

@@ -10,11 +10,11 @@ use super::super::{Context, VkResultExt};
 use super::swapchain::image_view;
 use crate::error::{Error, Result};
 
-/// What an image is made for.
+/// The use of an image.
 pub(super) struct Purpose {
     pub(super) name: &'static str,
     pub(super) format: vk::Format,
-    /// What its view takes its bytes for.
+    /// Format of the image's view.
     pub(super) seen_as: vk::Format,
     pub(super) usage: vk::ImageUsageFlags,
 }
@@ -24,7 +24,7 @@ pub(super) struct Image {
     context: Arc<Context>,
     pub(super) handle: vk::Image,
     pub(super) view: vk::ImageView,
-    /// None only while it comes and goes.
+    /// `None` only during creation and drop.
     allocation: Option<Allocation>,
 }
 
@@ -46,7 +46,7 @@ impl Image {
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(usage)
             .initial_layout(vk::ImageLayout::UNDEFINED);
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         let handle = unsafe { context.device.create_image(&info, None) }.vk("vkCreateImage")?;
         context.set_name(handle, name);
         let mut image =
@@ -86,8 +86,7 @@ impl Drop for Image {
             self.context.device.destroy_image(self.handle, None);
         }
         if let Some(allocation) = self.allocation.take() {
-            // What the allocator could say against it would be a fault of this file; there is
-            // nobody to tell.
+            // An error of the allocator would be a bug in this file, and `drop` cannot return it.
             let _ = self.context.with_allocator(|allocator| allocator.free(allocation));
         }
     }

@@ -1,10 +1,10 @@
 //! Pictures in a window of the system: a surface, its swapchain, and the panels over it.
 //!
-//! A [`WindowPainter`] owns what is shown. Pictures are copied from the buffers that compute passes
-//! wrote into images that the panels' triangles sample, so that one draw shows both. What is drawn
-//! to encodes sRGB, so that a picture's bytes reach the screen unchanged: the swapchain's images,
-//! or a canvas that is copied to those where they do not. One frame is under way at a time: the
-//! picture that is shown is the one that was asked for last.
+//! A [`WindowPainter`] owns the pictures and panels. It copies pictures from the buffers of compute
+//! passes into images that the panels' triangles sample, so one draw shows both. The target of the
+//! draw encodes sRGB, so that a picture's bytes reach the screen unchanged. The target is the
+//! swapchain's image, or a canvas that is copied to it if the image does not encode sRGB. One frame
+//! is in flight at a time: the picture on the screen is the last requested one.
 
 mod frame;
 mod image;

@@ -15,18 +15,18 @@ use super::surface::{RawSurface, Surface, WindowHandles};
 use super::swapchain::{self, Swapchain};
 use crate::error::{Error, Result};
 
-/// Most pictures at a time.
+/// Maximum number of pictures.
 const MAX_PICTURES: u32 = 16;
 
 /// Panels as triangles.
 pub struct Painting {
-    /// What to draw, the backmost first.
+    /// Primitives to draw, the backmost first.
     pub primitives: Vec<ClippedPrimitive>,
-    /// How the panels' own textures have changed.
+    /// Changes of the panels' own textures.
     pub textures: TexturesDelta,
-    /// Pixels of the window that a unit of the primitives' coordinates takes.
+    /// Pixels of the window for each unit of the primitives' coordinates.
     pub pixels_per_point: f32,
-    /// What is seen where nothing is drawn, linear Rec.709.
+    /// Background colour, linear Rec.709.
     pub background: [f32; 3],
 }
 
@@ -35,17 +35,17 @@ pub struct Painting {
 pub enum Shown {
     /// The frame was shown.
     Yes,
-    /// The window has no area, is hidden, or changes its size: ask again later.
+    /// The window has no area, is hidden, or changes its size: paint again later.
     NotNow,
 }
 
-/// All that a window shows.
+/// The pictures and panels of a window, and the objects that draw them.
 pub struct WindowPainter {
     context: Arc<Context>,
-    /// None only while the painter goes.
+    /// `None` only during drop.
     panels: Option<Renderer<DefaultAllocator>>,
     pictures: Vec<BoundTexture>,
-    /// Textures of panels that went out of use with the frame under way.
+    /// Textures of panels that are unused after the frame in flight.
     unused: Vec<egui::TextureId>,
     set_layout: vk::DescriptorSetLayout,
     set_pool: vk::DescriptorPool,
@@ -53,15 +53,15 @@ pub struct WindowPainter {
     frame: Frame,
     swapchain: Option<Swapchain>,
     is_out_of_date: bool,
-    /// Of the surface, or of the last one where there is none.
+    /// Format of the surface, or of the last surface if there is none.
     format: vk::SurfaceFormatKHR,
     size: [u32; 2],
     vsync: bool,
-    /// Last: everything above needs it. None between two surfaces.
+    /// The last field, because all others need it. `None` between two surfaces.
     surface: Option<Surface>,
 }
 
-/// A picture, and how panels find it.
+/// A picture with the texture by which panels draw it.
 struct BoundTexture {
     picture: Picture,
     texture: egui::TextureId,
@@ -69,8 +69,7 @@ struct BoundTexture {
 }
 
 impl WindowPainter {
-    /// Makes ready to draw to a surface of that size in pixels. With `vsync`, frames wait
-    /// for the screen.
+    /// Prepares to draw to a surface of `size` pixels. With `vsync`, frames wait for the screen.
     ///
     /// # Errors
     /// A Vulkan call failed.
@@ -92,15 +91,15 @@ impl WindowPainter {
         }];
         let info = vk::DescriptorPoolCreateInfo::default().max_sets(MAX_PICTURES).pool_sizes(&sizes);
         let set_pool =
-            // SAFETY: the device, and all that the description names, is alive.
+            // SAFETY: the device and every object in the description are alive.
             unsafe { context.device.create_descriptor_pool(&info, None) }.vk("vkCreateDescriptorPool")?;
         context.set_name(set_layout, "picture");
         context.set_name(set_pool, "pictures");
-        // Pixels are shown as they are.
+        // Nearest filtering: pixels are shown as they are.
         let info = vk::SamplerCreateInfo::default()
             .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_EDGE)
             .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE);
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         let sampler = unsafe { context.device.create_sampler(&info, None) }.vk("vkCreateSampler")?;
         context.set_name(sampler, "pixels as they are");
         Ok(Self {
@@ -121,20 +120,19 @@ impl WindowPainter {
         })
     }
 
-    /// The window has another size, pixels.
+    /// Sets the size of the window, pixels.
     pub fn resize(&mut self, size: [u32; 2]) {
         self.is_out_of_date |= self.size != size;
         self.size = size;
     }
 
-    /// Whether frames wait for the screen.
+    /// Sets whether frames wait for the screen.
     pub fn set_vsync(&mut self, vsync: bool) {
         self.is_out_of_date |= self.vsync != vsync;
         self.vsync = vsync;
     }
 
-    /// Adds a picture of that size in pixels. It shows nothing that is
-    /// defined before [`Self::show`].
+    /// Adds a picture of `size` pixels. Its content is undefined before [`Self::show`].
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -148,8 +146,8 @@ impl WindowPainter {
         Ok(PictureId(self.pictures.len() - 1))
     }
 
-    /// Gives a picture another size; panels find it where it was. It shows nothing that is
-    /// defined before [`Self::show`].
+    /// Sets the size of a picture; its texture stays. The content is undefined before
+    /// [`Self::show`].
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -176,18 +174,18 @@ impl WindowPainter {
         Ok(())
     }
 
-    /// What panels draw a picture by.
+    /// The texture by which panels draw a picture.
     pub fn texture(&self, id: PictureId) -> egui::TextureId {
         self.pictures[id.0].texture
     }
 
-    /// Its size, pixels.
+    /// The size of a picture, pixels.
     pub fn picture_size(&self, id: PictureId) -> [u32; 2] {
         self.pictures[id.0].picture.size
     }
 
-    /// Lets a picture show, from the next frame on, the sRGB codes R, G, B, A in a buffer, row by
-    /// row from the top. Panics if these are not as many as its pixels.
+    /// Sets the content of a picture from the next frame on: sRGB codes R, G, B, A in a buffer, row
+    /// by row from the top. Panics if their number is not that of the picture's pixels.
     pub fn show(&mut self, id: PictureId, pixels: &Buffer) {
         let picture = &mut self.pictures[id.0].picture;
         let [width, height] = picture.size.map(u64::from);
@@ -195,13 +193,13 @@ impl WindowPainter {
         picture.next = Some(pixels.share());
     }
 
-    /// Draws a frame and hands it to the system.
+    /// Draws a frame and presents it.
     ///
     /// # Errors
     /// The device failed.
     pub fn paint(&mut self, mut painting: Painting, window: &dyn WindowHandles) -> Result<Shown> {
         self.frame.wait()?;
-        // Nobody copies from them any more.
+        // The copies from these buffers are done.
         self.pictures.iter_mut().for_each(|hung| hung.picture.shown = None);
         self.update_textures(&mut painting.textures)?;
         let shown = self.try_paint(&painting, window)?;
@@ -210,7 +208,7 @@ impl WindowPainter {
     }
 
     fn try_paint(&mut self, painting: &Painting, window: &dyn WindowHandles) -> Result<Shown> {
-        // A swapchain may go out of date while it is being made.
+        // A swapchain may go out of date during its creation.
         for _ in 0..3 {
             if self.is_out_of_date && !self.renew_swapchain(window)? {
                 return Ok(Shown::NotNow);
@@ -256,8 +254,8 @@ impl WindowPainter {
         Ok(Shown::NotNow)
     }
 
-    /// False where there is none to draw to yet: the window has no area, or the surface
-    /// was lost again.
+    /// Creates the swapchain anew. Returns false if the window has no area, or if the surface was
+    /// lost again.
     fn renew_swapchain(&mut self, window: &dyn WindowHandles) -> Result<bool> {
         self.frame.wait()?;
         if self.surface.is_none() && !self.renew_surface(window)? {
@@ -277,8 +275,8 @@ impl WindowPainter {
         Ok(self.swapchain.is_some())
     }
 
-    /// The system took the surface away. A window has one at a time: it gets another when this
-    /// one is gone.
+    /// Drops a lost surface. A window has one surface at a time, so the next one is created after
+    /// this one is gone.
     fn lose_surface(&mut self) -> Result<()> {
         self.context.wait_idle()?;
         self.swapchain = None;
@@ -287,7 +285,8 @@ impl WindowPainter {
         Ok(())
     }
 
-    /// Another surface, which may be on another screen. False where that was lost at once.
+    /// Creates another surface, which may be on another screen. Returns false if it was lost at
+    /// once.
     fn renew_surface(&mut self, window: &dyn WindowHandles) -> Result<bool> {
         let raw = RawSurface::new(self.context.vulkan_instance().clone(), window)?;
         let surface = Surface::new(raw, &self.context);
@@ -302,7 +301,7 @@ impl WindowPainter {
         Ok(true)
     }
 
-    /// The frame before must be done.
+    /// Applies changes of the panels' textures. The frame before must be done.
     fn update_textures(&mut self, changes: &mut TexturesDelta) -> Result<()> {
         let panels = self.panels.as_mut().expect("taken only in drop");
         for texture in self.unused.drain(..) {
@@ -339,7 +338,7 @@ impl Drop for WindowPainter {
     }
 }
 
-/// Draws to a surface of that format.
+/// The mode of drawing to a surface of this format.
 fn mode(format: vk::Format) -> RenderMode {
     RenderMode::DynamicRendering(DynamicRendering {
         color_attachment_format: swapchain::drawn_format(format),

@@ -1,4 +1,4 @@
-//! Pictures that panels show: images with a place in the panels' textures.
+//! Pictures that panels show: images with an entry in the panels' textures.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::error::Result;
 /// Bytes of sRGB codes R, G, B and A.
 const FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
 
-/// Which picture of a painter.
+/// Index of a picture of a painter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PictureId(pub(super) usize);
 
@@ -19,9 +19,9 @@ pub struct PictureId(pub(super) usize);
 pub(super) struct Picture {
     pub(super) image: Image,
     pub(super) size: [u32; 2],
-    /// What it is to show from the next frame on; none where it shows that already.
+    /// New content, shown from the next frame on. `None` if the image holds it.
     pub(super) next: Option<Buffer>,
-    /// What it was copied from last: the copy may still be under way.
+    /// Source of the last copy, which may still be in flight.
     pub(super) shown: Option<Buffer>,
 }
 

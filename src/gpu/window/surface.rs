@@ -1,4 +1,4 @@
-//! The part of a window that a device draws to.
+//! Surfaces of windows: the targets of a device's draws.
 
 use std::ffi::c_char;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ pub trait WindowHandles: HasDisplayHandle + HasWindowHandle {}
 
 impl<W: HasDisplayHandle + HasWindowHandle> WindowHandles for W {}
 
-/// A surface as it is before there is a device.
+/// A surface without a device.
 pub(in super::super) struct RawSurface {
     pub(super) loader: ash::khr::surface::Instance,
     pub(super) handle: vk::SurfaceKHR,
@@ -37,7 +37,7 @@ impl RawSurface {
             .map_err(|result| no_window(&result.to_string()))
     }
 
-    /// Makes the surface. The window must live as long as it.
+    /// Creates the surface. The window must outlive it.
     pub(in super::super) fn new(instance: Arc<Instance>, window: &dyn WindowHandles) -> Result<Self> {
         let display = window.display_handle().map_err(|error| no_window(&error.to_string()))?;
         let handle = window.window_handle().map_err(|error| no_window(&error.to_string()))?;
@@ -50,9 +50,9 @@ impl RawSurface {
         Ok(Self { loader: ash::khr::surface::Instance::new(entry, raw), handle, _instance: instance })
     }
 
-    /// Whether queues of that family of the device can show pictures on it.
+    /// Whether queues of this family of the device can present to the surface.
     pub(in super::super) fn takes(&self, device: vk::PhysicalDevice, family: u32) -> Result<bool> {
-        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+        // SAFETY: the queried objects are alive, and the result has the structures that it needs.
         unsafe { self.loader.get_physical_device_surface_support(device, family, self.handle) }
             .vk("vkGetPhysicalDeviceSurfaceSupportKHR")
     }

@@ -9,7 +9,7 @@ use super::image::{Image, Purpose};
 use super::surface::Surface;
 use crate::error::{Error, Result};
 
-/// Formats to show pictures in, the best first: those that encode sRGB are drawn to as they are,
+/// Formats of swapchain images, the best first. Images that encode sRGB are drawn to directly; the
 /// others need a canvas.
 const FORMATS: [vk::Format; 5] = [
     vk::Format::B8G8R8A8_SRGB,
@@ -19,34 +19,34 @@ const FORMATS: [vk::Format; 5] = [
     vk::Format::R8G8B8A8_UNORM,
 ];
 
-/// What a canvas is drawn to as.
+/// Format of a canvas.
 const CANVAS: vk::Format = vk::Format::R8G8B8A8_SRGB;
 
-/// The swapchain of a surface, for as long as neither changes its size.
+/// The swapchain of a surface. It is valid while the size of the surface stays.
 pub(super) struct Swapchain {
     context: Arc<Context>,
     pub(super) loader: ash::khr::swapchain::Device,
     pub(super) handle: vk::SwapchainKHR,
     pub(super) images: Vec<SwapchainImage>,
     pub(super) extent: vk::Extent2D,
-    /// What is drawn to where the images do not encode sRGB: the bytes are copied.
+    /// Target of the draw if the images do not encode sRGB; its bytes are copied.
     pub(super) canvas: Option<Image>,
 }
 
-/// One image of it.
+/// One image of a swapchain.
 pub(super) struct SwapchainImage {
     pub(super) image: vk::Image,
-    /// Null where it is not drawn to.
+    /// Null if a canvas is drawn to instead.
     pub(super) view: vk::ImageView,
     /// Signalled when the image may be shown.
     pub(super) is_drawn: vk::Semaphore,
 }
 
-/// The format in which a surface shows pictures.
+/// The best image format of a surface.
 pub(super) fn format(surface: &Surface) -> Result<vk::SurfaceFormatKHR> {
     let device = surface.context.physical_device();
     let formats =
-        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+        // SAFETY: the queried objects are alive, and the result has the structures that it needs.
         unsafe { surface.raw.loader.get_physical_device_surface_formats(device, surface.raw.handle) }
             .vk("vkGetPhysicalDeviceSurfaceFormatsKHR")?;
     let is_srgb = |format: &&vk::SurfaceFormatKHR| format.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR;
@@ -57,20 +57,19 @@ pub(super) fn format(surface: &Surface) -> Result<vk::SurfaceFormatKHR> {
     Ok(*best.expect("a surface has a format"))
 }
 
-/// Whether images of that format encode what is drawn to them.
+/// Whether images of this format encode sRGB.
 fn encodes_srgb(format: vk::Format) -> bool {
     FORMATS[..3].contains(&format)
 }
 
-/// The format of what is drawn to, for a surface of that format. It encodes sRGB always, so
-/// that the bytes of a picture come out as they went in and translucent panels look the same
-/// on every screen.
+/// The format of the draw's target, for a surface of this format. It always encodes sRGB: a
+/// picture's bytes then stay unchanged, and translucent panels look the same on every screen.
 pub(super) fn drawn_format(format: vk::Format) -> vk::Format {
     if encodes_srgb(format) { format } else { CANVAS }
 }
 
 impl Swapchain {
-    /// Makes the images for a window of that size in pixels; none while it has no area.
+    /// Creates the images for a window of `size` pixels. `None` if the window has no area.
     pub(super) fn new(
         surface: &Surface,
         format: vk::SurfaceFormatKHR,
@@ -80,11 +79,11 @@ impl Swapchain {
     ) -> Result<Option<Self>> {
         let context = &surface.context;
         let (loader, handle, device) = (&surface.raw.loader, surface.raw.handle, context.physical_device());
-        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+        // SAFETY: the queried objects are alive, and the result has the structures that it needs.
         let limits = unsafe { loader.get_physical_device_surface_capabilities(device, handle) }
             .vk("vkGetPhysicalDeviceSurfaceCapabilitiesKHR")?;
         let extent = match limits.current_extent {
-            // The surface takes the size that it is given.
+            // The surface accepts any size.
             vk::Extent2D { width: u32::MAX, .. } => vk::Extent2D {
                 width: size[0].clamp(limits.min_image_extent.width, limits.max_image_extent.width),
                 height: size[1].clamp(limits.min_image_extent.height, limits.max_image_extent.height),
@@ -94,7 +93,7 @@ impl Swapchain {
         if extent.width == 0 || extent.height == 0 || size.contains(&0) {
             return Ok(None);
         }
-        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
+        // SAFETY: the queried objects are alive, and the result has the structures that it needs.
         let modes = unsafe { loader.get_physical_device_surface_present_modes(device, handle) }
             .vk("vkGetPhysicalDeviceSurfacePresentModesKHR")?;
         let wanted: &[_] = if vsync {
@@ -132,7 +131,7 @@ impl Swapchain {
             .clipped(true)
             .old_swapchain(old.as_ref().map_or(vk::SwapchainKHR::null(), |old| old.handle));
         let loader = ash::khr::swapchain::Device::new(context.instance(), &context.device);
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         let handle = unsafe { loader.create_swapchain(&info, None) }.vk("vkCreateSwapchainKHR")?;
         context.set_name(handle, "window");
         drop(old);
@@ -160,7 +159,7 @@ impl Swapchain {
 impl SwapchainImage {
     fn new(context: &Context, image: vk::Image, format: Option<vk::Format>) -> Result<Self> {
         let view = format.map_or(Ok(vk::ImageView::null()), |format| image_view(context, image, format))?;
-        // SAFETY: the device, and all that the description names, is alive.
+        // SAFETY: the device and every object in the description are alive.
         let semaphore = unsafe { context.device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) };
         match semaphore.vk("vkCreateSemaphore") {
             Ok(is_drawn) => {
@@ -179,8 +178,8 @@ impl SwapchainImage {
 
 impl Drop for Swapchain {
     fn drop(&mut self) {
-        // The presentation engine tells nobody when it is done with a semaphore; an idle device has
-        // none waiting.
+        // The presentation engine does not report when it is done with a semaphore; an idle device
+        // has none waiting.
         let _ = self.context.wait_idle();
         for SwapchainImage { view, is_drawn, .. } in self.images.drain(..) {
             // SAFETY: it is ours, made by this device, and no submission uses it any more.
@@ -201,13 +200,13 @@ pub(super) fn image_view(context: &Context, image: vk::Image, format: vk::Format
         .view_type(vk::ImageViewType::TYPE_2D)
         .format(format)
         .subresource_range(COLOUR);
-    // SAFETY: the device, and all that the description names, is alive.
+    // SAFETY: the device and every object in the description are alive.
     let view = unsafe { context.device.create_image_view(&info, None) }.vk("vkCreateImageView")?;
     context.set_name(view, "whole image");
     Ok(view)
 }
 
-/// All of a colour image.
+/// The whole of a colour image.
 pub(super) const COLOUR: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
     aspect_mask: vk::ImageAspectFlags::COLOR,
     base_mip_level: 0,

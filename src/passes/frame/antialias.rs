@@ -1,10 +1,10 @@
-//! Antialiasing: pixels that show an edge are averaged over samples of their area. Where geometry
-//! or materials make the edge, what the samples see is found once a camera and kept; every light
-//! lights them as it lights pixels, and adds them up by slots: samples that take their indirect
-//! light from the same pixel and show the same material. Where that light differs much among them
-//! it takes more. Where a light makes the edge, a shadow, that light alone is averaged, in its
-//! layer. Camera rays of these samples start from what may stand in their pixel's frustum. In:
-//! pixels, scene, lights' layers. Out: which pixels, their slots, light.
+//! Antialiasing: edge pixels are averaged over samples of their area. Samples at edges of geometry
+//! or materials are traced once a camera and kept. Every light illuminates them as it does pixels.
+//! A slot sums the samples that take their indirect light from the same pixel and show the same
+//! material. A pixel gets more samples of a light that varies much among them. At a shadow edge
+//! only that light is averaged, in its own irradiance buffer. Camera rays of these samples start
+//! from the roots of their pixel's frustum. In: pixels, scene, per-light irradiance buffers. Out:
+//! edge pixels, their slots, light.
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
@@ -22,37 +22,36 @@ use crate::types::View;
 use std::sync::Arc;
 
 /// Cosine below which the normals of neighbouring pixels make an edge: 25°, more than curved models
-/// turn in a pixel.
+/// turn within a pixel.
 pub const CREASE: f32 = 0.9;
 /// Distance of a neighbour from the pixel's plane that makes an edge, in pixel widths.
 pub const STEP: f32 = 2.0;
 /// Relative difference of one light between neighbours that makes an edge.
 pub const CONTRAST: f32 = 0.1;
-/// Points that a sample of the scene's outline asks: what is beside a surface there is black, so
-/// that nothing shows more than how much of the pixel it covers. Eighths of them are counted.
+/// Image points of a sample at the scene's outline. The background is black, so only the covered
+/// fraction of the pixel matters there. The sample counts it in eighths.
 pub const OUTLINE_POINTS: u32 = 8;
-/// Variance of a light among samples over their squared mean, from which a pixel takes
-/// more of them.
+/// Variance of a light among samples over their squared mean from which a pixel takes more samples.
 pub const SPREAD: f32 = 3.0;
-/// Samples that a pixel takes then, times that: the variance of their mean is one over it, of
-/// the mean squared.
+/// Samples of such a pixel over that ratio: the variance of their mean is 1/`DENSITY`
+/// of its square.
 pub const DENSITY: u32 = 32;
-/// But so many times what every edge pixel has at most.
+/// Upper bound of these samples, over the samples that every edge pixel has.
 pub const MAX_SAMPLE_FACTOR: u32 = 16;
-/// Number of a pixel that shows no edge.
+/// Marks a pixel that is no edge pixel.
 pub const NO_EDGE: u32 = u32::MAX;
-/// Slots of an edge pixel at most.
+/// Maximum number of slots of an edge pixel.
 pub const MAX_SLOTS: u32 = 4;
-/// An average pixel has room for the share 1/`SHARE` of the samples that an edge pixel asks for.
+/// The capacity suffices if one pixel in `SHARE` is an edge pixel.
 const SHARE: u64 = 3;
-/// Samples of an edge pixel at the least; where there is room for fewer, no pixel has any.
+/// Minimum number of samples of an edge pixel; no pixel has samples if the capacity allows fewer.
 pub const MIN_SAMPLES: u32 = 4;
-/// But there is room for so many samples, and slots, if that is all of them: most pixels of a small
-/// picture show an edge.
+/// Minimum capacity of samples and slots, unless fewer suffice for all pixels: most pixels of a
+/// small image are edge pixels.
 const MIN_ROOM: u64 = 5 << 17;
-/// Where workgroups of 64 samples, of 64 edge pixels, and of pixels and then slots whose light is
-/// summed, and of 64 batches of samples are counted, bytes; those of four pixels whose light is
-/// averaged come first, in lists of a light.
+/// Byte offsets of the dispatch sizes for workgroups of 64 samples, of 64 edge pixels, of values of
+/// light (pixels, then slots), and of 64 batches of samples. In the list of a light, offset 0 is
+/// the size for workgroups of four averaged pixels.
 const SAMPLE_GROUPS: u64 = 16;
 const PIXEL_GROUPS: u64 = 32;
 const POINT_GROUPS: u64 = 48;
@@ -76,20 +75,19 @@ pub struct Antialias {
     pub edge_pixels: Buffer,
     /// Workgroups along each axis that take edge pixels or samples; the number of edge pixels.
     edge_groups: Buffer,
-    /// Light of each sample, of the light that was taken last.
+    /// Irradiance of each sample by the most recent light.
     edge_light: Buffer,
-    /// How many samples each edge pixel needs of the light that was taken last; 0 where
-    /// it has enough.
+    /// Number of samples that each edge pixel needs for the most recent light; 0 if it has enough.
     pub edge_needs: Buffer,
-    /// Index of each pixel that the light that was taken last is to be averaged at: its shadows'
-    /// edges, and needy edge pixels; in any order. Before any light is taken, while edges are
-    /// found, edge pixels before each place in the order of tiles.
+    /// Pixels at which the most recent light is averaged, in any order: shadow edges, and edge
+    /// pixels that need more samples. While edges are found, the buffer holds the prefix sum of the
+    /// edge marks in tile order.
     shadow_pixels: Buffer,
     size: [u32; 2],
-    /// What there is room for.
+    /// Capacity of the lists of samples and slots.
     pub capacity: EdgeCapacity,
-    /// The number of each pixel among the edge pixels, or [`NO_EDGE`], and behind the last how
-    /// many these are.
+    /// Index of each pixel in the list of edge pixels, or [`NO_EDGE`]; then the length
+    /// of that list.
     pub numbers: Buffer,
     /// `EdgeSample`s, edge pixel by edge pixel.
     pub edge_samples: Buffer,
@@ -98,12 +96,12 @@ pub struct Antialias {
 }
 
 impl Antialias {
-    /// The name of the pass that finds edges and what their samples see.
+    /// The name of the pass that finds edges and traces their samples.
     pub const STEM: &str = "edge_samples";
     /// The name of the pass that averages a light where its shadows end.
     pub const SHADOW_STEM: &str = "shadow_edges";
 
-    /// Makes room for an image of that size, with `max_samples` for each edge pixel.
+    /// Allocates buffers for an image of that size, with `max_samples` for each edge pixel.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -144,8 +142,8 @@ impl Antialias {
         })
     }
 
-    /// Room for an image of so many pixels with so many samples at each edge: samples for a share
-    /// of them, and as many slots as that many edge pixels will have.
+    /// Capacity for an image of `pixel_count` pixels: samples for a fraction of them, and the slots
+    /// of as many edge pixels.
     fn capacity(context: &Context, pixel_count: u32, max_samples: u32) -> EdgeCapacity {
         let all = u64::from(pixel_count) * u64::from(max_samples);
         let wanted = all.div_ceil(SHARE).max(all.min(MIN_ROOM));
@@ -156,7 +154,7 @@ impl Antialias {
         EdgeCapacity { max_samples, samples: wanted.min(bindable) as u32, slots: slots as u32 }
     }
 
-    /// Finds the edges that a camera sees, and what samples of them see. Does nothing where
+    /// Finds the edges in the view of a camera and traces their samples. Does nothing if
     /// antialiasing is off.
     pub fn record(&self, rec: &mut Recorder, scene: &SceneBuffers, view: &View, pixels: &Buffer) {
         if self.capacity.max_samples == 0 {
@@ -230,11 +228,10 @@ impl Antialias {
         );
     }
 
-    /// A light at the edge pixels that a camera sees, and its mean over the pixels that its
-    /// shadows' edges cross, in its layer; `groups`, of [`Self::groups`], keeps the number of
-    /// pixels that it was averaged at anew. Records into an open pass, with barriers between its
-    /// own dispatches only; one to transfers and indirect dispatches is due before. Does nothing
-    /// where antialiasing is off.
+    /// Evaluates a light at the edge pixels, and averages it at shadow edges, in its irradiance
+    /// buffer. `groups`, of [`Self::groups`], holds the number of averaged pixels. Records into an
+    /// open pass with barriers between its own dispatches. The caller records a barrier to
+    /// transfers and indirect dispatches before. Does nothing if antialiasing is off.
     pub fn record_light(
         &self,
         pass: &mut PassScope<'_>,
@@ -272,7 +269,7 @@ impl Antialias {
             ("TruncatedLoops", &scene.truncated_loops),
         ];
         let bindings: Vec<_> = traced.into_iter().chain(samples).collect();
-        // With the shafts' list, before their barrier.
+        // Before the barrier of the shafts' list, which serves both.
         pass.fill_zero(groups);
         self.shafts.record_counted(pass, scene, light, (&self.edge_groups, BATCH_GROUPS));
         pass.barrier(COMPUTE_TO_INDIRECT);
@@ -313,7 +310,7 @@ impl Antialias {
             ("Pixels", pixels),
             ("ShadowGroups", groups),
             ("ShadowPixels", &self.shadow_pixels),
-            // The shafts' have been followed.
+            // The roots of shafts are no longer needed here.
             ("ShaftRoots", &self.shafts.roots),
         ];
         let scene_and_edges = traced.into_iter().filter(|(name, _)| *name != "Lights");
@@ -340,13 +337,13 @@ impl Antialias {
         }
     }
 
-    /// Where workgroups that take 64 edge pixels each are counted.
+    /// Dispatch size for workgroups of 64 edge pixels each, with its offset.
     pub fn pixel_groups(&self) -> (&Buffer, u64) {
         (&self.edge_groups, PIXEL_GROUPS)
     }
 
-    /// Where workgroups are counted that sum light of pixels and of slots in use, [`GROUP_VALUES`]
-    /// each; none where antialiasing is off.
+    /// Dispatch size for sums of light over pixels and used slots, [`GROUP_VALUES`] values a
+    /// workgroup. `None` if antialiasing is off.
     pub fn point_groups(&self) -> Option<(&Buffer, u64)> {
         (self.capacity.max_samples > 0).then_some((&self.edge_groups, POINT_GROUPS))
     }
@@ -359,7 +356,7 @@ impl Antialias {
         }
     }
 
-    /// Room for the number of edge pixels in a list, and of workgroups that take them.
+    /// Allocates a list's dispatch sizes and its number of pixels.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -367,7 +364,7 @@ impl Antialias {
         Buffer::from_slice(context, "edge groups", &[0_u32; 20])
     }
 
-    /// Edge pixels that were counted there.
+    /// Returns the number of pixels that is counted in `groups`.
     ///
     /// # Errors
     /// The device failed.
@@ -375,7 +372,7 @@ impl Antialias {
         Ok(groups.read_range::<u32>(3, 1)?[0])
     }
 
-    /// Pixels of this camera that show an edge of geometry or of a material.
+    /// Returns the number of edge pixels of this camera.
     ///
     /// # Errors
     /// The device failed.
@@ -384,8 +381,7 @@ impl Antialias {
     }
 }
 
-/// Places in the order of tiles that an image of that size has, those of pixels beyond
-/// its edges included.
+/// Positions in tile order of an image of that size, including those of pixels beyond its edges.
 fn places([width, height]: [u32; 2]) -> u32 {
     64 * width.div_ceil(8) * height.div_ceil(8)
 }

@@ -17,7 +17,7 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[BlendPush::LAYOUT];
 
 /// The pipeline, the lists and the result.
@@ -56,7 +56,7 @@ impl Blend {
         self.neighbours.bytes()
     }
 
-    /// First neighbour of each record and the end, and the list of `Neighbour`s.
+    /// CSR offsets of the neighbours of each record, and the list of `Neighbour`s.
     pub fn lists(&self) -> [&Buffer; 2] {
         [&self.neighbour_offsets, &self.neighbours]
     }
@@ -73,7 +73,7 @@ impl Blend {
                 ("Neighbours", &self.neighbours),
                 ("Records", records),
                 ("Blended", &self.records),
-                // Where all are taken nobody reads it.
+                // An unused binding if all records are blended.
                 ("IsSeen", seen.unwrap_or(&self.neighbour_offsets)),
             ],
         );

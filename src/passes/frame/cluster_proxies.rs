@@ -1,25 +1,25 @@
-//! Directional proxies of clusters: what a coarse cluster shows in directions from which part of it
-//! is hidden. [Yue §2, Figure 1] In: irradiance of clusters (W/m²). Out: irradiance of proxies,
-//! behind them in the same buffer.
+//! Directional proxies: a coarse cluster that is partly hidden from a direction gets the weighted
+//! mean of its visible finer clusters there. [Yue §2, Figure 1] In: irradiance of clusters (W/m²).
+//! Out: irradiance of proxies, behind the clusters in the same buffer.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use std::sync::Arc;
 
-/// How a part of a proxy is packed: `cluster << weight_bits | (steps - 1)`. All steps of a proxy's
-/// parts together make its weight of 1.
+/// Packing of an entry of a proxy: `cluster << weight_bits | (steps - 1)`. The steps of a proxy's
+/// entries sum to its weight of 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ProxyPartPacking {
     /// Bits of a weight.
     pub weight_bits: u32,
 }
 
-/// Bits of a weight at most: proxies that differ in rounding only should be one.
+/// Maximum number of bits of a weight: proxies that differ by rounding alone should be equal.
 const MAX_WEIGHT_BITS: u32 = 12;
 
 impl ProxyPartPacking {
-    /// Leaves weights what so many clusters do not take.
+    /// Gives the weights the bits that the cluster indices leave.
     pub fn new(clusters: u32) -> Self {
         Self { weight_bits: clusters.leading_zeros().min(MAX_WEIGHT_BITS) }
     }
@@ -29,17 +29,17 @@ impl ProxyPartPacking {
         1 << self.weight_bits
     }
 
-    /// Packs a cluster that weighs that many steps, at least one.
+    /// Packs a cluster and its weight in steps, at least one.
     pub fn pack(self, cluster: u32, steps: u32) -> u32 {
         cluster << self.weight_bits | (steps - 1)
     }
 
-    /// The cluster of a part.
+    /// The cluster of an entry.
     pub fn cluster(self, part: u32) -> u32 {
         part >> self.weight_bits
     }
 
-    /// The weight of a part, 0..=1.
+    /// The weight of an entry, 0..=1.
     pub fn weight(self, part: u32) -> f32 {
         ((part & (self.steps() - 1)) + 1) as f32 / self.steps() as f32
     }
@@ -50,12 +50,12 @@ gpu_struct! {
         /// Clusters of all levels.
         pub cluster_count: u32,
         pub proxy_count: u32,
-        /// Bits of a weight in a part.
+        /// Bits of a weight in an entry.
         pub weight_bits: u32,
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[ClusterProxiesPush::LAYOUT];
 
 /// The pipeline and the lists.
@@ -72,8 +72,8 @@ impl ClusterProxies {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "cluster_proxies";
 
-    /// Uploads the lists: `part_offsets` has the first part of each proxy, and the end; `parts` are
-    /// packed with that packing.
+    /// Uploads the lists: `part_offsets` are the CSR offsets of each proxy, `parts`
+    /// its packed entries.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -94,9 +94,9 @@ impl ClusterProxies {
         })
     }
 
-    /// Bytes that it reads and writes.
+    /// Bytes that the pass reads and writes.
     pub fn bytes(&self) -> u64 {
-        // Of each part itself and an irradiance; of each proxy the first part and the result.
+        // An entry: itself and an irradiance. A proxy: its offset and the result.
         let parts = self.parts.bytes() / 4;
         self.part_offsets.bytes() + self.parts.bytes() + 12 * (parts + u64::from(self.proxy_count))
     }

@@ -17,19 +17,19 @@ gpu_struct! {
         pub width: u32,
         /// For samples of edge pixels.
         pub capacity: EdgeCapacity,
-        /// What all light is to be multiplied with.
+        /// Factor of all light: the colour of the only active light.
         pub emission_scale: Vec3,
-        /// 1, or 0 for a picture without direct light.
+        /// 1, or 0 for an image without direct light.
         pub direct_share: f32,
-        /// 1, or 0 for a picture without indirect light.
+        /// 1, or 0 for an image without indirect light.
         pub indirect_share: f32,
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[ComposePush::LAYOUT];
 
-/// What a picture is composed of.
+/// Inputs of the composition.
 #[derive(Clone, Copy)]
 pub struct Irradiances<'a> {
     /// A `PixelSurface` for each pixel.
@@ -38,13 +38,13 @@ pub struct Irradiances<'a> {
     pub direct: &'a Buffer,
     /// Indirect irradiance of each pixel, W/m².
     pub indirect: &'a Buffer,
-    /// Glossy radiance of each pixel, W/m²/sr; none where nothing may.
+    /// Glossy radiance of each pixel, W/m²/sr. `None` if no material may be glossy.
     pub gloss: Option<&'a Buffer>,
     /// Samples of the pixels that show an edge.
     pub antialias: &'a Antialias,
     /// Colours of images at pixels and samples.
     pub colours: &'a PixelColours,
-    /// What all of it is to be multiplied with.
+    /// Factor of all light: the colour of the only active light.
     pub emission_scale: Vec3,
 }
 
@@ -61,7 +61,7 @@ impl Compose {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "compose";
 
-    /// Makes room for an image of that size; `is_glossy` where some surfaces may.
+    /// Allocates buffers for an image of that size; `is_glossy` if some material may be glossy.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -84,7 +84,7 @@ impl Compose {
         })
     }
 
-    /// Adds and reflects these shares of direct and indirect light: [1, 1] for the picture.
+    /// Adds and reflects direct and indirect light with these weights; [1, 1] for the full image.
     pub fn record(
         &self,
         rec: &mut Recorder,

@@ -1,5 +1,5 @@
-//! Direct illumination of what the camera sees. [Yue §4, Tdi] In: surface points, lights. Out: a
-//! layer for each light, free of its colour; their sum, irradiance, W/m². Tiles of 8×8 pixels share
+//! Direct illumination of the pixels. [Yue §4, Tdi] In: surface points, lights. Out: an irradiance
+//! buffer for each light, per unit emission; their sum, irradiance, W/m². Tiles of 8×8 pixels share
 //! a shaft to the light.
 
 use crate::error::Result;
@@ -24,7 +24,7 @@ gpu_struct! {
         pub light: u32,
         /// First point sample of the light.
         pub first_sample: u32,
-        /// Behind the last.
+        /// One past the last.
         pub end_sample: u32,
         /// 1: rays are traced although they cannot bring light.
         pub traces_all: u32,
@@ -40,7 +40,7 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[DirectPush::LAYOUT, PixelBatchesPush::LAYOUT];
 
 /// The pipelines and the sum over all lights.
@@ -60,10 +60,10 @@ impl Direct {
     pub const STEM: &str = "direct";
     /// The name of the pass that bounds tiles of pixels.
     pub const BATCHES_STEM: &str = "pixel_batches";
-    /// What the sum over the lights is called in timings.
+    /// Timing name of the sum over the lights.
     pub const SUM_STEM: &str = "direct_sum";
 
-    /// Makes room for an image of that size and so many slots of edge pixels.
+    /// Allocates buffers for an image of that size with `slot_count` slots of edge pixels.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -80,7 +80,8 @@ impl Direct {
         })
     }
 
-    /// Values of a light's layer: one a pixel, then one a slot of edge pixels.
+    /// Number of values in a per-light irradiance buffer: one a pixel, then one a slot
+    /// of edge pixels.
     pub fn point_count(&self) -> u32 {
         self.pixel_count() + self.slot_count
     }
@@ -89,7 +90,7 @@ impl Direct {
         self.size[0] * self.size[1]
     }
 
-    /// Bounds the tiles of what a camera sees: due whenever that changes.
+    /// Bounds the tiles of pixels; due after every change of the view.
     pub fn record_batches(&self, rec: &mut Recorder, scene: &SceneBuffers, pixels: &Buffer) {
         let [width, height] = self.size;
         rec.pass(Self::BATCHES_STEM).dispatch(
@@ -106,9 +107,9 @@ impl Direct {
         );
     }
 
-    /// Fills a light's layer at the pixels: shadow rays from each to each of its point samples.
-    /// Records into an open pass, with barriers between its own dispatches only: one to transfers
-    /// is due between two lights.
+    /// Fills the irradiance buffer of a light at the pixels, by a shadow ray from each pixel to
+    /// each point sample of the light. Records into an open pass with barriers between its own
+    /// dispatches. The caller records a barrier to transfers between two lights.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,
@@ -146,8 +147,8 @@ impl Direct {
         }
     }
 
-    /// Sums the lights' layers, each with its emission, in order: at the pixels, and in as many
-    /// slots as edge pixels have.
+    /// Sums the per-light irradiance buffers, weighted by the emissions, in order: at the pixels,
+    /// and in the used slots of edge pixels.
     pub fn record_sum(&self, rec: &mut Recorder, antialias: &Antialias, layers: &[(Vec3, &Buffer)]) {
         let mut pass = rec.pass(Self::SUM_STEM);
         let points = (self.point_count(), antialias.point_groups());

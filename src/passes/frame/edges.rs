@@ -1,39 +1,40 @@
-//! What antialiasing shares with its shaders.
+//! Structs that antialiasing shares with its shaders.
 
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::types::View;
 
 gpu_struct! {
-    /// What a sample of an edge pixel sees. Where, follows from its number and the side.
+    /// The surface at a sample of an edge pixel. Its position follows from its index and the side.
     pub struct EdgeSample {
-        /// As in `PixelSurface`; `NO_SIDE` where none of its points met a surface.
+        /// As in `PixelSurface`; `NO_SIDE` if none of its image points met a surface.
         pub side: u32,
-        /// Bits 0-2: which of its points it shows; 3-6: eighths of them that met a surface; 7-10:
-        /// place of the pixel whose indirect light it takes among the nine around, row by row;
-        /// 11-12: its slot.
+        /// Bits 0-2: the image point that it shows; 3-6: eighths of its image points that met a
+        /// surface; 7-10: position, among the nine pixels around, of the pixel whose indirect light
+        /// it takes, row by row; 11-12: its slot.
         pub what: u32,
     }
 }
 
 gpu_struct! {
-    /// What some samples of an edge pixel have in common.
+    /// The data that samples of one slot share.
     pub struct EdgeSlot {
-        /// Side of the first of them; `NO_SIDE`: nobody's, as all slots of the pixel behind it.
+        /// Side of its first sample; `NO_SIDE`: this slot and all later ones of the
+        /// pixel are empty.
         pub side: u32,
-        /// Bits 0-3: place of the pixel whose indirect light they take; from bit 4:
-        /// their eighths, summed.
+        /// Bits 0-3: position of the pixel whose indirect light the samples take; from bit 4: the
+        /// sum of their eighths.
         pub what: u32,
     }
 }
 
 gpu_struct! {
-    /// How much room there is.
+    /// Capacity of the lists of edge pixels.
     pub struct EdgeCapacity {
-        /// Samples of a pixel at most; zero turns antialiasing off.
+        /// Maximum number of samples of a pixel; zero turns antialiasing off.
         pub max_samples: u32,
-        /// Samples in all; with more edges than that, each gets fewer.
+        /// Total number of samples; with too many edges, each pixel gets fewer.
         pub samples: u32,
-        /// Slots in all; likewise.
+        /// Total number of slots; likewise.
         pub slots: u32,
     }
 }
@@ -73,14 +74,14 @@ gpu_struct! {
         pub light: u32,
         /// First point sample of the light.
         pub first_sample: u32,
-        /// Behind the last.
+        /// One past the last.
         pub end_sample: u32,
         /// 1: rays are traced although they cannot bring light.
         pub traces_all: u32,
     }
 }
 
-/// What this pass shares with its shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[
     EdgeSample::LAYOUT,
     EdgeSlot::LAYOUT,

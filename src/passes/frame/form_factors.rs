@@ -1,8 +1,8 @@
-//! Form factors and the flux that enters the light paths. [Yue §3] In: entry points, lights. Out: a
-//! row of form factors for each light, one an entry point; flux (W) of each path, if somebody asks.
+//! Form factors and the flux that enters the light paths. [Yue §3] In: entry points, lights. Out:
+//! the form factors of each light, one an entry point; on request the flux (W) of each path.
 //!
-//! Form factors are free of the light's colour, so that a change of colour traces no ray. The point
-//! samples of an area light share a colour, and so a row.
+//! Form factors are per unit emission, so that a change of colour traces no ray. The point samples
+//! of an area light share a colour, and so one list of form factors.
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
@@ -27,21 +27,21 @@ gpu_struct! {
 
 gpu_struct! {
     pub struct FormFactorsPush {
-        /// First of the bound part of the entry points.
+        /// First index of the bound buffer of the entry points.
         pub first_point: u32,
-        /// Entry points in it.
+        /// Entry points in the bound buffer.
         pub point_count: u32,
         /// Index of the light.
         pub light: u32,
         /// First point sample of the light.
         pub first_sample: u32,
-        /// Behind the last.
+        /// One past the last.
         pub end_sample: u32,
         /// 1: rays are traced although they cannot bring light.
         pub traces_all: u32,
-        /// First batch of the bound part.
+        /// First batch of the bound buffer.
         pub first_batch: u32,
-        /// That each entry point stands for.
+        /// Area of an entry point.
         pub area_m2: f32,
     }
 }
@@ -51,12 +51,12 @@ gpu_struct! {
     pub struct EntryBatchesPush {
         /// First batch of the bound part of the entry points.
         pub first_batch: u32,
-        /// Entry points in it.
+        /// Entry points in the bound buffer.
         pub point_count: u32,
     }
 }
 
-/// What this pass shares with its shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[EntryPoint::LAYOUT, FormFactorsPush::LAYOUT, EntryBatchesPush::LAYOUT];
 
 /// The pipelines and the entry points.
@@ -70,7 +70,7 @@ pub struct FormFactors {
     area_m2: f32,
 }
 
-/// Batches of so many entry points.
+/// Number of batches of these entry points.
 fn batches(points: &[EntryPoint]) -> u32 {
     points.len().div_ceil(BATCH as usize) as u32
 }
@@ -78,10 +78,10 @@ fn batches(points: &[EntryPoint]) -> u32 {
 impl FormFactors {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "form_factors";
-    /// What the sum over the lights is called in timings.
+    /// Timing name of the sum over the lights.
     pub const FLUX_STEM: &str = "path_flux";
 
-    /// Uploads the entry points, each of which stands for `area_m2`, and bounds batches of them.
+    /// Uploads the entry points, with a mean area of `area_m2`, and bounds batches of them.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -94,7 +94,7 @@ impl FormFactors {
         Self::in_parts(context, scene, entry_points, area_m2, SplitBuffer::longest::<EntryPoint>(context))
     }
 
-    /// The same in parts of so many entry points.
+    /// As [`Self::new`], with at most `most` entry points in each buffer.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -120,7 +120,7 @@ impl FormFactors {
         Ok(made)
     }
 
-    /// The parts of the entry points, and the first batch of each.
+    /// The buffers of the entry points, and the first batch of each.
     fn parts(&self) -> impl Iterator<Item = (&SplitPart, u32)> {
         self.entry_points.iter().scan(0, |next, part| {
             let first = *next;
@@ -160,12 +160,12 @@ impl FormFactors {
         self.point_count
     }
 
-    /// Area that each entry point stands for in the mean, m².
+    /// Mean area of an entry point, m².
     pub fn area_m2(&self) -> f32 {
         self.area_m2
     }
 
-    /// Area that each of them stands for, over that mean.
+    /// Area of each entry point, over the mean area.
     pub fn weights(&self) -> &[f32] {
         &self.weights
     }
@@ -178,7 +178,7 @@ impl FormFactors {
         self.entry_points.read()
     }
 
-    /// One of them. Panics if there is none of that number.
+    /// Returns one entry point. Panics if the index is out of range.
     ///
     /// # Errors
     /// The device failed.
@@ -186,9 +186,9 @@ impl FormFactors {
         self.entry_points.read_one(index)
     }
 
-    /// Fills a light's row: a shadow ray from each entry point to each of its point samples in
-    /// front of it. Records into an open pass, with barriers between its own dispatches only: one
-    /// to transfers is due between two lights.
+    /// Fills the form factors of a light, by a shadow ray from each entry point to each point
+    /// sample in front of it. Records into an open pass with barriers between its own dispatches.
+    /// The caller records a barrier to transfers between two lights.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,
@@ -229,8 +229,8 @@ impl FormFactors {
         }
     }
 
-    /// Sums the lights' rows, each with its emission, in order: flux that enters each path, W,
-    /// three floats. No frame needs it.
+    /// Sums the form factors of the lights, weighted by the emissions, in order: the flux that
+    /// enters each path, W, three floats. No frame needs it.
     pub fn record_flux(&self, rec: &mut Recorder, rows: &[(Vec3, &Buffer)], flux: &Buffer) {
         let mut pass = rec.pass(Self::FLUX_STEM);
         self.sum.record(&mut pass, rows, self.point_count, self.area_m2, flux);

@@ -1,5 +1,5 @@
-//! Final gathering at the cache points. [Yue §3, Tfg; Krivanek] In: merged rays of gather rays,
-//! cluster irradiance (W/m²), reflectances. Out: records: irradiance and its gradients.
+//! Final gathering at the cache points. [Yue §3, Tfg; Krivanek] In: merged rays, cluster irradiance
+//! (W/m²), reflectances. Out: records: irradiance (W/m²) and its gradients.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -20,7 +20,7 @@ gpu_struct! {
         pub target_count: u32,
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
-        /// Clusters, and proxies and parts of clusters; targets beyond are slots.
+        /// Clusters, proxies and near-field patches; targets beyond are slots.
         pub cluster_count: u32,
     }
 }
@@ -28,33 +28,33 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the second step.
     pub struct GatherPush {
-        /// First cache point of the bound part of the merged rays.
+        /// First cache point of the bound buffer of the merged rays.
         pub first_point: u32,
         pub end_point: u32,
-        /// Width of the gather target field in `MergedRay::gather target`.
+        /// Width of the gather target field in a `MergedRay`.
         pub target_bits: u32,
         /// Unit of gradients under movement, metres.
         pub min_distance: f32,
-        /// Unit of a merged ray's share in the gradient under rotation.
+        /// Unit of the packed rotational gradient of a merged ray.
         pub rotation_unit: f32,
         /// π over the rays of a hemisphere.
         pub stratum: f32,
     }
 }
 
-/// What this pass shares with its shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[GatherRadiancePush::LAYOUT, GatherPush::LAYOUT];
 
-/// Where the radiance at the ends of gather rays comes from.
+/// Inputs of the radiance at the ends of gather rays.
 #[derive(Clone, Copy)]
 pub struct GatherSources<'a> {
     /// `Reflectance` of each material.
     pub materials: &'a Buffer,
-    /// Irradiance of each cluster, and behind them of each view of one, W/m².
+    /// Irradiance of each cluster, then of each proxy and near-field patch, W/m².
     pub irradiance: &'a Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: &'a Buffer,
-    /// What glossy clusters send towards directions; none where rays read no slots.
+    /// Outgoing flux of glossy clusters by direction. `None` if rays read no slots.
     pub gloss: Option<&'a Gloss>,
 }
 
@@ -73,7 +73,7 @@ pub struct Gather {
     pub merged_rays: MergedRays,
     /// Radiance of each gather target without its lobe, W/m²/sr; three floats.
     radiances: Buffer,
-    /// By its lobe; if nothing is glossy, no pass reads it.
+    /// Radiance by its lobe. No pass reads it if nothing is glossy.
     lobe_radiances: Buffer,
     /// `Record` of each cache point.
     pub records: Buffer,
@@ -83,7 +83,7 @@ impl Gather {
     /// Stem of shaders, reference and timing.
     pub const STEM: &str = "gather";
 
-    /// Takes over what the precomputation found; `is_glossy` where some rays read slots.
+    /// Takes over the precomputed rays; `is_glossy` if some rays read slots.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -100,7 +100,7 @@ impl Gather {
         Self::of_merged_rays(context, cache_points, point_count, merged_rays, hemisphere, packing, is_glossy)
     }
 
-    /// The same, of rays that are merged.
+    /// As [`Self::new`], for merged rays.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -138,9 +138,9 @@ impl Gather {
         self.point_count
     }
 
-    /// What each gather target sent back when something was last gathered, W/m²/sr: evenly, without
-    /// the image's colour, three floats of a texel; and by its lobe, three floats, of one at most
-    /// if nothing is glossy.
+    /// Radiance of each gather target at the last gather, W/m²/sr: diffuse radiance without the
+    /// image's colour, three floats of a texel; and radiance by its lobe, three floats (one element
+    /// if nothing is glossy).
     pub fn radiances(&self) -> [&Buffer; 2] {
         [&self.radiances, &self.lobe_radiances]
     }
@@ -148,7 +148,7 @@ impl Gather {
     /// Gathers at the cache points of a list.
     pub fn record(&self, rec: &mut Recorder, sources: GatherSources<'_>, list: &RecordList) {
         let GatherSources { materials, irradiance, inverse_areas, gloss } = sources;
-        // Where no ray reads a slot nobody looks at what is bound for it.
+        // Unused bindings if no ray reads a slot.
         let (slots, fluxes) = gloss.map_or((irradiance, irradiance), |gloss| (&gloss.slots, &gloss.fluxes));
         let target_count = self.merged_rays.target_count;
         let mut pass = rec.pass(Self::STEM);
@@ -172,8 +172,8 @@ impl Gather {
             ],
         );
         for (part, merged_rays) in (0..).zip(&self.merged_rays.parts) {
-            // Behind the first step; and the parts write different records, but the hazard check
-            // counts in buffers.
+            // After the first step. The dispatches write disjoint records, but the hazard check
+            // works by buffer.
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch_indirect(
                 &self.pipeline,

@@ -1,9 +1,10 @@
-//! Glossy surfaces: their first reflection at entry points, and what clusters send towards the
-//! directions in which they are read. [Yue §1, §2] Scenes without such surfaces have none of this.
-//! In: lights, contributions. Out: for each light what slots send of it, free of its colour; flux
+//! Glossy surfaces: their first reflection at entry points, and the outgoing flux of clusters in
+//! the direction bins that are read. [Yue §1, §2] Scenes without glossy surfaces skip it. In:
+//! lights, contributions. Out: for each light the outgoing flux of slots, per unit emission; flux
 //! of slots (W).
 //!
-//! All of it is linear in the lights, and kept for each: a change of colour visits no vertex.
+//! The results are linear in the lights and kept for each light: a change of colour
+//! visits no vertex.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -20,25 +21,25 @@ use std::sync::Arc;
 gpu_struct! {
     /// An entry point that may be glossy.
     pub struct GlossEntry {
-        /// Where it is.
+        /// Position on the surface, metres.
         pub position: Vec3,
         pub path: u32,
         /// Unit geometric normal of its side.
         pub normal: Vec3,
         /// Its area over the mean of all.
         pub weight: f32,
-        /// Unit direction in which its path leaves; zero where that ends at once.
+        /// Unit direction in which its path leaves; zero if the path ends at once.
         pub departure: Vec3,
         pub material: u32,
-        /// Packed colour of the image there; white where there is none.
+        /// Packed colour of the image there; white if there is none.
         pub colour: u32,
     }
 }
 
 gpu_struct! {
-    /// Light that arrives at such an entry point from one point sample of a light.
+    /// Light of one point sample at an entry point that may be glossy.
     pub struct GlossBeam {
-        /// Unit direction in which a mirror would send it on.
+        /// Unit mirror direction of the light.
         pub mirror: Vec3,
         /// Irradiance per unit of the light's emission: 1/m² of point and spot lights, sr of area
         /// lights, 1 of directional ones.
@@ -49,7 +50,7 @@ gpu_struct! {
 gpu_struct! {
     /// A path vertex in a cluster that may be glossy.
     pub struct GlossVertex {
-        /// Unit direction in which a mirror would send its light on; idle at entry points.
+        /// Unit mirror direction of the incoming light; unused at entry points.
         pub mirror: Vec3,
         pub material: u32,
         /// At an entry point that may be glossy: its index; else [`NO_ENTRY`].
@@ -61,25 +62,25 @@ gpu_struct! {
     /// One outgoing direction of one cluster.
     pub struct GlossSlot {
         pub cluster: u32,
-        /// The direction, unit: the mean of those from which it is read.
+        /// Unit direction: the mean direction of its readers.
         pub direction: Vec3,
     }
 }
 
 gpu_struct! {
-    /// What an invocation takes in one dispatch of the vertices below a cluster.
+    /// The vertices below a cluster that an invocation handles in one dispatch.
     pub struct GlossPart {
-        /// That each entry point stands for, in the mean.
+        /// Mean area of an entry point.
         pub area_m2: f32,
         /// Entry points: beams of each.
         pub beam_count: u32,
         pub first: u32,
-        /// The vertex behind the last: bounds the work of an invocation.
+        /// One past the last vertex; bounds the work of an invocation.
         pub end: u32,
-        /// 1: adds to what was found so far.
+        /// 1: adds to the sum of earlier dispatches.
         pub adds: u32,
-        /// Vertices below a cluster at most: where it has more, some of them stand for all. 0:
-        /// all are asked.
+        /// Maximum of vertices below a cluster; of more, a sample stands for all. 0:
+        /// all vertices count.
         pub most: u32,
     }
 }
@@ -87,9 +88,9 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `gloss_base`.
     pub struct GlossBasePush {
-        /// What to take.
+        /// Vertices of this dispatch.
         pub part: GlossPart,
-        /// Slots that are not sums of others: the first so many.
+        /// The first slots, which are no sums of other slots.
         pub slot_count: u32,
     }
 }
@@ -100,12 +101,12 @@ gpu_struct! {
         /// First slot of the level.
         pub first_slot: u32,
         pub slot_count: u32,
-        /// Slots that are not sums.
+        /// Slots that are no sums.
         pub leaf_count: u32,
     }
 }
 
-/// What these passes share with their shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[
     GlossEntry::LAYOUT,
     GlossBeam::LAYOUT,
@@ -116,29 +117,30 @@ pub const LAYOUTS: &[Layout] = &[
     GlossLevelPush::LAYOUT,
 ];
 
-/// Turns of the loop over a cluster's vertices and their beams in one dispatch; a sample of a pixel
-/// asks four clusters.
+/// Iterations of the loop over a cluster's vertices and their beams in one dispatch. A sample of a
+/// pixel visits four clusters, and lavapipe (Mesa 22.3.6) ends loops after 65 535 iterations.
 const MAX_ITERATIONS: u32 = 1 << 13;
 
-/// Lights that one dispatch takes where as many are due: lobes are evaluated once for all of them.
+/// Lights of one dispatch if as many are due: lobes are evaluated once for all of them.
 const LIGHTS: usize = 4;
 
-/// Exponent above which a lobe is so sharp that few vertices of a cluster send anything in one
-/// direction, and all are asked.
+/// Exponent above which a lobe is so sharp that few vertices of a cluster contribute in one
+/// direction. All vertices are then needed.
 const BROAD: f32 = 100.0;
 
-/// Fraction of what a material reflects up to which its lobe is a little gloss only: an error of
-/// what that sends is small beside what the material sends by its albedo.
+/// Fraction of the reflected light up to which an error of the lobe's light is small beside
+/// the diffuse light.
 const LITTLE: f32 = 0.4;
 
-/// Whether a material has a little broad gloss: some of a cluster's vertices, in few directions,
-/// tell what its lobe sends.
+/// Whether a material has weak and broad gloss: a sample of a cluster's vertices, in few direction
+/// bins, suffices for its lobe.
 pub fn is_little(material: &Material) -> bool {
     material.exponent <= BROAD && material.gloss_fraction() <= LITTLE
 }
 
-/// How many vertices of a cluster tell well enough what a material's lobe sends; 0: all are needed.
-/// With so many the noise of a cluster is about that of the smallest, which hold no more.
+/// Number of vertices of a cluster that estimate the outgoing light of a lobe well enough; 0: all
+/// are needed. At this number the noise of a cluster is about that of the smallest clusters, which
+/// hold no more vertices.
 pub fn vertices_for(material: &Material) -> u32 {
     if !is_little(material) {
         return 0;
@@ -147,24 +149,24 @@ pub fn vertices_for(material: &Material) -> u32 {
     (4.0 * excess * excess * (material.exponent + 1.0).sqrt()).ceil() as u32
 }
 
-/// Marks a vertex that is no entry point that may be glossy, and a base cluster without
-/// vertices that may.
+/// Marks a vertex that is not a possibly glossy entry point, and a base cluster
+/// without such vertices.
 pub const NO_ENTRY: u32 = u32::MAX;
 
-/// A light, as far as glossy surfaces are concerned.
+/// The cached contributions of a light on glossy surfaces.
 #[derive(Clone, Copy)]
 pub struct GlossLight<'a> {
     /// Point samples, and so beams at each entry point that may be glossy.
     pub samples: u32,
     /// `GlossBeam`s, entry point by entry point.
     pub beams: &'a Buffer,
-    /// What each path carries on from its entry point, per unit of the light's emission and of
-    /// the area that an entry point stands for: three floats; if the entry point is not glossy,
-    /// its form factor.
+    /// Outgoing flux after the first bounce of each path, per unit of the light's emission and
+    /// of the mean area of an entry point: three floats. It is the form factor if the entry
+    /// point is not glossy.
     pub first_bounce: &'a Buffer,
-    /// What each slot that is no sum sends of the light, per unit of its emission; three floats.
+    /// Outgoing flux of each slot that is no sum, per unit of the light's emission; three floats.
     pub slots: &'a Buffer,
-    /// The same of what rays of glossy pixels meet, for each sample.
+    /// Light of glossy surfaces on the rays of each sample, per unit of emission; three floats.
     pub hits: &'a Buffer,
 }
 
@@ -177,13 +179,13 @@ pub(super) struct Dispatch<'a> {
 }
 
 impl<'a> Dispatch<'a> {
-    /// The light of that place; where there are fewer, any.
+    /// The light at an index; an arbitrary one beyond the last.
     pub(super) fn light(&self, place: usize) -> &GlossLight<'a> {
         self.lights.get(place).unwrap_or(&self.lights[0])
     }
 }
 
-/// The kernels of a pass that asks the vertices of clusters.
+/// The kernels of a pass over the vertices of clusters.
 pub(super) struct VertexKernels {
     /// Over entry points, for one light.
     entry_points: Pipeline,
@@ -221,16 +223,16 @@ pub struct Gloss {
     pub(super) area_m2: f32,
     /// A `GlossVertex` for each glossy vertex.
     pub vertices: Buffer,
-    /// Added to the index of a contribution of each base cluster it gives that of its vertex;
-    /// [`NO_ENTRY`] if nothing is glossy.
+    /// Offset from the index of a contribution to that of its vertex, for each base cluster;
+    /// [`NO_ENTRY`] if it is not glossy.
     pub shifts: Buffer,
-    /// First base cluster below each cluster, and the end.
+    /// Range of base clusters below each cluster.
     pub base_ranges: Buffer,
-    /// Vertices of a base cluster at most.
+    /// Maximum number of vertices of a base cluster.
     max_vertices: u32,
-    /// Vertices that are asked below a cluster at most; 0, as at first: all.
+    /// Maximum of vertices sampled below a cluster; initially 0: all.
     pub max_asked: u32,
-    /// Slots that are no sums: the first so many.
+    /// Number of slots that are no sums; they come first.
     pub leaf_count: u32,
     /// Slots that are sums, by level.
     sums: Vec<Range<u32>>,
@@ -239,15 +241,16 @@ pub struct Gloss {
     /// A `GlossSlot` for each direction bin.
     pub slots: Buffer,
     pub(super) path_count: u32,
-    /// Of each slot, W; three floats: over the cluster's area it adds to albedo times irradiance.
+    /// Flux of each slot, W; three floats. Flux over the cluster's area is a radiosity, like
+    /// albedo times irradiance.
     pub fluxes: Buffer,
 }
 
 impl Gloss {
-    /// What the outgoing directions of clusters are called in timings.
+    /// Timing name of the outgoing directions of clusters.
     pub const STEM: &str = "gloss_base";
 
-    /// Uploads the tables; each of `path_count` entry points stands for `area_m2` in the mean.
+    /// Uploads the tables; the `path_count` entry points have a mean area of `area_m2`.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -283,15 +286,15 @@ impl Gloss {
         })
     }
 
-    /// Room for the beams of a light of so many point samples.
+    /// Bytes of the beams of a light with `samples` point samples.
     pub fn beam_bytes(&self, samples: u32) -> u64 {
         u64::from(self.entry_count) * u64::from(samples) * size_of::<GlossBeam>() as u64
     }
 
-    /// Dispatches over all vertices of clusters, of one unit of each light's emission: those
-    /// that are no entry points, then those that are. Each is cut so that an invocation's work
-    /// is bounded: lavapipe ends all loops of a shader, silently, once they have run 65 535
-    /// times in all.
+    /// Dispatches over all vertices of clusters, per unit of each light's emission: first the
+    /// vertices that are no entry points, then the entry points. Each is divided to bound the work
+    /// of an invocation: lavapipe (Mesa 22.3.6) silently ends all loops of an invocation after 65
+    /// 535 iterations in total.
     pub(super) fn dispatches<'a>(&self, due: &'a [GlossLight<'a>]) -> Vec<Dispatch<'a>> {
         let area_m2 = self.area_m2;
         let dispatch = |entry_points, lights: &'a [GlossLight<'a>], (first, end)| {
@@ -312,9 +315,8 @@ impl Gloss {
         others.chain(entry_points).collect()
     }
 
-    /// First of the vertices that a dispatch takes below a cluster, and the one behind the last;
-    /// each has so many beams. The last dispatch takes whatever is left: rays from pixels may read
-    /// clusters of more vertices.
+    /// Ranges of vertices below a cluster, one a dispatch, for `beams` beams a vertex. The last
+    /// range is unbounded: rays from pixels may read clusters of more vertices.
     fn windows(&self, beams: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
         let count = (MAX_ITERATIONS / beams.max(1)).max(1);
         let last = self.max_vertices.saturating_sub(1) / count * count;
@@ -322,9 +324,9 @@ impl Gloss {
         (0..=last).step_by(count as usize).map(move |first| (first, end(first)))
     }
 
-    /// What clusters send towards the directions that are read: of each light that is `due` from
-    /// their vertices into its slots, then the sum of the `slots` of all lights, each with its
-    /// emission; last the sums of large clusters, level by level.
+    /// Outgoing flux of clusters in the direction bins. Fills the slots of each `due` light from
+    /// the vertices, sums the `slots` of all lights, weighted by the emissions, then sums large
+    /// clusters level by level.
     pub fn record(
         &self,
         rec: &mut Recorder,

@@ -1,6 +1,6 @@
-//! Light straight from the lights at entry points that may be glossy: beams of each light, and the
-//! first reflection into the paths. [Yue §1] In: lights. Out: beams and what paths carry on from
-//! their entry points, free of the light's colour.
+//! Direct light at entry points that may be glossy: beams of each light, and the first
+//! reflection into the paths. [Yue §1] In: lights. Out: beams and outgoing flux after the first
+//! bounce, per unit emission.
 
 use crate::gpu::{Buffer, PassScope, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
@@ -15,7 +15,7 @@ gpu_struct! {
         pub entry_count: u32,
         /// Index of the light.
         pub light: u32,
-        /// That each entry point stands for, in the mean.
+        /// Mean area of an entry point.
         pub area_m2: f32,
     }
 }
@@ -30,18 +30,18 @@ gpu_struct! {
     }
 }
 
-/// What these passes share with their shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[GlossBeamsPush::LAYOUT, GlossEntriesPush::LAYOUT];
 
 impl Gloss {
-    /// What tracing the beams is called in timings.
+    /// Timing name of tracing the beams.
     pub const BEAMS_STEM: &str = "gloss_beams";
-    /// What the first reflection is called in timings.
+    /// Timing name of the first reflection.
     pub const ENTRIES_STEM: &str = "gloss_entries";
 
-    /// Traces a light's beams, and lets paths carry on the light's form `factors` at their entry
-    /// points: exact where these are not glossy. Records into an open pass: a barrier to dispatches
-    /// is due between two lights.
+    /// Traces the beams of a light, and initialises the outgoing flux after the first bounce with
+    /// its form `factors`, which are exact at entry points that are not glossy. Records into an
+    /// open pass; the caller records a barrier to dispatches between two lights.
     pub fn record_beams(
         &self,
         pass: &mut PassScope<'_>,
@@ -66,7 +66,7 @@ impl Gloss {
         );
     }
 
-    /// The first reflection at entry points that may be glossy.
+    /// Computes the first reflection at entry points that may be glossy.
     pub fn record_entries(&self, rec: &mut Recorder, materials: &Buffer, due: &[GlossLight<'_>]) {
         let mut pass = rec.pass(Self::ENTRIES_STEM);
         for light in due {

@@ -1,6 +1,5 @@
-//! Pixels whose surface is glossy: rays into their Phong lobes, traced once a view, and the
-//! light that comes back along them. In: pixels, clusters. Out: radiance (W/m²/sr) beside what
-//! the albedo reflects.
+//! Glossy pixels: rays into their Phong lobes, traced once a view, and the light that returns along
+//! them. In: pixels, clusters. Out: glossy radiance (W/m²/sr), besides the diffuse one.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -17,7 +16,7 @@ use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// A ray into the lobe of a pixel: all that a frame under a still camera needs of it.
+    /// A ray into the lobe of a pixel, as the frame reads it under a still camera.
     pub struct GlossRay {
         /// `cluster | material << cluster_bits`; `NO_TARGET` where the ray left the scene.
         pub target: u32,
@@ -25,8 +24,8 @@ gpu_struct! {
         pub weight: f32,
         /// Unit direction back towards the pixel: octahedral, two 16-bit integers.
         pub direction: u32,
-        /// That has what the surface there sends back by its lobe; [`NO_SLOT`]: its
-        /// vertices are asked.
+        /// Slot with the lobe's outgoing flux of the surface there; [`NO_SLOT`]: the flux comes
+        /// from its vertices.
         pub slot: u32,
     }
 }
@@ -48,9 +47,9 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What a pixel reflects glossily, W/m²/sr.
+    /// Glossy radiance of a pixel, W/m²/sr.
     pub struct PixelGloss {
-        /// Of light straight from the lights.
+        /// Of direct light.
         pub direct: Vec3,
         /// Of light from surfaces.
         pub indirect: Vec3,
@@ -64,20 +63,20 @@ gpu_struct! {
         pub grid: Grid,
         /// Samples of a pixel at most.
         pub max_samples: u32,
-        /// Samples that there is room for.
+        /// Capacity of the list of samples.
         pub capacity: u32,
         pub stride: u32,
         /// Seed of all decisions.
         pub seed: u32,
         /// Width of the cluster field in `GlossRay::target`.
         pub cluster_bits: u32,
-        /// Clusters with fewer of them are not used.
+        /// Minimum sample count of a cluster.
         pub min_entry_points: f32,
-        /// 0: the picture is direct light alone, and no ray is traced.
+        /// 0: the image shows direct light only, and no ray is traced.
         pub traces: u32,
-        /// Outgoing directions of clusters along an edge of their square.
+        /// Direction bins along an edge of the square map.
         pub side: u32,
-        /// Exponent of the sharpest lobe that these resolve.
+        /// Exponent of the sharpest lobe that the bins resolve.
         pub max_exponent: f32,
     }
 }
@@ -85,13 +84,13 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `gloss_hits`.
     pub struct GlossHitsPush {
-        /// What to take of the clusters.
+        /// Vertices of this dispatch.
         pub part: GlossPart,
         /// Of the image.
         pub pixel_count: u32,
         /// Samples of a pixel at most.
         pub max_samples: u32,
-        /// Samples that there is room for.
+        /// Capacity of the list of samples.
         pub capacity: u32,
         /// Width of the cluster field in `GlossRay::target`.
         pub cluster_bits: u32,
@@ -105,14 +104,14 @@ gpu_struct! {
         pub pixel_count: u32,
         /// Samples of a pixel at most.
         pub max_samples: u32,
-        /// Samples that there is room for.
+        /// Capacity of the list of samples.
         pub capacity: u32,
         /// Width of the cluster field in `GlossRay::target`.
         pub cluster_bits: u32,
     }
 }
 
-/// What these passes share with their shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[
     GlossRay::LAYOUT,
     PixelGloss::LAYOUT,
@@ -127,24 +126,23 @@ pub const LAYOUTS: &[Layout] = &[
 pub const NO_SLOT: u32 = u32::MAX;
 /// Rays from each sample (`glsl/include/gloss_rays.glsl`).
 pub const LOBE_RAYS: u32 = 4;
-/// There is room for all the samples of so large a share of the pixels: if more are glossy,
-/// each gets fewer.
+/// The capacity suffices for all samples if one pixel in `SHARE` is glossy; with more glossy
+/// pixels, each gets fewer samples.
 const SHARE: u64 = 8;
-/// But there is room for so many at the least, 5 MB.
+/// Minimum capacity, 5 MB.
 const MIN_ROOM: u64 = 1 << 16;
-/// Invocations that trace: enough to fill a device, few enough not to be idle in number where
+/// Invocations of the tracing kernel: enough to fill a device, few enough to be cheap if
 /// little is glossy.
 const STRIDE: u32 = 1 << 16;
-/// But so many that none traces the lobes of more samples, lest a device that ends long
-/// loops ends these.
+/// Maximum number of samples of an invocation: lavapipe (Mesa 22.3.6) ends long loops.
 const SAMPLES_OF_INVOCATION: u32 = 8;
 
-/// What glossy pixels are lit by, besides their own samples.
+/// Inputs of glossy pixels besides their own samples.
 #[derive(Clone, Copy)]
 pub struct Surroundings<'a> {
     /// Geometry and materials.
     pub scene: &'a SceneBuffers,
-    /// What the camera sees: `PixelSurface`s.
+    /// Surfaces at the pixels: `PixelSurface`s.
     pub pixels: &'a Buffer,
     /// Irradiance of each cluster, W/m².
     pub irradiance: &'a Buffer,
@@ -152,14 +150,13 @@ pub struct Surroundings<'a> {
     pub inverse_areas: &'a Buffer,
     /// The glossy clusters.
     pub gloss: &'a Gloss,
-    /// First contribution of each base cluster by an entry point, then its first by another vertex,
-    /// and the end.
+    /// `ContributionRange` of each base cluster.
     pub contribution_ranges: &'a Buffer,
     /// `Contribution`s in cluster order.
     pub contributions: &'a Buffer,
 }
 
-/// The pipelines, the samples and rays of the view, and what they see.
+/// The pipelines, the samples and rays of the view, and their light.
 pub struct GlossPixels {
     mark: Pipeline,
     list: Pipeline,
@@ -171,10 +168,10 @@ pub struct GlossPixels {
     prefix_sum: PrefixSum,
     pub(super) pixel_count: u32,
     pub(super) max_samples: u32,
-    /// Samples that there is room for.
+    /// Capacity of the list of samples.
     pub capacity: u32,
     cluster_bits: u32,
-    /// False where there are no light paths: clusters then hold no light that a ray could read.
+    /// False without light paths: clusters then hold no light.
     has_paths: bool,
     pub(super) offsets: Buffer,
     pub(super) pixels: Buffer,
@@ -182,27 +179,26 @@ pub struct GlossPixels {
     pub samples: Buffer,
     /// `GlossRay`s, sample by sample.
     pub rays: Buffer,
-    /// Packed colour of the image where each ray met one; a word that nobody reads in
-    /// scenes without images.
+    /// Packed colour of the image at each ray's hit; one unused word in scenes without images.
     pub colours: Buffer,
-    /// What the rays of each sample find on glossy surfaces, W/m²; three floats.
+    /// Light of glossy surfaces on the rays of each sample, W/m²; three floats.
     hits: Buffer,
-    /// What each sample sends to the camera straight from the lights, per unit of specular albedo,
-    /// W/m²/sr; three floats.
+    /// Highlights of each sample per unit of specular albedo, W/m²/sr; three floats.
     highlights: Buffer,
     /// `PixelGloss` of each pixel.
     pub radiance: Buffer,
 }
 
 impl GlossPixels {
-    /// What tracing the rays is called in timings.
+    /// Timing name of tracing the rays.
     pub const RAYS_STEM: &str = "gloss_rays";
-    /// What the light is called in timings.
+    /// Timing name of the light.
     pub const STEM: &str = "gloss_pixels";
 
-    /// Makes room for an image of that size, with `max_rays` for each glossy pixel, in fours;
-    /// `cluster_bits` wide are clusters in targets of rays. Without light paths the pixels show
-    /// highlights alone, and no ray is traced.
+    /// Allocates buffers for an image of `pixel_count` pixels with `max_rays` for each glossy
+    /// pixel, rounded up to a multiple of four. `cluster_bits` is the width of the cluster field in
+    /// targets of rays. Without light paths (`has_paths`) the pixels show highlights only, and no
+    /// ray is traced.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -322,9 +318,9 @@ impl GlossPixels {
         );
     }
 
-    /// The light that the glossy pixels reflect: what comes back along the rays, and the sums of
-    /// the lights' hits and highlights, each with its emission. `due` are lights whose hits are
-    /// out of date.
+    /// Computes the light that glossy pixels reflect: the light along the rays, and the sums
+    /// of the lights' hits and highlights, weighted by the emissions. `due` are the lights
+    /// with stale hits.
     pub fn record(
         &self,
         rec: &mut Recorder,
@@ -400,7 +396,7 @@ impl GlossPixels {
         );
     }
 
-    /// Glossy pixels of the last view.
+    /// Returns the number of glossy pixels of the last view.
     ///
     /// # Errors
     /// The device failed.

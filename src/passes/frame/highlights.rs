@@ -1,6 +1,6 @@
-//! Highlights: what glossy pixels send to the camera of one light, straight from it. They are a
-//! layer of the light, one value a sample. In: samples of glossy pixels, a light. Out: its layer,
-//! per unit of its emission and of the specular albedo.
+//! Highlights: direct light of one light that glossy pixels reflect to the camera, one value a
+//! sample. In: samples of glossy pixels, a light. Out: the highlights of the light, per unit of its
+//! emission and of the specular albedo.
 
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, PassScope};
@@ -18,13 +18,13 @@ gpu_struct! {
         pub pixel_count: u32,
         /// Samples of a pixel at most.
         pub max_samples: u32,
-        /// Samples that there is room for.
+        /// Capacity of the list of samples.
         pub capacity: u32,
         /// Index of the light.
         pub light: u32,
         /// First point sample of the light.
         pub first_sample: u32,
-        /// Behind the last.
+        /// One past the last.
         pub end_sample: u32,
         /// Seed of the directions.
         pub seed: u32,
@@ -33,15 +33,15 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[HighlightsPush::LAYOUT];
 
 impl GlossPixels {
-    /// What the highlights of the lights are called in timings.
+    /// Timing name of the highlights of the lights.
     pub const HIGHLIGHTS_STEM: &str = "highlights";
 
-    /// Fills a light's layer of highlights: one value a sample. Records into an open pass, with
-    /// barriers between its own dispatches only: one to dispatches is due between two lights.
+    /// Fills the highlights of a light, one value a sample. Records into an open pass with barriers
+    /// between its own dispatches. The caller records a barrier to dispatches between two lights.
     pub fn record_highlights(
         &self,
         pass: &mut PassScope<'_>,

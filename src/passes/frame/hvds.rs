@@ -1,7 +1,8 @@
-//! The volumetric hierarchy of a frame: base level and pyramid. [Yue §2, Thvds] In: form factors of
-//! each light, what paths carry on of it; contributions. Out: irradiance (W/m²) of every cluster.
+//! The volumetric hierarchy of a frame: base level and pyramid. [Yue §2, Thvds] In: form factors
+//! of each light, its outgoing flux after the first bounce; contributions. Out: irradiance (W/m²)
+//! of every cluster.
 //!
-//! What the base level receives is linear in the lights, and kept for each: a change of colour
+//! The flux of the base level is linear in the lights and kept for each light: a change of colour
 //! visits no path.
 
 use crate::error::Result;
@@ -16,17 +17,17 @@ use std::ops::Range;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Push constants of the layers of lights.
+    /// Push constants of the per-light irradiance buffers.
     pub struct HvdsLayerPush {
-        /// Where the base level begins in the list.
+        /// Index of the base level in the list.
         pub first_place: u32,
         /// Its listed clusters.
         pub cluster_count: u32,
-        /// First contribution that is added.
+        /// First contribution of the dispatch.
         pub first_contribution: u32,
-        /// End of those that are.
+        /// One past the last contribution of the dispatch.
         pub end_contribution: u32,
-        /// First of the bound part of the contributions.
+        /// First index of the bound buffer of the contributions.
         pub first_bound: u32,
     }
 }
@@ -34,7 +35,7 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of a coarser level.
     pub struct HvdsLevelPush {
-        /// Where the level begins in the list.
+        /// Index of the level in the list.
         pub first_place: u32,
         /// Its listed clusters.
         pub cluster_count: u32,
@@ -50,7 +51,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What a cluster has received, W.
+    /// Flux that a cluster has received, W.
     pub struct ClusterFlux {
         /// At entry points: straight from the lights.
         pub direct: Vec3,
@@ -60,8 +61,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What a base cluster receives of one light, per unit of its emission and of the area that an
-    /// entry point stands for.
+    /// Flux that a base cluster receives from one light, per unit of its emission and of the mean
+    /// area of an entry point.
     pub struct ClusterLayer {
         /// At entry points, in every channel.
         pub direct: f32,
@@ -70,7 +71,7 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[
     HvdsLayerPush::LAYOUT,
     HvdsLevelPush::LAYOUT,
@@ -79,51 +80,52 @@ pub const LAYOUTS: &[Layout] = &[
     ClusterLayer::LAYOUT,
 ];
 
-/// A light whose layer is due.
+/// A light whose irradiance buffer is stale.
 #[derive(Clone, Copy)]
 pub struct ClusterLight<'a> {
-    /// Its form factors at entry points, 1/m² or as its kind has them.
+    /// Its form factors at entry points, 1/m² for a point light.
     pub factors: &'a Buffer,
-    /// What paths carry on from there, three floats; none if nothing may be glossy: then it
-    /// is the factors.
+    /// Outgoing flux after the first bounce, three floats. `None` if no material may be glossy: it
+    /// then equals the form factors.
     pub first_bounce: Option<&'a Buffer>,
     /// `ClusterLayer` of each base cluster.
     pub layer: &'a Buffer,
 }
 
-/// Lights that one dispatch takes where as many layers are due: it reads the contributions once for
-/// all of them.
+/// Lights of one dispatch if as many are stale: it reads the contributions once for all of them.
 const LIGHTS: usize = 4;
 
-/// Path vertices that a cluster must hold before its indirect light is used. They come by chance,
-/// with unequal weights, while entry points are spread evenly: it takes more of them.
+/// Minimum number of path vertices for the indirect light of a cluster. It exceeds that of entry
+/// points, because vertices are random and have unequal weights, while entry points are stratified.
 pub const MIN_VERTICES: u32 = 48;
 
-/// By what holds so many times that may be expected of a cluster: its own number is chance, and
-/// where it decided, clusters that got many by chance would keep them while the others take the
-/// mean: 2 % too much light in a empty box at 100 000 entry points.
+/// The expected count comes from an enclosing cluster with this many times the minimum. The
+/// cluster's own count is random: selecting on it keeps clusters with many vertices by chance
+/// and replaces the others by the mean. That bias was 2 % too much light in an empty box at 100
+/// 000 entry points.
 pub const VERTICES_AROUND: u32 = 16;
 
-/// But a cluster that holds less than that number over this one lies darker than what is around.
+/// A cluster with less than 1/`MIN_SHARE` of the minimum is darker than its surroundings and
+/// is replaced anyway.
 pub const MIN_SHARE: u32 = 4;
 
-/// And if all around it shows surface that is hidden from where the cluster is read: better
-/// noisy than wrong.
+/// Minimum below an inconsistent cluster, whose surface is hidden from the readers: noise is better
+/// than a wrong value there.
 pub const MIN_VERTICES_APART: u32 = 16;
 
 /// Clusters that a frame works on.
 pub struct ClusterLists {
     /// Clusters whose flux is summed, in ascending order.
     summed: Buffer,
-    /// Where each level stands in it.
+    /// Range of each level in `summed`.
     levels: Vec<Range<u32>>,
-    /// Clusters whose irradiance is wanted.
+    /// Clusters whose irradiance is computed.
     read: Buffer,
     read_count: u32,
 }
 
 impl ClusterLists {
-    /// All clusters of a hierarchy.
+    /// Lists all clusters of a hierarchy.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -132,7 +134,7 @@ impl ClusterLists {
         Self::new(context, levels, &all, &all)
     }
 
-    /// Lists the clusters of which that is true; `levels` are those of the hierarchy.
+    /// Lists the marked clusters; `levels` are those of the hierarchy.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -156,7 +158,7 @@ impl ClusterLists {
     }
 }
 
-/// The pipelines, the nesting of the clusters and their energy.
+/// The pipelines, the hierarchy and its flux.
 pub struct Pyramid {
     layers: [Pipeline; 2],
     sum: LightSum,
@@ -164,34 +166,34 @@ pub struct Pyramid {
     resolve: Pipeline,
     /// Clusters of the base level.
     base_count: u32,
-    /// Contributions that one dispatch adds at most.
+    /// Maximum number of contributions of one dispatch.
     max_contributions: u32,
-    /// That an entry point stands for.
+    /// Mean area of an entry point.
     entry_area_m2: f32,
     /// `ContributionRange` of each base cluster.
     pub contribution_ranges: Buffer,
     child_offsets: Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: Buffer,
-    /// The cluster that each takes its indirect light from.
+    /// The cluster from which each takes its indirect light.
     pub indirect_sources: Buffer,
     /// `ClusterFlux` of each cluster, W.
     pub flux: Buffer,
-    /// Irradiance of each cluster, W/m²; three floats. Proxies and parts of clusters may follow.
+    /// Irradiance of each cluster, W/m²; three floats. Proxies and near-field patches may follow.
     pub irradiance: Buffer,
 }
 
 impl Pyramid {
     /// Stem of shaders, reference and timing.
     pub const STEM: &str = "hvds";
-    /// What the layers of lights are called in timings.
+    /// Timing name of the layers of lights.
     pub const LAYERS_STEM: &str = "hvds_layer";
 
-    /// Uploads the nesting. `contribution_offsets` has the first contribution of each base cluster
-    /// by an entry point, then its first by another vertex, and the end. No root is divided by an
-    /// area below `entry_area_m2`, that of one entry point: what is smaller cannot be resolved.
-    /// Smaller clusters are read as parts of proxies only, whose weights are proportional to area.
-    /// `is_glossy`: lights say what paths carry on.
+    /// Uploads the hierarchy. `contribution_offsets` holds, for each base cluster, its first
+    /// contribution of an entry point and its first one of another vertex; then the end. The area
+    /// of a root is at least `entry_area_m2`, the mean area of an entry point: smaller roots cannot
+    /// be resolved. Other small clusters are read only through proxies, whose weights are
+    /// proportional to area. `is_glossy`: lights have an outgoing flux after the first bounce.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -212,7 +214,7 @@ impl Pyramid {
             })
             .collect();
         let runs = contribution_ranges(hvds, contribution_offsets);
-        // What nobody reads is never written.
+        // No pass writes the clusters without readers.
         let dark = vec![Vec3::ZERO; hvds.cluster_count() as usize];
         let layers = |lights| {
             let constants = [("LIGHTS", lights as u32), ("IS_GLOSSY", u32::from(is_glossy))];
@@ -239,8 +241,8 @@ impl Pyramid {
         })
     }
 
-    /// Makes room for so many proxies behind the clusters' irradiance, and keeps the light of
-    /// clusters below `inconsistent` ones to themselves.
+    /// Allocates `proxy_count` proxies behind the clusters' irradiance. Clusters below
+    /// `inconsistent` ones no longer take indirect light from above these.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -261,7 +263,7 @@ impl Pyramid {
         Ok(())
     }
 
-    /// Makes room for so many parts of clusters behind the irradiance of clusters and proxies.
+    /// Allocates `part_count` near-field patches behind the irradiance of clusters and proxies.
     ///
     /// # Errors
     /// The device lacks memory.
@@ -273,7 +275,8 @@ impl Pyramid {
         Ok(())
     }
 
-    /// Room for a light's layer, dark: what nobody reads is never written.
+    /// Allocates a per-light irradiance buffer, initially dark: no pass writes the
+    /// clusters without readers.
     ///
     /// # Errors
     /// The device lacks memory.
@@ -282,12 +285,12 @@ impl Pyramid {
         Buffer::from_slice(context, "cluster layer", &vec![dark; base_count as usize])
     }
 
-    /// Clusters of the base level: values of a light's layer.
+    /// Number of base clusters: the length of a per-light irradiance buffer.
     pub fn base_count(&self) -> u32 {
         self.base_count
     }
 
-    /// Sums the base level for each light whose layer is due.
+    /// Sums the base level for each stale light.
     pub fn record_layers(
         &self,
         rec: &mut Recorder,
@@ -341,8 +344,8 @@ impl Pyramid {
         }
     }
 
-    /// Sums the base level over the layers of lights, each with its emission, in order; then the
-    /// coarser levels, and divides.
+    /// Sums the base level over the per-light irradiance buffers, weighted by the emissions, in
+    /// order. Then sums the coarser levels and divides by area.
     pub fn record_sum(&self, rec: &mut Recorder, layers: &[(Vec3, &Buffer)], lists: &ClusterLists) {
         let mut pass = rec.pass(Self::STEM);
         self.sum.record(&mut pass, layers, self.base_count, self.entry_area_m2, &self.flux);
@@ -375,9 +378,9 @@ impl Pyramid {
     }
 }
 
-/// The contributions of each base cluster. `contribution_offsets`: the first of each cluster by
-/// an entry point, then its first by another vertex, and the end; an unweighted cluster has those
-/// of its cluster.
+/// CSR ranges of the contributions of each base cluster. `contribution_offsets` holds, for each
+/// cluster, its first contribution of an entry point and its first one of another vertex; then the
+/// end. An unweighted cluster has the range of its cluster.
 pub fn contribution_ranges(hvds: &Hvds, contribution_offsets: &[u32]) -> Vec<ContributionRange> {
     let run = |first: &[u32]| ContributionRange {
         first: first[0],
@@ -394,22 +397,23 @@ pub fn contribution_ranges(hvds: &Hvds, contribution_offsets: &[u32]) -> Vec<Con
     runs
 }
 
-/// Contributions that one dispatch may add: all, unless some cluster has more than an invocation
-/// should go through. Where a scene fills a small part of its box, few clusters have nearly all
-/// contributions, and lavapipe ends all loops of an invocation, without a word, once they have run
-/// 65 535 times.
+/// Maximum number of contributions of one dispatch: all, unless some cluster has too many for
+/// one invocation. If a scene fills a small part of its box, few clusters hold nearly all
+/// contributions, and lavapipe (Mesa 22.3.6) silently ends all loops of an invocation after
+/// 65 535 iterations.
 fn contributions_at_once(runs: &[ContributionRange]) -> u32 {
     const MAX: u32 = 1 << 15;
     if runs.iter().any(|run| run.end - run.first > MAX) { MAX } else { u32::MAX }
 }
 
-/// For each cluster, the smallest one around it that may be expected to hold `least` path vertices
-/// that are no entry points; none that is inconsistent.
+/// For each cluster, the smallest enclosing one with at least `least` expected path vertices that
+/// are no entry points. No cluster counts as inconsistent.
 pub fn indirect_sources(hvds: &Hvds, runs: &[ContributionRange], least: u32) -> Vec<u32> {
     consistent_sources(hvds, runs, [least; 2], &vec![false; hvds.cluster_count() as usize])
 }
 
-/// The same; but below a cluster that is inconsistent the second number is enough.
+/// As [`indirect_sources`], but no source is inconsistent: below an inconsistent cluster the
+/// minimum is `min_apart`.
 pub fn consistent_sources(
     hvds: &Hvds,
     runs: &[ContributionRange],
@@ -425,7 +429,7 @@ pub fn consistent_sources(
             counts[hvds.parents[cluster] as usize] += counts[cluster];
         }
     }
-    // From the root down: what a parent takes is known before its children ask.
+    // From the root down, because a child may take the source of its parent.
     let mut sources: Vec<u32> = (0..hvds.cluster_count()).collect();
     for cluster in (0..counts.len()).rev() {
         let parent = hvds.coarser(cluster as u32);
@@ -437,7 +441,7 @@ pub fn consistent_sources(
         while counts[around] < VERTICES_AROUND * least && hvds.parents[around] != NO_CLUSTER {
             around = hvds.parents[around] as usize;
         }
-        // Of what is around, by its share of the area.
+        // The expected count: the enclosing cluster's count times the area fraction.
         let [area_m2, area_around_m2] = [cluster, around].map(|cluster| f64::from(hvds.areas_m2[cluster]));
         let is_expected = f64::from(counts[around]) * area_m2 >= f64::from(least) * area_around_m2;
         if !is_expected || MIN_SHARE * counts[cluster] < least {

@@ -1,5 +1,5 @@
-//! Sums of rows that each light has, weighted by the lights' emissions: a change of colour
-//! traces no ray.
+//! Sums of the lights' buffers, weighted by the emissions: a change of colour traces no ray. In: a
+//! buffer (row) for each light, per unit emission. Out: sums.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -14,19 +14,19 @@ gpu_struct! {
         pub count: u32,
         /// 1: adds to the sums so far; 0: starts from zero.
         pub adds: u32,
-        /// From one value of a row to the next; 0 where no light is active.
+        /// Stride of the values of a row; 0 if no light is active.
         pub step: u32,
-        /// Of the whole.
+        /// Factor of the whole sum.
         pub scale: f32,
         /// Of the first row's light.
         pub emission_0: Vec3,
-        /// Of the second row's light; zero where there is none.
+        /// Of the second row's light; zero for an unused row.
         pub emission_1: Vec3,
         /// Of the third.
         pub emission_2: Vec3,
         /// Of the fourth.
         pub emission_3: Vec3,
-        /// Of the fifth; where four rows do, nobody reads it, or what follows.
+        /// Of the fifth; unused, like the following ones, with up to four rows.
         pub emission_4: Vec3,
         /// Of the sixth.
         pub emission_5: Vec3,
@@ -37,20 +37,20 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[LightSumPush::LAYOUT];
 
-/// Rows that one dispatch may read. What is left over is read for nothing, but between dispatches
-/// the sums go through memory.
+/// Numbers of rows that one dispatch reads. Unused rows cost reads, but further dispatches would
+/// pass the sums through memory.
 const ROWS: [usize; 4] = [1, 2, 4, 8];
 
 /// Values that a workgroup sums.
 pub const GROUP_VALUES: u32 = 64;
 
-/// Pipelines that sum rows of lights.
+/// Pipelines that sum the buffers of lights.
 pub struct LightSum {
     pipelines: [Pipeline; ROWS.len()],
-    /// The row of no light: one value, dark.
+    /// The row for a scene without active light: one dark value.
     no_row: Buffer,
 }
 
@@ -66,7 +66,7 @@ impl LightSum {
         Self::with_shader(context, Self::STEM)
     }
 
-    /// Prepares sums of clusters' layers: of `ClusterLayer`s, which make `ClusterFlux`es.
+    /// Prepares sums of `ClusterLayer`s, which yield `ClusterFlux`es.
     ///
     /// # Errors
     /// A Vulkan call failed.
@@ -91,8 +91,8 @@ impl LightSum {
     }
 
     /// Sums the first `count` values of every row, in order, each times its light's emission, and
-    /// scales the whole; without rows the sums are zero. Records into an open pass, with barriers
-    /// between its own dispatches only.
+    /// scales the sum; it is zero without rows. Records into an open pass with barriers between
+    /// its own dispatches.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,
@@ -104,8 +104,8 @@ impl LightSum {
         self.record_counted(pass, rows, (count, None), scale, sums);
     }
 
-    /// As [`Self::record`], of at most `count` values: as many workgroups, of [`GROUP_VALUES`]
-    /// each, as the device has counted at a byte of a buffer, if one is given.
+    /// As [`Self::record`], of at most `count` values. If `counted` is given, the device has stored
+    /// the number of workgroups, of [`GROUP_VALUES`] values each, at that offset of the buffer.
     pub fn record_counted(
         &self,
         pass: &mut PassScope<'_>,

@@ -1,5 +1,5 @@
-//! Near field: indirect light of small clusters, from the records beside them. [numerics:
-//! near-field leaks] In: cluster flux (W), records. Out: irradiance of those clusters, W/m².
+//! Near field: indirect light of small clusters and near-field patches, from the records beside
+//! them. [numerics: near-field leaks] In: cluster flux (W), records. Out: their irradiance, W/m².
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -11,27 +11,27 @@ use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// A cluster, or a part of it, and the record that speaks for it.
+    /// A cluster or near-field patch, and the record beside it.
     pub struct NearCluster {
         pub cluster: u32,
         pub record: u32,
-        /// From the record to the middle of the cluster, or of its part, metres.
+        /// From the record to the middle of the cluster or patch, metres.
         pub offset: Vec3,
-        /// Whose irradiance it is: the cluster's, or behind all clusters and proxies a part's.
+        /// Index of the result: the cluster, or the patch behind all clusters and proxies.
         pub target: u32,
     }
 }
 
 gpu_struct! {
     pub struct NearFieldPush {
-        /// Clusters or parts in the list.
+        /// Clusters or patches in the list.
         pub near_count: u32,
-        /// 0: there are no records yet, and parts are like their clusters.
+        /// 0: there are no records yet, and patches copy their clusters.
         pub has_records: u32,
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[NearCluster::LAYOUT, NearFieldPush::LAYOUT];
 
 /// The pipeline and the lists.
@@ -45,7 +45,7 @@ impl NearField {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "near_field";
 
-    /// Uploads the lists: near clusters, and parts of clusters that have targets of their own.
+    /// Uploads the lists of near clusters and of near-field patches.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -57,13 +57,13 @@ impl NearField {
         })
     }
 
-    /// Parts of clusters that have targets of their own.
+    /// Number of near-field patches.
     pub fn part_count(&self) -> u32 {
         self.parts.1
     }
 
-    /// Bytes that a frame moves at the least, in all: parts before there are records, then clusters
-    /// and that many parts round by round.
+    /// Minimum number of bytes that a frame moves: the patches before there are records, then in
+    /// each iteration the clusters and that many patches.
     pub fn bytes(&self, rounds: impl Iterator<Item = u32>) -> u64 {
         let listed = size_of::<NearCluster>() as u64;
         let light = size_of::<Vec3>() as u64;
@@ -79,8 +79,8 @@ impl NearField {
         self.record_list(rec, clusters, *count, pyramid, Some(records));
     }
 
-    /// The irradiance of the first `count` parts; before there are records, that of their clusters.
-    /// With a barrier behind.
+    /// Writes the irradiance of the first `count` patches; that of their clusters if `records` is
+    /// `None`. A barrier follows.
     pub fn record_parts(&self, rec: &mut Recorder, pyramid: &Pyramid, records: Option<&Buffer>, count: u32) {
         if count > 0 {
             self.record_list(rec, &self.parts.0, count, pyramid, records);
@@ -104,7 +104,7 @@ impl NearField {
                 ("NearClusters", list),
                 ("InverseAreas", &pyramid.inverse_areas),
                 ("ClusterFluxes", &pyramid.flux),
-                // Without records nobody reads it.
+                // An unused binding without records.
                 ("Records", records.unwrap_or(&pyramid.flux)),
                 ("Irradiance", &pyramid.irradiance),
             ],

@@ -1,7 +1,7 @@
-//! Lights nearer to a surface than entry points are apart: what they light beside them lies between
-//! entry points, which find it by chance or not at all. Rays from the light find it instead, and
-//! entry points around share it. In: entry points, a point or spot light. Out: what its form
-//! factors near it become; then its row with these.
+//! Near-light correction: a light closer to a surface than the spacing of entry points illuminates
+//! an area between them, which they sample poorly or not at all. Rays from the light sample it
+//! instead, and the entry points around share the result. In: entry points, a point or spot light.
+//! Out: corrections of its form factors; then the corrected form factors.
 
 use crate::cpu::lights::{lattice_point, sample_light};
 use crate::error::Result;
@@ -15,13 +15,13 @@ use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
 
 gpu_struct! {
-    /// What becomes of a form factor.
+    /// Correction of a form factor.
     pub struct NearFactor {
-        /// Which entry point's.
+        /// Index of the entry point.
         pub point: u32,
-        /// It is multiplied with this.
+        /// Factor of the form factor.
         pub kept: f32,
-        /// And this is added, 1/m².
+        /// Added afterwards, 1/m².
         pub added: f32,
     }
 }
@@ -33,36 +33,37 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[NearFactor::LAYOUT, NearLightsPush::LAYOUT];
 
-/// Lights so near to a surface are taken care of altogether, and from there on not at all, in mean
-/// spacings of entry points, which the bound of 1/d² goes by.
+/// Distance of a light from the nearest surface, in mean spacings of entry points: below the first
+/// the correction applies in full, above the second not at all. The unit is the mean spacing
+/// because the bound of 1/d² depends on it.
 const CLOSE: [f32; 2] = [2.0, 4.0];
-/// Rays find what is lit within half of this, and entry points what is lit beyond this, metres from
-/// the light in mean spacings.
+/// Distance from the light, in mean spacings: within half of it rays determine the light, beyond it
+/// entry points do.
 const REACH: f32 = 8.0;
-/// Entry points within so many spacings, as they are beside the light, of a lit place share its
-/// light: with fewer, light from there is of single paths.
+/// Distance, in local spacings, within which entry points share the light of a hit: with fewer of
+/// them the light would come from single paths.
 const SHARED: f32 = 16.0;
-/// And see it over what stands between from so high above the surface, in spacings; none is
-/// higher over that place, or further below it. Where something is closer over the place, from
-/// half-way to that.
+/// Height, in local spacings, from which an entry point must see the light, over low obstacles.
+/// Entry points differ in height from the hit by no more than this, or by half the distance to the
+/// next surface above the hit.
 const OVER: f32 = 2.0;
-/// Rays that look up from a place begin so high, in spacings.
+/// Offset, in local spacings, of rays upwards from a hit.
 const OFF: f32 = 0.01;
-/// Those that face alike, that is: cosine between their normals.
+/// Minimum cosine between the normals of a hit and an entry point that shares its light.
 const ALIKE: f32 = 0.7;
 /// Rays from a light.
 const RAYS: u32 = 1024;
 
-/// The entry points by place.
+/// The entry points, sorted by position.
 pub struct NearLights {
     context: Arc<Context>,
     pipeline: Pipeline,
-    /// Along the rows of a grid.
+    /// Sorted along the rows of a grid.
     points: Vec<Point>,
-    /// Row and column of each occupied cell, and its first point; the end last.
+    /// Key of each occupied cell, and its first point; the end last.
     cells: Vec<(u64, u32)>,
     low: Vec3,
     spacing: f32,
@@ -82,8 +83,8 @@ impl NearLights {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "near_lights";
 
-    /// Sorts entry points, each of which stands for `area_m2` in the mean, by place. Those on what
-    /// may be glossy are left out: beams find what they send.
+    /// Sorts the entry points, with a mean area of `area_m2`, by position. It omits those on
+    /// materials that may be glossy: beams handle these.
     ///
     /// # Errors
     /// A Vulkan call failed.
@@ -131,7 +132,7 @@ impl NearLights {
         cell.to_array().into_iter().fold(0, |key, along| key << 21 | (along.clamp(0.0, 2_097_151.0) as u64))
     }
 
-    /// The entry points that are nearer to a place than that, metres.
+    /// The entry points within `reach` metres of a position.
     fn within(&self, place: Vec3, reach: f32) -> impl Iterator<Item = &Point> {
         let step = REACH * self.spacing;
         let rows = (reach / step).ceil() as i32;
@@ -139,7 +140,7 @@ impl NearLights {
         let columns = (-rows..=rows).flat_map(move |x| (-rows..=rows).map(move |y| (x, y)));
         let mut spans: Vec<[u64; 2]> =
             columns.map(|(x, y)| [-rows, rows].map(|z| self.cell(at(x, y, z)))).collect();
-        // Beyond the lowest corner cells are one.
+        // Cells below the lowest corner have equal keys.
         spans.sort_unstable();
         spans.dedup();
         let points = spans.into_iter().flat_map(|[first, last]| {
@@ -149,19 +150,19 @@ impl NearLights {
         points.filter(move |point| point.position.distance(place) < reach)
     }
 
-    /// How far apart entry points are beside a light, metres; none where no surface is so near that
-    /// this matters. They are denser in gaps and corners.
+    /// Spacing of entry points beside a light, metres. `None` if no surface is near enough for a
+    /// correction. Entry points are denser in cavities and corners.
     fn spacing_at(&self, light_position: Vec3) -> Option<f32> {
-        // Where a surface is as near as that, one of the entry points is hardly further.
+        // A surface that near has an entry point at hardly more than its distance.
         let beside = self.within(light_position, (CLOSE[1] + 1.5) * self.spacing);
         let (count, area_m2) =
             beside.fold((0.0, 0.0), |(count, area), point| (count + 1.0, area + point.area_m2));
         (count > 0.0).then(|| (area_m2 / count).sqrt())
     }
 
-    /// What becomes of a light's form factors, nothing of those of a light away from all surface;
-    /// and the device time of its rays, milliseconds. `is_diffuse` tells of a side whether it takes
-    /// part in transport and is diffuse.
+    /// Returns the corrections of a light's form factors (empty if the light is far from all
+    /// surfaces), and the device time of its rays in milliseconds. `is_diffuse` reports whether a
+    /// side takes part in transport and is diffuse.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -198,7 +199,7 @@ impl NearLights {
             return Ok((Vec::new(), lamp_ms));
         }
         let reach = REACH * self.spacing;
-        // Share of the light at that distance that rays find.
+        // Fraction of the light at that distance that rays determine.
         let by_rays = |distance: f32| care * (2.0 - 2.0 * distance / reach).clamp(0.0, 1.0);
         let around: Vec<&Point> = self.within(light_position, reach + SHARED * spacing).collect();
         let hits: Vec<_> = hits.into_iter().filter(|hit| hit.0 < reach).collect();
@@ -227,7 +228,7 @@ impl NearLights {
         let factor = |(point, added): (&&Point, f64)| {
             let distance = point.position.distance(light_position);
             let by_rays = if distance < reach { by_rays(distance) } else { 0.0 };
-            // What the bounded form takes away is no longer in its place.
+            // The bound of 1/d² loses light, which the correction restores here.
             let excess = if distance < reach { care * self.area_m2 / PI / distance.powi(2) } else { 0.0 };
             let kept = if by_rays < 1.0 { (1.0 - by_rays) * (1.0 + excess) } else { 0.0 };
             NearFactor { point: point.index, kept, added: (added / f64::from(point.area_m2)) as f32 }
@@ -237,8 +238,8 @@ impl NearLights {
         Ok((factors, lamp_ms + rooms_ms + seen_ms))
     }
 
-    /// How far over each place, and below it, what is lit is taken to be of one surface, metres;
-    /// and device time, milliseconds.
+    /// Height above and below each hit, metres, within which points count as its surface; and
+    /// device time, milliseconds.
     fn rooms(
         &self,
         (rays, scene): (&Rays, &SceneBuffers),
@@ -255,8 +256,8 @@ impl NearLights {
         Ok((answers.iter().map(|answer| room(answer.t)).collect(), ms))
     }
 
-    /// Those that nothing hides from the light, as seen from so high above the surface that they
-    /// are on: a wall that stands between parts light; and device time, milliseconds.
+    /// Entry points that see the light from `height` above their surface; a wall between them and
+    /// the light blocks it. Also returns device time, milliseconds.
     fn seen(
         &self,
         (rays, scene): (&Rays, &SceneBuffers),
@@ -274,7 +275,7 @@ impl NearLights {
         Ok(((0..).zip(answers).filter(is_seen).map(|(index, _)| index).collect(), ms))
     }
 
-    /// Uploads what [`Self::find`] found.
+    /// Uploads the corrections of [`Self::find`].
     ///
     /// # Errors
     /// The device lacks memory.
@@ -282,7 +283,7 @@ impl NearLights {
         Buffer::from_slice(&self.context, "near factors", factors)
     }
 
-    /// Changes a light's row. Records into an open pass.
+    /// Corrects the form factors of a light. Records into an open pass.
     pub fn record(&self, pass: &mut PassScope<'_>, found: &Buffer, count: u32, factors: &Buffer) {
         let bindings = [("NearFactors", found), ("FormFactors", factors)];
         pass.dispatch(&self.pipeline, [count, 1, 1], &NearLightsPush { count }, &bindings);

@@ -1,6 +1,6 @@
-//! Which records must be gathered for a view: those that its splat weights name, and what blending
-//! reads for them. In: splat weights, lists of neighbours. Out: a list of records, in order, with
-//! the sizes of the dispatches that gather them.
+//! Needed records of a view: the records that its splat weights use, and the neighbours that
+//! blending reads for them. In: splat weights, lists of neighbours. Out: a list of records, in
+//! order, with the sizes of the dispatches that gather them.
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_COMPUTE};
@@ -15,7 +15,7 @@ gpu_struct! {
     /// Push constants of the first step.
     pub struct NeededMarkPush {
         pub pixel_count: u32,
-        /// Weights that fit.
+        /// Capacity of the list of weights.
         pub weight_capacity: u32,
     }
 }
@@ -24,7 +24,7 @@ gpu_struct! {
     /// Push constants of the second step.
     pub struct NeededNeighboursPush {
         pub record_count: u32,
-        /// 1: whatever the view sees.
+        /// 1: takes all records as seen.
         pub takes_all: u32,
     }
 }
@@ -33,27 +33,27 @@ gpu_struct! {
     /// Push constants of the third step.
     pub struct NeededListPush {
         pub record_count: u32,
-        /// Records of a part of the table of gather rays.
+        /// Records of one buffer of the table of gather rays.
         pub rows_per_part: u32,
     }
 }
 
-/// What this pass shares with its shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] =
     &[NeededMarkPush::LAYOUT, NeededNeighboursPush::LAYOUT, NeededListPush::LAYOUT];
 
 /// Records in ascending order, ready to be gathered.
 pub struct RecordList {
-    /// Listed records before each record, and all.
+    /// Exclusive prefix sum of the listed records, and the total.
     pub offsets: Buffer,
-    /// Number of records in the list.
+    /// Indices of the listed records.
     pub records: Buffer,
-    /// For each part of the table of gather rays, workgroups along the axes.
+    /// Dispatch size for each buffer of the table of gather rays.
     pub groups: Buffer,
 }
 
 impl RecordList {
-    /// A list that stays: of `record_count` records those given, in ascending order.
+    /// A constant list of some of `record_count` records, in ascending order.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -77,7 +77,7 @@ impl RecordList {
         })
     }
 
-    /// All of so many records.
+    /// A constant list of all records.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -86,14 +86,14 @@ impl RecordList {
     }
 }
 
-/// What a list is to hold, and what of it is known.
+/// A request for a list of records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RecordRequest {
     /// The splat weights are new.
     pub view_is_new: bool,
-    /// No record is current any more.
+    /// All records are stale.
     pub none_is_current: bool,
-    /// All records that are not current, whatever the view sees.
+    /// List all stale records, not only those of the view.
     pub all: bool,
 }
 
@@ -105,9 +105,9 @@ pub struct NeededRecords {
     sums: PrefixSum,
     record_count: u32,
     rows_per_part: u32,
-    /// One for records that splat weights name; zero for others.
+    /// One for records that splat weights use; zero for others.
     pub is_seen: Buffer,
-    /// One for records that were listed since they went out of date.
+    /// One for records that were listed since they became stale.
     is_current: Buffer,
     /// The records that must be gathered.
     pub list: RecordList,
@@ -117,7 +117,8 @@ impl NeededRecords {
     /// Stem of reference and timing.
     pub const STEM: &str = "needed_records";
 
-    /// Makes room for lists of so many records, whose gather rays stand in parts of so many rows.
+    /// Allocates lists of `record_count` records, with `rows_per_part` in each buffer of the table
+    /// of gather rays.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -136,7 +137,7 @@ impl NeededRecords {
         })
     }
 
-    /// Lists the records that are request and not current; from then on they count as current.
+    /// Lists the requested stale records and marks them as current.
     pub fn record(&self, rec: &mut Recorder, request: RecordRequest, splat: &Splat, blend: &Blend) {
         let RecordList { offsets, records: listed, groups } = &self.list;
         let record_count = self.record_count;
@@ -188,7 +189,7 @@ impl NeededRecords {
         );
     }
 
-    /// Records in the list.
+    /// Returns the number of records in the list.
     ///
     /// # Errors
     /// The device failed.

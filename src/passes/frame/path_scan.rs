@@ -16,15 +16,15 @@ use std::ops::Range;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// How the energy of one vertex follows from that of the vertex before.
+    /// Factor from the energy of the vertex before to that of this one.
     pub struct PathStep {
-        /// Material that reflected the path towards this vertex; [`HEAD`] where the path starts,
-        /// [`FROM_ENTRY`] where an entry point that may be glossy did: what it reflects depends
-        /// on the light.
+        /// Material that reflected the path towards this vertex; [`HEAD`] if the path starts here;
+        /// [`FROM_ENTRY`] if the reflection was at an entry point that may be glossy, because it
+        /// depends on the light.
         pub material: u32,
         /// cosθ/(π·pdf) over the survival probability.
         pub weight: f32,
-        /// Where the vertex stands in its cluster's list.
+        /// Index of the vertex's contribution.
         pub slot: u32,
     }
 }
@@ -42,12 +42,12 @@ gpu_struct! {
     /// Push constants of the first kernel.
     pub struct PathScanPush {
         pub step_count: u32,
-        /// First of the bound part of the steps.
+        /// First index of the bound buffer of the steps.
         pub first_step: u32,
         /// First block of the dispatch.
         pub first_block: u32,
         pub end_block: u32,
-        /// First of the bound part of the contributions.
+        /// First index of the bound buffer of the contributions.
         pub first_slot: u32,
         pub end_slot: u32,
     }
@@ -65,18 +65,18 @@ gpu_struct! {
     /// Push constants of the third kernel.
     pub struct PathScanApplyPush {
         pub step_count: u32,
-        /// First of the bound part of the steps.
+        /// First index of the bound buffer of the steps.
         pub first_step: u32,
         /// First block of the dispatch.
         pub first_block: u32,
         pub end_block: u32,
-        /// First of the bound part of the contributions.
+        /// First index of the bound buffer of the contributions.
         pub first_slot: u32,
         pub end_slot: u32,
     }
 }
 
-/// What this pass shares with its shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[
     PathStep::LAYOUT,
     Segment::LAYOUT,
@@ -87,8 +87,8 @@ pub const LAYOUTS: &[Layout] = &[
 
 /// Material of the first vertex of a path.
 pub const HEAD: u32 = u32::MAX;
-/// Stands for the material of an entry point that may be glossy: its factor comes with
-/// the path's flux.
+/// Marks a reflection at an entry point that may be glossy: the flux of the path
+/// includes its factor.
 pub const FROM_ENTRY: u32 = u32::MAX - 1;
 /// Vertices of one block, which a workgroup shares (`glsl/include/path_scan.glsl`).
 const BLOCK_STEPS: u32 = 1024;
@@ -101,18 +101,18 @@ pub struct PathScan {
     carry: Pipeline,
     apply: Pipeline,
     steps: SplitBuffer,
-    /// Of each step 1 − cosα off the mirror direction, in parts like the steps'; if nothing is
-    /// glossy, there are none.
+    /// 1 − cosα off the mirror direction, for each step; split like the steps. `None` if
+    /// nothing is glossy.
     lobes: Option<SplitBuffer>,
     step_count: u32,
     /// Invocations that share a block.
     scan_group: u32,
-    /// Of each step, in parts like the steps'; where there are no images, there are none.
+    /// Packed colour of each step, split like the steps. `None` in scenes without images.
     colours: Option<SplitBuffer>,
     block_products: Buffer,
     /// Product that enters each block from the left; three floats.
     entering: Buffer,
-    /// `Contribution` of every vertex in cluster order, and one that nobody reads.
+    /// `Contribution` of every vertex in cluster order, and one unused element.
     pub contributions: SplitBuffer,
 }
 
@@ -120,9 +120,9 @@ impl PathScan {
     /// Stem of shaders, reference and timing.
     pub const STEM: &str = "path_scan";
 
-    /// Uploads the paths. `colours`: packed, of the image where the step before ended; none at all
-    /// in scenes without images. `lobes` is empty where no material may be glossy; else
-    /// contributions are in one part, for whoever looks them up.
+    /// Uploads the paths. `colours`: packed colour of the image at the start of each step; empty in
+    /// scenes without images. `lobes` is empty if no material may be glossy; otherwise the
+    /// contributions stay in one buffer, because kernels look them up by index.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -139,7 +139,7 @@ impl PathScan {
         Self::in_parts(context, steps, colours, lobes, contributions, [max_blocks, max_contributions])
     }
 
-    /// The same in parts of so many blocks of steps, and so many contributions.
+    /// As [`Self::new`], with at most that many blocks of steps, and contributions, in each buffer.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -182,13 +182,13 @@ impl PathScan {
         })
     }
 
-    /// Bytes of the stored steps, and of their lobes and colours, which are read once.
+    /// Bytes of the steps, and of their lobes and colours together; a scan reads the latter once.
     pub fn step_bytes(&self) -> [u64; 2] {
         let bytes = |parts: &Option<SplitBuffer>| parts.as_ref().map_or(0, SplitBuffer::bytes);
         [self.steps.bytes(), bytes(&self.lobes) + bytes(&self.colours)]
     }
 
-    /// The steps of a path, read for whoever asks; none where there is no such path.
+    /// Reads the steps of a path. Empty if there is no such path.
     ///
     /// # Errors
     /// The device failed.
@@ -211,8 +211,8 @@ impl PathScan {
         Ok(found)
     }
 
-    /// Scans all paths again, or those parts of the vertex array only. A part that was not asked
-    /// for keeps what it has: the same bits.
+    /// Scans all paths again, or the given parts of the vertex array. The other parts
+    /// keep their bits.
     pub fn record(&self, rec: &mut Recorder, materials: &Buffer, parts: Option<&[Range<u32>]>) {
         let step_count = self.step_count;
         let block_count = step_count.div_ceil(BLOCK_STEPS);
@@ -222,7 +222,8 @@ impl PathScan {
         let mut pass = rec.pass(Self::STEM);
         for (index, Bound { blocks, steps, lobes, colours, contributions }) in bound.iter().enumerate() {
             if index > 0 {
-                // They write different contributions, but the hazard check counts in buffers.
+                // The dispatches write disjoint contributions, but the hazard check
+                // works by buffer.
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
             pass.dispatch(
@@ -275,8 +276,8 @@ impl PathScan {
         }
     }
 
-    /// What dispatches bind for these blocks: each part of the steps with each of the
-    /// contributions, for a step's contribution may be in any.
+    /// Bindings of the dispatches for these blocks: each buffer of the steps with each buffer of
+    /// the contributions, because a step's contribution may be in any.
     fn bound<'a>(&'a self, ranges: &[Range<u32>]) -> Vec<Bound<'a>> {
         let mut bound = Vec::new();
         for range in ranges {
@@ -302,18 +303,18 @@ impl PathScan {
     }
 }
 
-/// What a dispatch binds.
+/// Bindings of a dispatch.
 struct Bound<'a> {
     blocks: Range<u32>,
     steps: &'a SplitPart,
-    /// If nothing is glossy, no pass reads them.
+    /// Unused if nothing is glossy.
     lobes: &'a Buffer,
-    /// Where there are no images nobody reads them.
+    /// Unused in scenes without images.
     colours: &'a Buffer,
     contributions: &'a SplitPart,
 }
 
-/// The blocks that hold those steps, in as few runs as can be. SplitBuffer come in order.
+/// The blocks of these steps, in as few ranges as possible. The parts are in ascending order.
 fn blocks_of(parts: &[Range<u32>]) -> Vec<Range<u32>> {
     let mut runs: Vec<Range<u32>> = Vec::new();
     for part in parts.iter().filter(|part| !part.is_empty()) {

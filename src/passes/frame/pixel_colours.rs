@@ -1,5 +1,6 @@
-//! Colours of images at pixels and at the slots of edge pixels, by which the composition multiplies
-//! albedos. In: what they see, images. Out: packed colours. In scenes without images, nothing runs.
+//! Colours of images at pixels and at the slots of edge pixels; composition multiplies
+//! albedos by them. In: surfaces at the pixels, images. Out: packed colours. Nothing runs in
+//! scenes without images.
 
 use crate::cpu::textures::unpack_colour;
 use crate::error::Result;
@@ -28,18 +29,18 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[PixelColoursPush::LAYOUT, EdgeColoursPush::LAYOUT];
 
-/// Points along each side of a pixel that its colour is the mean of.
+/// Points along each side of a pixel for its mean colour.
 pub const POINTS: u32 = 4;
 
-/// The pipelines and what they find.
+/// The pipelines and their results.
 pub struct PixelColours {
     pipelines: Option<[Pipeline; 2]>,
-    /// Mean colour of each pixel, packed; a word that nobody reads in scenes without images.
+    /// Packed mean colour of each pixel; one unused word in scenes without images.
     pub of_pixels: Buffer,
-    /// Colour of each slot of edge pixels, packed; likewise.
+    /// Packed colour of each slot of edge pixels; likewise.
     pub of_edges: Buffer,
 }
 
@@ -47,7 +48,7 @@ impl PixelColours {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "pixel_colours";
 
-    /// Makes room for an image of `pixel_count` pixels and so many slots of edge pixels, where the
+    /// Allocates buffers for `pixel_count` pixels and `slot_count` slots of edge pixels, if the
     /// scene has images.
     ///
     /// # Errors
@@ -72,7 +73,7 @@ impl PixelColours {
         })
     }
 
-    /// Colours of all pixels, and of the edge pixels of the same camera. Does nothing
+    /// Computes the colours of all pixels, and of the edge pixels of the same camera. Does nothing
     /// in scenes without images.
     pub fn record(
         &self,
@@ -114,7 +115,7 @@ impl PixelColours {
         );
     }
 
-    /// Diffuse albedo of each pixel, its colour included; black where the ray left the scene.
+    /// Diffuse albedo of each pixel, its colour included; black if the ray left the scene.
     ///
     /// # Errors
     /// The device failed.

@@ -1,6 +1,5 @@
-//! Exclusive prefix sum of `u32` values in place, with the total behind the last: counts
-//! become the offsets of a compressed sparse row. [Merrill and Grimshaw 2009,
-//! reduce-then-scan]  Wrapping; deterministic.
+//! Exclusive prefix sum of `u32` values in place, followed by the total: counts become CSR offsets.
+//! [Merrill and Grimshaw 2009, reduce-then-scan] Wrapping; deterministic.
 
 use std::sync::Arc;
 
@@ -17,24 +16,23 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[PrefixSumPush::LAYOUT];
 
-/// Values that one workgroup sums. Its invocations, as many as suit the device, add up their share
-/// on their own before they share sums.
+/// Values of one workgroup. Each invocation sums a segment of them before the workgroup
+/// combines the sums.
 const BLOCK_LENGTH: u32 = 2048;
 
-/// The pipelines, and room for the sums of blocks.
+/// The pipelines and the buffers of block sums.
 pub struct PrefixSum {
     reduce: Pipeline,
     scan: Pipeline,
     /// Values that one invocation adds up.
     items: u32,
     capacity: u32,
-    /// Sums of the blocks of the values, then of the blocks of these, and so on until one
-    /// block is left.
+    /// Block sums of the values, then of the block sums, and so on, down to one block.
     block_sums: Vec<Buffer>,
-    /// The offset of a block that is alone.
+    /// The offset of the only block of the last level.
     zero: Buffer,
 }
 
@@ -54,7 +52,7 @@ impl PrefixSum {
         let mut count = capacity;
         while count > BLOCK_LENGTH {
             count = count.div_ceil(BLOCK_LENGTH);
-            // The scan of the sums puts their total behind them.
+            // One more element, because the scan appends the total.
             block_sums.push(Buffer::storage(context, "block sums", 4 * (u64::from(count) + 1))?);
         }
         Ok(Self {
@@ -67,9 +65,9 @@ impl PrefixSum {
         })
     }
 
-    /// Replaces each of the first `count` words of `values` by the sum of those before it, and
-    /// word `count` by the sum of all. Records into an open pass, with barriers between its
-    /// own dispatches only.
+    /// Replaces each of the first `count` words of `values` by the sum of the words before
+    /// it, and word `count` by the total. Records into an open pass with barriers between
+    /// its own dispatches.
     ///
     /// Panics if `count` is above the capacity, or `values` shorter than `count + 1` words.
     pub fn record(&self, pass: &mut PassScope<'_>, values: &Buffer, count: u32) {
@@ -98,7 +96,7 @@ impl PrefixSum {
         for (index, &count) in counts.iter().enumerate().rev() {
             let offsets = if index == top { &self.zero } else { level(index + 1) };
             let bindings = [("Values", level(index)), ("BlockOffsets", offsets)];
-            // Of no values the total is written all the same.
+            // At least one workgroup, which writes the total of an empty list.
             let threads = count.div_ceil(self.items).max(1);
             pass.dispatch(&self.scan, [threads, 1, 1], &PrefixSumPush { count }, &bindings);
             if index > 0 {

@@ -1,4 +1,4 @@
-//! Primary visibility: what each pixel's central ray sees. In: camera. Out: position, side, shading
+//! Primary visibility: the surface at each pixel's centre. In: camera. Out: position, side, shading
 //! normal, footprint (m²).
 
 use crate::error::Result;
@@ -15,10 +15,10 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[PrimaryPush::LAYOUT];
 
-/// The pipeline and what it finds.
+/// The pipeline and its result.
 pub struct Primary {
     pipeline: Pipeline,
     /// `PixelSurface`s, row by row from the top.
@@ -29,7 +29,7 @@ impl Primary {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "primary";
 
-    /// Makes room for an image of `pixel_count` pixels.
+    /// Allocates the surfaces of `pixel_count` pixels.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.

@@ -1,7 +1,7 @@
-//! Shafts: what may stand between a light and a batch of points that lie close together. [Haines
-//! 1991] In: batches of points, a light. Out: for each batch the few nodes and triangles that its
-//! shadow rays start from. Most of a scene is lit, or hidden by little of it: then a handful of
-//! triangles is tried, or nothing at all, where each ray would walk down the tree.
+//! Shafts: the possible occluders between a light and a batch of nearby points. [Haines 1991] In:
+//! batches of points, a light. Out: for each batch the few nodes and triangles from which its
+//! shadow rays start. Most points are lit, or hidden by few triangles, so that a ray tests a
+//! handful of triangles instead of traversing the tree.
 
 use crate::error::Result;
 use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
@@ -11,18 +11,18 @@ use crate::passes::{LightKernel, OneLight, SceneBuffers};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Points that share a shaft, at most; mirrors `BATCH` in `glsl/include/shafts.glsl`.
+/// Maximum number of points that share a shaft; mirrors `BATCH` in `glsl/include/shafts.glsl`.
 pub const BATCH: u32 = 64;
 /// Words of a shaft: the numbers of its triangles (bits 0–15) and nodes (16–31); triangles; and
 /// from the end backwards, nodes.
 pub const SHAFT_WORDS: u32 = 16;
 
 gpu_struct! {
-    /// Where the shadow rays of a batch leave.
+    /// The origins of a batch's shadow rays.
     pub struct PointBatch {
-        /// Bounds of their origins, metres; `low` above `high`: there are none.
+        /// Bounds of the origins, metres; empty if `low` is above `high`.
         pub low: Vec3,
-        /// No unit geometric normal of the points is further from `normal`.
+        /// Largest distance of the points' unit geometric normals from `normal`.
         pub spread: f32,
         /// Bounds of their origins, metres.
         pub high: Vec3,
@@ -40,31 +40,31 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[PointBatch::LAYOUT, ShaftsPush::LAYOUT];
 
-/// The pipeline, batches of one kind of points, and their shafts to the light that was taken last.
+/// The pipeline, batches of one kind of points, and their shafts to the most recent light.
 pub struct Shafts {
     pipeline: Pipeline,
-    /// `PointBatch`es, for their owner to fill.
+    /// `PointBatch`es, which the owner fills.
     pub batches: Buffer,
     /// [`SHAFT_WORDS`] a batch.
     pub roots: Buffer,
-    /// Workgroups along each axis that take one batch with nodes each; the number of these batches;
-    /// which these are, in any order.
+    /// Dispatch size of one workgroup for each batch with nodes; the number of these batches; their
+    /// indices, in any order.
     pub list: Buffer,
     batch_count: u32,
 }
 
-/// A kernel that follows the shadow rays of batches, a workgroup a batch: first those that can only
-/// meet triangles, then the others.
+/// A kernel that traces the shadow rays of batches, one workgroup a batch: first the batches whose
+/// shafts hold only triangles, then the others.
 pub struct ShaftKernel {
     shallow: LightKernel,
     deep: LightKernel,
 }
 
 impl ShaftKernel {
-    /// Makes the embedded shader of that stem ready.
+    /// Creates the two pipelines of the shader with that stem.
     ///
     /// # Errors
     /// A Vulkan call failed.
@@ -73,12 +73,12 @@ impl ShaftKernel {
         Ok(Self { shallow: with(0)?, deep: with(1)? })
     }
 
-    /// The kernel for all batches, of which it leaves out those with nodes.
+    /// The kernel for all batches; it skips batches with nodes.
     pub fn shallow(&self, light: OneLight<'_>) -> &Pipeline {
         self.shallow.of(light)
     }
 
-    /// The kernel for the listed batches, as many workgroups as [`Shafts::list`] begins with.
+    /// The kernel for the listed batches; [`Shafts::list`] starts with its dispatch size.
     pub fn deep(&self, light: OneLight<'_>) -> &Pipeline {
         self.deep.of(light)
     }
@@ -88,7 +88,7 @@ impl Shafts {
     /// Stem of shader and reference.
     pub const STEM: &str = "shafts";
 
-    /// Makes room for so many batches.
+    /// Allocates buffers for `batch_count` batches.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -108,15 +108,15 @@ impl Shafts {
         BATCH * self.batch_count
     }
 
-    /// Finds the roots of all batches for a light. Records into an open pass, where a barrier to
-    /// transfers is due between two lights; one to indirect dispatches is due before rays start
+    /// Finds the roots of all batches for a light. Records into an open pass. The caller records a
+    /// barrier to transfers between two lights, and one to indirect dispatches before rays start
     /// from the roots.
     pub fn record(&self, pass: &mut PassScope<'_>, scene: &SceneBuffers, light: OneLight<'_>) {
         pass.fill_zero(&self.list).barrier(TRANSFER_TO_COMPUTE);
         pass.dispatch(&self.pipeline, [self.batch_count, 1, 1], &push(light), &self.bindings(scene, light));
     }
 
-    /// The same for as many workgroups of 64 batches as are counted there.
+    /// As [`Self::record`]; `groups` holds the number of workgroups, of 64 batches each.
     pub fn record_counted(
         &self,
         pass: &mut PassScope<'_>,

@@ -1,5 +1,5 @@
-//! Where rays of glossy pixels find the slots that gather rays read: what a cluster sends towards a
-//! direction is known there already. In: slots. Out: a list of directions for each cluster.
+//! Lookup of slots by cluster and direction: rays of glossy pixels reuse the outgoing flux that
+//! gather rays read. In: slots. Out: a list of direction bins for each cluster.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
@@ -8,21 +8,21 @@ use crate::scene::directions::{Directions, resolved_exponent};
 use glam::{UVec2, Vec3};
 use std::sync::Arc;
 
-/// Slots by cluster and direction.
+/// Slots by cluster and direction bin.
 pub struct SlotReads {
-    /// First place of each cluster in `reads`, and the end.
+    /// CSR offsets into `reads`: one for each cluster, and the end.
     pub first: Buffer,
-    /// Direction and slot, in order.
+    /// (Direction bin, slot), sorted for each cluster.
     pub reads: Buffer,
-    /// Directions that bins discretise.
+    /// The direction bins.
     pub directions: Directions,
-    /// Exponent of the sharpest lobe whose slots rays of pixels read: sharper ones
-    /// would be blurred.
+    /// Exponent of the sharpest lobe whose slots rays of pixels read: the bins would blur
+    /// a sharper one.
     pub max_exponent: f32,
 }
 
 impl SlotReads {
-    /// Lists the slots; `directions` as these were made for.
+    /// Lists the slots; `directions` are the bins for which they were made.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -30,7 +30,7 @@ impl SlotReads {
         let clusters = tables.base_ranges.len();
         let mut reads = Vec::with_capacity(tables.slots.len());
         for (index, slot) in (0..).zip(&tables.slots) {
-            // One that nothing reads has no direction.
+            // A slot without readers has no direction.
             if slot.direction != Vec3::ZERO {
                 reads.push((slot.cluster, directions.bin(slot.direction.as_dvec3()), index));
             }
@@ -47,7 +47,7 @@ impl SlotReads {
         })
     }
 
-    /// Nothing to read: rays of pixels ask the vertices of all glossy surfaces.
+    /// No slots: rays of pixels use the vertices of all glossy surfaces.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.

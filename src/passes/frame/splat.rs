@@ -1,6 +1,6 @@
-//! (Ir)radiance splatting: which records serve which pixel, and the indirect irradiance that
-//! follows. [Yue §4, Tsplat] In: pixels, cache points, records. Out: weights of each pixel's
-//! records (a view's), irradiance (W/m²).
+//! (Ir)radiance splatting: the records of each pixel with their weights, and its indirect
+//! irradiance. [Yue §4, Tsplat] In: pixels, cache points, records. Out: weights (a
+//! view's), irradiance (W/m²).
 //!
 //! The two halves are timed apart: weights change with the view, values with the light.
 
@@ -26,7 +26,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A record that serves a pixel. A pixel's weights sum to 1, or to -1 where no
+    /// A record and its weight at a pixel. The weights of a pixel sum to 1, or to -1 if no valid
     /// record covers it.
     pub struct SplatWeight {
         pub record: u32,
@@ -35,28 +35,28 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// The weights of a pixel: a run of them.
+    /// The segment of weights that belongs to a pixel.
     pub struct WeightRun {
         pub first: u32,
-        /// Behind the last, which may lie beyond what there is room for.
+        /// One past the last, which may exceed the capacity.
         pub end: u32,
     }
 }
 
 gpu_struct! {
-    /// What a view asks for.
+    /// Counts of a view.
     pub struct SplatTally {
         /// Weights of all pixels.
         pub weights: u32,
-        /// Pixels that relaxed records reach.
+        /// Pixels with relaxed records.
         pub relaxed: u32,
-        /// 1: the device ended the loops of some invocation before they were done.
+        /// 1: some invocation had a truncated loop.
         pub is_truncated: u32,
     }
 }
 
 gpu_struct! {
-    /// The box around what a tile of pixels shows, or around a block of records.
+    /// The box around the surfaces of a tile of pixels, or around a block of records.
     pub struct TileBox {
         /// Lowest corner, metres.
         pub low: Vec3,
@@ -65,7 +65,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of the step before the first.
+    /// Push constants of the step before the first one.
     pub struct SplatBoxesPush {
         /// Of the image, pixels.
         pub size: UVec2,
@@ -86,7 +86,7 @@ gpu_struct! {
         pub record_count: u32,
         /// Tiles in a row.
         pub tile_columns: u32,
-        /// Pairs that fit.
+        /// Capacity of the list of pairs.
         pub capacity: u32,
     }
 }
@@ -97,15 +97,15 @@ gpu_struct! {
         pub width: u32,
         pub height: u32,
         pub record_count: u32,
-        /// Pairs that fit.
+        /// Capacity of the list of pairs.
         pub pair_capacity: u32,
-        /// Weights that fit.
+        /// Capacity of the list of weights.
         pub weight_capacity: u32,
     }
 }
 
 gpu_struct! {
-    /// Push constants of the step before the fourth.
+    /// Push constants of the step before the fourth one.
     pub struct SplatBlocksPush {
         pub record_count: u32,
     }
@@ -115,7 +115,7 @@ gpu_struct! {
     /// Push constants of the fourth step.
     pub struct SplatNearestPush {
         pub record_count: u32,
-        /// Weights that fit.
+        /// Capacity of the list of weights.
         pub weight_capacity: u32,
     }
 }
@@ -124,12 +124,12 @@ gpu_struct! {
     /// Push constants of the last step.
     pub struct SplatApplyPush {
         pub pixel_count: u32,
-        /// Weights that fit.
+        /// Capacity of the list of weights.
         pub weight_capacity: u32,
     }
 }
 
-/// What this pass shares with its shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[
     PixelRectangle::LAYOUT,
     SplatWeight::LAYOUT,
@@ -173,10 +173,10 @@ pub struct Splat {
     pub(super) weights: Buffer,
     pub(super) weight_capacity: u32,
     pub(super) tally: Buffer,
-    /// Pixels that no record covers, nor reaches when relaxed: workgroups along each axis that take
-    /// one each; their number; which these are, in any order.
+    /// Uncovered pixels without a relaxed record: dispatch size of one workgroup each; their
+    /// number; their indices, in any order.
     pub(super) uncovered: Buffer,
-    /// Tiles with pixels of more weights than registers hold, likewise.
+    /// Tiles that have pixels with more weights than registers hold, likewise.
     crowded: Buffer,
     /// Indirect irradiance of each pixel, W/m²; three floats.
     pub irradiance: Buffer,
@@ -188,17 +188,17 @@ impl Splat {
     /// Stem of shader, reference and timing of the values.
     pub const APPLY_STEM: &str = "splat_apply";
 
-    /// Makes room for so many records on an image of that size.
+    /// Allocates buffers for `record_count` records and an image of that size.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, record_count: u32, size: [u32; 2]) -> Result<Self> {
         let pixel_count = size[0] * size[1];
-        // Pictures of the built-in scenes ask for four at most; a view that asks for more gets them
-        // and its frame is repeated.
+        // Images of the built-in scenes need at most four weights a pixel. If a view needs more,
+        // the list grows and the frame is repeated.
         let weight_capacity = 5 * pixel_count;
         let tile_count = size.map(|pixels| u64::from(pixels.div_ceil(TILE))).iter().product::<u64>();
-        // Before the first view there is nothing to count.
+        // Zero counts before the first view.
         let no_pairs = vec![0_u32; record_count as usize + 1];
         let no_weights = vec![WeightRun::zeroed(); pixel_count as usize];
         let list = |name, items: u64| Buffer::from_slice(context, name, &vec![0_u32; 4 + items as usize]);

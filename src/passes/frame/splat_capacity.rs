@@ -1,4 +1,4 @@
-//! Room in the lists between records and pixels, and what a view asked of it.
+//! Capacity of the lists between records and pixels, and the counts of a view.
 
 use super::splat::{Splat, SplatTally, TILE};
 use super::tile_sort::TileSort;
@@ -6,8 +6,8 @@ use crate::error::{Error, Result};
 use crate::gpu::Buffer;
 
 impl Splat {
-    /// After a frame: makes room where a list was too short for the view. True if it was, and the
-    /// frame has to be repeated.
+    /// Enlarges the lists that were too short for the last view. Returns whether one was: the frame
+    /// must then be repeated.
     ///
     /// # Errors
     /// The device lacks memory or failed, or a tile of pixels has more records than
@@ -26,8 +26,7 @@ impl Splat {
         if lacks_pairs {
             self.sort = TileSort::new(&self.context, with_reserve(pairs))?;
         }
-        // Without all pairs the number of weights is not the final one: the repeated frame is asked
-        // again.
+        // Without all pairs the number of weights is not final: the repeated frame checks it again.
         let lacks_weights = weights > self.weight_capacity;
         if lacks_weights {
             let capacity = with_reserve(weights);
@@ -37,7 +36,7 @@ impl Splat {
         Ok(lacks_pairs || lacks_weights)
     }
 
-    /// (tile, record) pairs and (pixel, record) weights that the last view asked for.
+    /// Numbers of (tile, record) pairs and of (pixel, record) weights that the last view needed.
     ///
     /// # Errors
     /// The device failed.
@@ -51,18 +50,18 @@ impl Splat {
         [&self.weight_runs, &self.weights]
     }
 
-    /// Pixels, and weights that there is room for.
+    /// Number of pixels, and capacity of the list of weights.
     pub fn capacity(&self) -> [u32; 2] {
         [self.size[0] * self.size[1], self.weight_capacity]
     }
 
-    /// Bytes of the room for pairs and for weights.
+    /// Bytes of the lists of pairs and of weights.
     pub fn list_bytes(&self) -> [u64; 2] {
         [self.sort.input().bytes(), self.weights.bytes()]
     }
 
-    /// Pixels of the last view that no record covers: those that relaxed records reach, and those
-    /// that take the nearest one.
+    /// Uncovered pixels of the last view: those with relaxed records, and those with
+    /// the nearest record.
     ///
     /// # Errors
     /// The device failed.
@@ -71,8 +70,7 @@ impl Splat {
     }
 }
 
-/// Adds a quarter to the size of a list. Most later views then fit, and the list is
-/// not created again.
+/// Adds a quarter to the size of a list, so that most later views fit without a new list.
 fn with_reserve(needed: u32) -> u32 {
     needed.saturating_add(needed / 4)
 }

@@ -25,18 +25,18 @@ gpu_struct! {
         pub shift: u32,
         /// Blocks of 256 pairs.
         pub block_count: u32,
-        /// Where the pair count stands in the running counts.
+        /// Index of the pair count in `PairOffsets`.
         pub record_count: u32,
     }
 }
 
-/// What this pass shares with its shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[TilePair::LAYOUT, SortPush::LAYOUT];
 
 /// Pairs of one block.
 const BLOCK: u32 = 256;
 
-/// The pipelines, two lists of pairs to sort back and forth between, and the digits' counts.
+/// The pipelines, two lists of pairs for the passes of the sort, and the digit counts.
 pub struct TileSort {
     count: Pipeline,
     scatter: Pipeline,
@@ -67,19 +67,19 @@ impl TileSort {
         })
     }
 
-    /// Pairs that fit.
+    /// Capacity in pairs.
     pub fn capacity(&self) -> u32 {
         self.block_count * BLOCK
     }
 
-    /// Where unsorted pairs go.
+    /// The list for the unsorted pairs.
     pub fn input(&self) -> &Buffer {
         &self.lists[0]
     }
 
     /// Sorts by the digits that `tile_count` needs and returns the sorted list. The number of pairs
-    /// is word `record_count` of `pair_offsets`. Records into an open pass, barriers between its
-    /// own dispatches only.
+    /// is word `record_count` of `pair_offsets`. Records into an open pass with barriers between
+    /// its own dispatches.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,

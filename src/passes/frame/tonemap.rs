@@ -14,10 +14,10 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[TonemapPush::LAYOUT];
 
-/// The pipeline and the picture for eyes.
+/// The pipeline and the displayed image.
 pub struct Tonemap {
     pipeline: Pipeline,
     pixel_count: u32,

@@ -1,9 +1,9 @@
-//! Accessibility of path vertices: the share of what a vertex reflects that leaves its
-//! surroundings. [after Zhukov] In: vertices of the light paths. Out: how much of each counts for
-//! readers from afar, and for how much area clusters show.
+//! Ambient accessibility of path vertices [after Zhukov]: the fraction of a vertex's reflected
+//! light that leaves its surroundings. In: vertices of the light paths. Out: the weight of each
+//! vertex for distant readers, and the area that clusters show to them.
 //!
-//! Rays from afar meet what is open more often, and more light comes to it. A mean in which all
-//! area counts alike would be too dark for them: in the atrium's mouldings by several per cent.
+//! Distant rays meet accessible surface more often, and it receives more light. An unweighted mean
+//! over the area is too dark for them: by several per cent in the mouldings of the atrium.
 
 use super::Chunks;
 use super::gather_rays::Hemisphere;
@@ -18,7 +18,7 @@ use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// A point that is asked for.
+    /// A point to measure.
     pub struct AccessibilityPoint {
         /// On the surface.
         pub position: Vec3,
@@ -33,26 +33,26 @@ gpu_struct! {
         pub point_count: u32,
         /// Seed of all decisions.
         pub seed: u32,
-        /// What is further away does not count, metres.
+        /// Distance beyond which hits do not count, metres.
         pub reach: f32,
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[AccessibilityPoint::LAYOUT, AccessibilityPush::LAYOUT];
 
 /// Stem of shader and reference.
 pub const STEM: &str = "accessibility";
 
-/// Rays of an entry point, which tells how much area shows, and of other vertices.
+/// Rays of an entry point, which also determines the shown area, and of other vertices.
 const RAYS: [u32; 2] = [16, 4];
 
-/// What a vertex counts for whose rays all end nearby, of what an open one does: where all are like
-/// that, they count alike.
+/// Weight of a vertex whose rays all end nearby, relative to an accessible one. If all vertices of
+/// a cluster are like that, their weights are equal.
 const MIN_WEIGHT: f32 = 1.0 / 16.0;
 
-/// Finds the accessibility, within [`NEARBY`], of vertices in clusters with an unweighted one, and
-/// with it the area for which these clusters show.
+/// Measures the accessibility, within [`NEARBY`], of vertices in clusters that have an unweighted
+/// one, and derives the area that these clusters show.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -90,7 +90,7 @@ pub fn measure(
     Ok(())
 }
 
-/// How many of each point's rays meet nothing within `reach` metres.
+/// Returns how many of each point's rays meet nothing within `reach` metres.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -102,7 +102,7 @@ pub fn open_rays(
     reach: f32,
     seed: u32,
 ) -> Result<Vec<u32>> {
-    /// Points of one dispatch at most, where the device binds as many.
+    /// Maximum number of points of one dispatch.
     const LIMIT: u64 = 1 << 17;
     let bindable = context.limits().storage_range_bytes / size_of::<AccessibilityPoint>() as u64;
     let limit = (points.len() as u64).min(LIMIT).min(bindable).max(1);

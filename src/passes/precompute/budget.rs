@@ -1,33 +1,33 @@
-//! How many records a surface asks for, and the length that makes them as many as
-//! the budget allows.
+//! The number of records that a surface needs, and the unit length at which their total
+//! meets the budget.
 
 use super::cache_points::Geometry;
 use super::parallel;
 
 /// A point counts as covered from this record weight on; records then overlap enough to blend.
 pub(super) const COVERED: f32 = 0.3;
-/// Radii are clamped between these multiples of one length, which the budget decides. [Tabellion
-/// §4] has 1.5 and 10 pixels.
+/// Radii are clamped between these multiples of a unit length, which follows from the budget.
+/// [Tabellion §4] has 1.5 and 10 pixels.
 pub const RADIUS_RANGE: [f64; 2] = [1.0, 5.0];
 /// Normals further apart than this do not share a record, radians.
 const NORMAL_RANGE: f64 = 0.174_53;
 /// Records that random sequential packing fits into one squared spacing.
 const PACKING: f64 = 0.7;
-/// Share of the budget that placement aims at; its estimate is good to a few per cent.
+/// Fraction of the budget that placement aims at; its estimate is accurate to a few per cent.
 const BUDGET_SHARE: f64 = 0.9;
 
-/// What a fragment of the surface asks for.
+/// The need of records of one fragment.
 pub(super) struct Demand {
     area_m2: f64,
     /// Distances over which its shading normal turns by [`NORMAL_RANGE`], where it turns fastest
     /// and where slowest, metres.
     reach: [f64; 2],
-    /// Of its surroundings, metres.
+    /// Clearance at the fragment, metres.
     clearance: f64,
 }
 
 impl Demand {
-    /// Of every fragment, given their clearances.
+    /// The demand of every fragment, given their clearances.
     pub(super) fn of_fragment(geometry: &Geometry<'_>, clearances: &[f32]) -> Vec<Self> {
         parallel::each(clearances.len(), |fragment| {
             let clearance = f64::from(clearances[fragment]);
@@ -59,30 +59,30 @@ impl Demand {
         across * along / PACKING
     }
 
-    /// Its turn where the budget does not suffice: twice the area to a record comes one
-    /// step earlier. 0..256.
+    /// Rank of the fragment if the budget does not suffice, 0..256: twice the area to a record
+    /// comes one step earlier.
     pub(super) fn order(&self, unit: f64, scene_size: f32) -> u32 {
         let ratio = f64::from(scene_size).powi(2) / self.share(unit);
         ratio.log2().clamp(0.0, 255.0) as u32
     }
 
-    /// Records that it needs at a given unit of length.
+    /// Number of records that it needs at a given unit of length.
     pub(super) fn records(&self, unit: f64) -> f64 {
         self.area_m2 / self.share(unit)
     }
 
-    /// The same if it were flat.
+    /// The number of records if it were flat.
     fn flat_records(&self, unit: f64) -> f64 {
         let spacing = f64::from(1.0 - COVERED) * self.radius(unit);
         PACKING * self.area_m2 / (spacing * spacing)
     }
 }
 
-/// The length that scales all radii, such that the expected number of records meets the budget; the
-/// longest at which that may be off; and the one to take where no length will do. Where curvature
-/// asks for many records whatever the length, the expectation is too high for them: flat fragments
-/// are granted a quarter of the budget at first, and an eighth in any case; six tenths of it where
-/// what is curved is covered sparsely.
+/// Returns three unit lengths that scale all radii. The first meets the budget in expectation, and
+/// gives flat fragments at least a quarter of it: strong curvature needs many records at any
+/// length, and its expected number is too high. The second is the longest length that placement may
+/// reach, at which flat fragments take an eighth. The third is for scenes that no length suits:
+/// curved surface is covered sparsely and flat fragments take six tenths.
 pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 3] {
     let curved = |unit: f64| demands.iter().map(|demand| demand.records(unit)).sum::<f64>();
     let flat = |unit: f64| demands.iter().map(|demand| demand.flat_records(unit)).sum::<f64>();

@@ -1,11 +1,11 @@
-//! Cache points: dense candidates on the surfaces, rejected wherever an accepted record already
-//! speaks for them. [Yue §1, Tabellion]
+//! Cache points: dense candidates on the surfaces, rejected wherever an accepted record is valid.
+//! [Yue §1, Tabellion]
 //!
-//! Deterministic: candidates have a fixed order, and a candidate's fate depends on earlier ones
-//! only. Covering: candidates are drawn as densely as the radii ask, and random probes of the whole
-//! surface become candidates themselves where no record serves them. Radii are clamped in world
-//! space, because the camera moves, and by the neighbourhood's clearance, so that no record reaches
-//! over what its own rays missed. [Krivanek 2006]
+//! Deterministic: candidates have a fixed order, and only earlier ones affect a candidate.
+//! Covering: the density of candidates follows from the radii, and random probes of the whole
+//! surface become candidates where no record is valid. Radii are clamped in world space, because
+//! the camera moves. They are also clamped by the clearance of the neighbourhood, so that no record
+//! extends over surface that its own rays missed. [Krivanek 2006]
 
 pub use super::budget::RADIUS_RANGE;
 use super::budget::{Demand, spread};
@@ -24,19 +24,19 @@ use glam::{DVec3, UVec2, Vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Candidates for each record that is expected.
+/// Candidates for each expected record.
 const CANDIDATES_PER_RECORD: f64 = 24.0;
-/// Expected records, in budgets, from which on no length will do.
+/// Expected number of records, in budgets, beyond which the budget cannot suffice.
 const HOPELESS: f64 = 1.5;
-/// Where the budget does not suffice, all surface gets a record that reaches when relaxed it before
-/// some gets those that it asks for.
+/// If the budget does not suffice, relaxed records first cover all surface, before any surface gets
+/// its full density.
 const SPARSE_FIRST: [Cover; 2] = [Cover::SPARSE, Cover::DENSE];
-/// Candidates of the first batch, and batches at least.
+/// Candidates of the first batch, and minimum number of batches.
 const MIN_BATCH: usize = 4096;
 const BATCHES: usize = 24;
-/// Candidates whose clearances are measured at a time.
+/// Candidates in one measurement of clearances.
 const MEASURED: usize = 2048;
-/// Probes for coverage, a round; and the share of them that may stay uncovered.
+/// Coverage probes in one iteration, and the fraction of them that may stay uncovered.
 const PROBES: u32 = 200_000;
 const UNCOVERED_SHARE: f64 = 5e-5;
 const PROBE_ROUNDS: u32 = 6;
@@ -47,14 +47,14 @@ pub struct Placement {
     pub points: Vec<Placed>,
     /// Lower clamp of their radii, metres.
     pub min_radius: f32,
-    /// Candidates looked at.
+    /// Number of tested candidates.
     pub candidates: u64,
-    /// The budget sufficed: all but a tiny share of the surface has a record.
+    /// Whether the budget sufficed: all but a tiny fraction of the surface has a record.
     pub is_covering: bool,
 }
 
-/// How far away other surfaces are, all over the active sides: a sample a fragment, or some where
-/// there are many.
+/// Clearances measured all over the active surface: one sample a fragment, or fewer in a cluster
+/// with many fragments.
 pub struct SizeField {
     probe: ClearanceProbe,
     samples: Vec<CachePoint>,
@@ -84,8 +84,8 @@ impl SizeField {
         Ok(Self { probe, samples, clearances })
     }
 
-    /// What the samples around say of the clearance at the middle of each fragment of another cut
-    /// of the same surface, metres.
+    /// Interpolated clearance, metres, at the middle of each fragment of another hierarchy of
+    /// the same surface.
     pub fn clearances_of(&self, geometry: &Geometry<'_>, other: &Hvds) -> Vec<f32> {
         let neighbourhood = Neighbourhood::new(&geometry.hvds.grid, &self.samples, &self.clearances);
         let middle = |fragment: usize| {
@@ -136,30 +136,30 @@ pub fn place(
         if placement.is_covering || is_last {
             return Ok(placement);
         }
-        // The estimate is rarely far off; where it is, longer radii blur more than relaxed records.
+        // The estimate is rarely far off. If it is, longer radii blur more than relaxed records do.
         is_last = unit > first;
         unit *= 1.1;
     }
 }
 
-/// What placement knows of the scene.
+/// The scene as placement reads it.
 pub struct Geometry<'a> {
     /// In BVH order.
     pub triangles: &'a [Triangle],
     /// In BVH order.
     pub surfaces: &'a [Surface],
-    /// Its fragments are where candidates are drawn.
+    /// The hierarchy with the fragments on which candidates are drawn.
     pub hvds: &'a Hvds,
     /// Diagonal of the scene, metres.
     pub scene_size: f32,
-    /// What solids that surface may lie in.
+    /// Watertight solids that may contain surface.
     pub solids: &'a Solids,
-    /// How far ray origins stay off surfaces, metres.
+    /// Offset of ray origins from surfaces, metres.
     pub clear_distance: f32,
 }
 
 impl Geometry<'_> {
-    /// Whether a solid holds a point of the surface.
+    /// Whether a watertight solid contains a point of the surface.
     pub(super) fn is_interior(&self, point: &CachePoint) -> bool {
         self.solids.hold(point.position + self.clear_distance * point.facet)
     }
@@ -170,8 +170,8 @@ impl Geometry<'_> {
         let Fragment { side, corners, .. } = &self.hvds.fragments[fragment];
         let u = plane_sequence(index, hash(fragment as u32 ^ hash(seed)));
         let corner_mean = self.triangles[*side as usize / 2].positions.iter().sum::<Vec3>() / 3.0;
-        // Off the triangle's edges by a hair: a ray from a point on an edge may slip out between
-        // two surfaces.
+        // Slightly off the triangle's edges: a ray from a point on an edge may slip out
+        // between two surfaces.
         self.point(*side, point_in_polygon(corners, u).lerp(corner_mean, 1.0 / 32_768.0))
     }
 
@@ -197,25 +197,25 @@ impl Geometry<'_> {
     }
 }
 
-/// A candidate's turn, and where it lies; ordered by these.
+/// A candidate's rank and position; ordered by both.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate {
     rank: u32,
     fragment: u32,
-    /// Number of its point on the fragment.
+    /// Index of its point on the fragment.
     index: u32,
 }
 
-/// Clearances that an earlier attempt measured, by place.
+/// Clearances that an earlier attempt measured, by [`place_of`].
 type Known = HashMap<[u32; 4], Clearance>;
 
-/// What a clearance depends on.
+/// The position and side that determine a clearance.
 fn place_of(candidate: &CachePoint) -> [u32; 4] {
     let [x, y, z] = candidate.position.to_array().map(f32::to_bits);
     [x, y, z, candidate.side]
 }
 
-/// One try at a given unit of length.
+/// One attempt at a given unit of length.
 struct Attempt<'a> {
     buffers: &'a SceneBuffers,
     geometry: &'a Geometry<'a>,
@@ -223,7 +223,7 @@ struct Attempt<'a> {
     neighbourhood: &'a Neighbourhood<'a>,
     demands: &'a [Demand],
     unit: f64,
-    /// There will be no other.
+    /// No other attempt follows.
     is_last: bool,
     budget: u32,
     seed: u32,
@@ -264,7 +264,8 @@ impl Attempt<'_> {
         })
     }
 
-    /// Accepts candidates until all are covered so. Their number; false once the budget is spent.
+    /// Accepts candidates until `cover` holds for all. Returns their number, and false if the
+    /// budget is spent.
     fn fill(
         &self,
         records: &mut Records,
@@ -277,7 +278,7 @@ impl Attempt<'_> {
         let mut first = 0;
         let mut has_room = true;
         while first < candidates.len() && has_room {
-            // Small batches first, while few records stand that could cover any.
+            // Small batches first, while there are few records to cover the candidates.
             let batch = (first + MIN_BATCH).min(candidates.len().div_ceil(BATCHES)).max(MIN_BATCH);
             let end = candidates.len().min(first + batch);
             let open = self.uncovered(records, &mut candidates[first..end], self.seed, cover);
@@ -288,9 +289,8 @@ impl Attempt<'_> {
         Ok((candidates.len() as u64, has_room))
     }
 
-    /// All candidates in a fixed shuffled order, each fragment as densely as its records
-    /// will stand. Where the budget may leave something uncovered, where a record covers
-    /// much comes first.
+    /// All candidates in a fixed shuffled order, in proportion to the expected records of each
+    /// fragment. If the budget may not suffice, fragments with large records come first.
     fn candidates(&self) -> Vec<Candidate> {
         let of_fragment = |fragment: usize| {
             let count = CANDIDATES_PER_RECORD * self.demands[fragment].records(self.unit);
@@ -321,8 +321,8 @@ impl Attempt<'_> {
         (0..).zip(probes).map(|(rank, (fragment, index))| Candidate { rank, fragment, index }).collect()
     }
 
-    /// Candidates that no record covers, in the order of their ranks. Leaves the list
-    /// in another order.
+    /// Returns the candidates that no record covers, in the order of their ranks.
+    /// Reorders the list.
     fn uncovered(
         &self,
         records: &Records,
@@ -330,7 +330,7 @@ impl Attempt<'_> {
         seed: u32,
         cover: Cover,
     ) -> Vec<CachePoint> {
-        // Neighbours on the surface one after another: they ask for the same records.
+        // Neighbours on the surface are consecutive, because they test the same records.
         candidates.sort_unstable_by_key(|candidate| (candidate.fragment, candidate.index));
         let candidates = &*candidates;
         let mut open = parallel::in_chunks(candidates.len(), |chunk| {
@@ -348,7 +348,8 @@ impl Attempt<'_> {
         open.into_iter().map(|drawn| drawn.1).collect()
     }
 
-    /// Accepts, in order, candidates that nothing covers yet. False once the budget is spent.
+    /// Accepts, in order, candidates that no record covers yet. Returns false if the
+    /// budget is spent.
     fn accept(
         &self,
         records: &mut Records,
@@ -358,7 +359,7 @@ impl Attempt<'_> {
     ) -> Result<bool> {
         let mut rest = candidates.into_iter();
         loop {
-            // A few at a time: what they cover need not be measured any more.
+            // A few at a time: candidates that these cover need no measurement.
             let open = |candidate: &CachePoint| !records.cover(candidate, cover);
             let next: Vec<CachePoint> = rest.by_ref().filter(open).take(MEASURED).collect();
             if next.is_empty() {

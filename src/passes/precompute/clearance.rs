@@ -1,5 +1,5 @@
-//! Clearances: how far candidate cache points are from what they see, and the wall that stands
-//! nearest. [Tabellion §4] In: candidates. Out: metres and a plane, for each.
+//! Clearances: the distance from candidate cache points to the nearest visible surface, and their
+//! nearest occluder plane. [Tabellion §4] In: candidates. Out: metres and a plane, for each.
 
 use super::gather_rays::Hemisphere;
 use super::{Chunks, Progress};
@@ -12,10 +12,10 @@ use glam::Vec3;
 use std::sync::{Arc, Mutex, PoisonError};
 
 gpu_struct! {
-    /// What stands around a candidate.
+    /// Clearance of a candidate.
     pub struct Clearance {
-        /// To the nearest surface that its rays see, metres; negative if that is the inside
-        /// of a solid.
+        /// Distance to the nearest surface that its rays see, metres; negative if that is the
+        /// inside of a solid.
         pub distance: f32,
         /// Plane of that surface, as in `CachePoint`, if it faces 45° or more away from the
         /// candidate's; else zero.
@@ -24,7 +24,7 @@ gpu_struct! {
 }
 
 impl Clearance {
-    /// The device ended the loops that were to find it.
+    /// Whether truncated loops left it undetermined.
     fn is_unknown(&self) -> bool {
         self.distance == -2.0
     }
@@ -41,15 +41,14 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[Clearance::LAYOUT, ClearancePush::LAYOUT];
 
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "clearance";
 
-/// Candidates of the first dispatch: few, for nobody knows how long one takes.
+/// Candidates of the first dispatch: few, because their duration is not known yet.
 const FIRST: u32 = 256;
-/// Rays that measure a clearance.
 const CLEARANCE_RAYS: u32 = 64;
 
 /// Device side: clearances of candidates.
@@ -58,14 +57,14 @@ pub(super) struct ClearanceProbe {
     pipeline: Pipeline,
     candidates: Buffer,
     clearances: Buffer,
-    /// How many candidates a dispatch takes, as those before have told.
+    /// Size of the dispatches, from the durations of earlier ones.
     chunks: Mutex<Chunks>,
     scene_size: f32,
     seed: u32,
 }
 
 impl ClearanceProbe {
-    /// Candidates of one dispatch at most, where the device binds as many.
+    /// Maximum number of candidates of one dispatch.
     const LIMIT: u32 = 1 << 15;
 
     pub(super) fn new(context: &Arc<Context>, scene_size: f32, seed: u32) -> Result<Self> {

@@ -1,11 +1,11 @@
-//! Which parts of coarse clusters gather rays can see from where they come. [Yue §2, Figure 1] In:
-//! gather rays, clusters. Out: proxies, each a list of clusters with weights; gather rays that read
-//! one point to it.
+//! Directional proxies: the parts of coarse clusters that are visible from the origins of gather
+//! rays. [Yue §2, Figure 1] In: gather rays, clusters. Out: proxies, each a list of weighted
+//! clusters; gather rays that read a proxy refer to it.
 //!
-//! A *pair* is a coarse cluster and a discretised direction that gather rays read it from. Where
-//! other surface in the cell hides a part of the cluster, the pair becomes a *proxy*: the mean over
-//! the clusters below it, each weighted by its open share, its area and its cosine with the
-//! direction. Where nothing is hidden, or all alike, rays keep the cluster.
+//! A *pair* is a coarse cluster and a direction bin from which gather rays read it. If other
+//! surface in the cell hides a part of the cluster, the pair becomes a *proxy*: the mean over finer
+//! clusters, each weighted by its visible fraction, its area and its cosine with the direction. If
+//! nothing is hidden, or all of it equally, rays keep the cluster.
 
 use super::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
 use super::occlusion::{Ask, Cells, Hiding, Readers, Seen};
@@ -20,82 +20,82 @@ use crate::types::{CachePoint, GatherRay, NO_TARGET, Surface};
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Gather rays whose origins stand for all of a pair's.
+/// Gather rays whose origins represent all readers of a pair.
 const MAX_READERS: usize = 8;
-/// Clusters of a proxy at most.
+/// Maximum number of clusters of a proxy.
 const MAX_PARTS: usize = 64;
-/// Proxies differ from their cluster by so much of the weight at the least.
+/// Minimum difference of the weights between a proxy and its cluster.
 const MIN_CHANGE: f64 = 1.0 / 32.0;
-/// Pairs that a thread measures at a time: one prepares rays while the device traces
+/// Pairs in one measurement of a thread: one thread prepares rays while the device traces
 /// those of another.
 const CHUNK: usize = 1 << 11;
-/// Clusters that a thread looks at together for what may hide them.
+/// Clusters in one chunk of the search for occluders.
 const FEW: usize = 64;
 /// Pairs between two reports of progress.
 const PAIRS_AT_A_TIME: usize = 1 << 15;
 
-/// What proxies are made from.
+/// Inputs of the proxies.
 #[derive(Clone, Copy)]
 pub struct Sources<'a> {
     /// Hierarchy whose clusters may be hidden.
     pub hvds: &'a Hvds,
-    /// Entry points that each holds, in expectation.
+    /// Expected number of entry points in each cluster.
     pub in_clusters: &'a [f32],
     /// In BVH order.
     pub surfaces: &'a [Surface],
     /// As at load.
     pub materials: &'a [Material],
-    /// Where gather rays begin.
+    /// Origins of the gather rays.
     pub cache_points: &'a [CachePoint],
-    /// How they are stratified, and the seed that they were traced with.
+    /// Their stratification; `seed` is the seed of their directions.
     pub hemisphere: Hemisphere,
     /// See `hemisphere`.
     pub seed: u32,
-    /// Discretised directions of proxies.
+    /// Direction bins of proxies.
     pub directions: Directions,
-    /// How far ray origins stay off surfaces, metres.
+    /// Offset of ray origins from surfaces, metres.
     pub clear_distance: f32,
 }
 
 /// All proxies, in compressed lists.
 #[derive(Debug)]
 pub struct ProxyTables {
-    /// First part of each proxy, and the end.
+    /// CSR offsets of the entries of each proxy.
     pub part_offsets: Vec<u32>,
-    /// Parts of the proxies, packed.
+    /// Packed entries of the proxies.
     pub parts: Vec<u32>,
     /// How they are packed.
     pub packing: ProxyPartPacking,
-    /// Cluster, direction and proxy of each pair that is one, in this order.
+    /// Cluster, direction bin and proxy of each pair that became a proxy, in this order.
     pub pairs: Vec<[u32; 3]>,
     /// Pairs that were measured with rays.
     pub measured: u64,
-    /// Of these, pairs that would be proxies if their open parts held enough entry points.
+    /// Of these, pairs that stay clusters because their visible parts hold too few entry points.
     pub poor: u64,
     /// Gather rays that read proxies.
     pub readers: u64,
 }
 
-/// What a proxy may become: a cluster below the pair's, and what is seen of it.
+/// A candidate entry of a proxy: a finer cluster and its visibility.
 #[derive(Clone, Copy)]
 struct Node {
     cluster: u32,
     seen: Option<Seen>,
 }
 
-/// A pair under way.
+/// A pair during measurement.
 struct Pair {
     readers: Readers,
     nodes: Vec<Node>,
 }
 
-/// What a pair came to.
+/// The result of a pair.
 enum Outcome {
-    /// Nothing that its cluster does not tell.
+    /// The cluster is accurate enough.
     Cluster,
-    /// The same, because the open parts hold too few entry points.
+    /// The cluster stays, because its visible parts hold too few entry points.
     Poor,
-    /// Parts of a proxy by cluster, their weights in steps.
+    /// Entries of a proxy: clusters and their weights in steps.
     Proxy(Vec<(u32, u32)>),
 }
 
@@ -105,9 +105,9 @@ impl Sources<'_> {
     }
 }
 
-/// Measures the pairs of all rays that do not meet what may be glossy, makes the proxies, and packs
-/// the rays anew: a target beyond the clusters is a proxy. The tables are empty where nothing is
-/// hidden; then the rays stay as they are.
+/// Measures the pairs of all rays that meet no glossy material, builds the proxies, and repacks the
+/// rays: a target beyond the clusters is a proxy. If nothing is hidden, the tables are empty and
+/// the rays unchanged.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -187,8 +187,8 @@ pub fn build(
     Ok((tables, packed))
 }
 
-/// Pairs, as cluster and direction in one word, with their rays: those that something in their
-/// cell may hide.
+/// Pairs that surface in their cell may hide, as cluster and direction bin in one word,
+/// with their rays.
 fn readers(
     sources: &Sources<'_>,
     cells: &Cells<'_>,
@@ -209,7 +209,7 @@ fn readers(
     table.scan(1, |_, rays| {
         rays.iter().filter_map(cluster_of).for_each(|cluster| is_read[cluster as usize] = true);
     })?;
-    // Coarse clusters are much work.
+    // Small chunks, because coarse clusters take long.
     let hidings = parallel::in_chunks_of(FEW, is_read.len(), |chunk| {
         let hiding = |cluster: usize| match is_read[cluster] {
             true => cells.hiding(cluster as u32),
@@ -237,12 +237,12 @@ fn readers(
     Ok(readers)
 }
 
-/// Cluster and direction of a pair.
+/// Cluster and direction bin of a pair.
 fn of_pair(run: &[(u64, u32)]) -> (u32, u32) {
     ((run[0].0 >> 32) as u32, run[0].0 as u32)
 }
 
-/// A pair before it is measured.
+/// Creates a pair before its measurement.
 fn pair(sources: &Sources<'_>, cells: &Cells<'_>, run: &[(u64, u32)]) -> Pair {
     let (cluster, _) = of_pair(run);
     let count = run.len().min(MAX_READERS);
@@ -257,8 +257,8 @@ fn pair(sources: &Sources<'_>, cells: &Cells<'_>, run: &[(u64, u32)]) -> Pair {
     Pair { readers, nodes: vec![Node { cluster, seen: None }] }
 }
 
-/// Looks at each pair's cluster, and at the children of what is open in part, as long as
-/// there is room.
+/// Measures the cluster of each pair, and the children of partly visible clusters,
+/// up to [`MAX_PARTS`].
 fn measure(
     sources: &Sources<'_>,
     cells: &Cells<'_>,
@@ -296,7 +296,7 @@ impl Node {
 }
 
 impl Pair {
-    /// Puts children in the place of what is open in part.
+    /// Replaces partly visible clusters by their children.
     fn divide(&mut self, cells: &Cells<'_>) {
         let mut count = self.nodes.len();
         let mut nodes = Vec::with_capacity(count);
@@ -313,7 +313,8 @@ impl Pair {
     }
 }
 
-/// What the parts of a pair weigh, where that is news and rests on enough entry points.
+/// Returns the weights of a pair, if they differ from the cluster's and rest on
+/// enough entry points.
 fn outcome(sources: &Sources<'_>, pair: &Pair) -> Outcome {
     let weights = |open: fn(&Seen) -> f64| {
         let share = |node: &Node| {
@@ -331,7 +332,7 @@ fn outcome(sources: &Sources<'_>, pair: &Pair) -> Outcome {
     if change < MIN_CHANGE {
         return Outcome::Cluster;
     }
-    // Entry points that would tell as much if all weighed the same.
+    // Effective number of entry points: with equal weights as many would give the same noise.
     let spread = |(node, weight): (&Node, &f64)| {
         weight * weight / f64::from(sources.in_clusters[node.cluster as usize]).max(1e-9)
     };
@@ -343,7 +344,7 @@ fn outcome(sources: &Sources<'_>, pair: &Pair) -> Outcome {
     let in_steps = |(node, weight): (&Node, &f64)| (node.cluster, (weight * f64::from(all)).round() as u32);
     let steps = pair.nodes.iter().zip(&seen).map(in_steps);
     let mut steps: Vec<(u32, u32)> = steps.filter(|&(_, steps)| steps > 0).collect();
-    // What rounding left over or out goes to the largest.
+    // The largest entry takes the rounding error.
     let sum: u32 = steps.iter().map(|part| part.1).sum();
     let Some(largest) = steps.iter_mut().max_by_key(|part| part.1) else { return Outcome::Cluster };
     largest.1 = (largest.1 + all) - sum;
@@ -351,7 +352,7 @@ fn outcome(sources: &Sources<'_>, pair: &Pair) -> Outcome {
 }
 
 impl ProxyTables {
-    /// Without proxies of so many clusters.
+    /// Empty tables for `clusters` clusters.
     pub fn new(clusters: u32) -> Self {
         Self {
             part_offsets: vec![0],
@@ -369,7 +370,7 @@ impl ProxyTables {
         self.part_offsets.len() as u32 - 1
     }
 
-    /// What came out, for people.
+    /// Counts for the report.
     pub fn counts(&self) -> [(String, u64); 6] {
         [
             ("occlusion pairs measured", self.measured),
@@ -387,14 +388,14 @@ impl ProxyTables {
         self.parts.is_empty()
     }
 
-    /// The proxy of a pair that is one.
+    /// Returns the proxy of a pair. `None` if the pair has none.
     pub fn proxy_of(&self, cluster: u32, bin: u32) -> Option<u32> {
         let found = self.pairs.binary_search_by_key(&[cluster, bin], |pair| [pair[0], pair[1]]).ok()?;
         Some(self.pairs[found][2])
     }
 
-    /// Points rays that read a pair to its proxy. They start at `points`; `packing` has
-    /// room for both.
+    /// Redirects rays that read a pair to its proxy. The rays start at `points`; `packing` has bits
+    /// for clusters and proxies.
     pub fn redirect(
         &self,
         rows: &mut [GatherRay],

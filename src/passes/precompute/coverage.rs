@@ -1,5 +1,5 @@
-//! What is known of the surface while cache points are placed: the clearances around a candidate,
-//! the records that cover it.
+//! State of the placement of cache points: clearances around a candidate, and the records
+//! that cover it.
 
 use super::budget::COVERED;
 use super::reaches::Reaches;
@@ -12,16 +12,16 @@ use glam::{UVec3, Vec3};
 pub struct Placed {
     /// The point and its validity radius.
     pub point: CachePoint,
-    /// Distance to the nearest surface that it or its neighbourhood sees, metres; the radius
-    /// comes of it.
+    /// Distance to the nearest surface that it or its neighbourhood sees, metres; it
+    /// determines the radius.
     pub clearance: f32,
 }
 
-/// When a record counts as covering a place.
+/// Condition under which a record covers a position.
 #[derive(Clone, Copy)]
 pub(super) struct Cover {
     within: Tolerance,
-    /// Its weight there is more than this.
+    /// Weight that the record must exceed there.
     above: f32,
 }
 
@@ -30,12 +30,12 @@ impl Cover {
     pub(super) const ANY: Self = Self { within: Tolerance::VALID, above: 0.0 };
     /// Records overlap enough to blend.
     pub(super) const DENSE: Self = Self { within: Tolerance::VALID, above: COVERED };
-    /// Some relaxed record reaches there.
+    /// Some relaxed record is valid there.
     pub(super) const SPARSE: Self = Self { within: Tolerance::RELAXED, above: 0.0 };
 }
 
-/// Clearances measured all over the surface: no record may claim more than its surroundings,
-/// growing with distance.
+/// Clearances measured all over the surface. A record's clearance is at most that of a sample plus
+/// the distance to it.
 pub(super) struct Neighbourhood<'a> {
     grid: &'a Grid,
     /// Samples by cell.
@@ -44,7 +44,7 @@ pub(super) struct Neighbourhood<'a> {
     first: Vec<u32>,
 }
 
-/// A place where the clearance was measured.
+/// A position with a measured clearance.
 #[derive(Clone, Copy)]
 struct Sample {
     position: Vec3,
@@ -73,7 +73,7 @@ impl<'a> Neighbourhood<'a> {
         Self { grid, samples, first }
     }
 
-    /// Lowers a clearance to what nearby samples that face alike allow. [Krivanek]
+    /// Lowers a clearance to the bound of nearby samples that face alike. [Krivanek]
     pub(super) fn clamp(&self, candidate: &CachePoint, clearance: f32) -> f32 {
         let grid = self.grid;
         let centre = grid.cell_of(candidate.position, candidate.normal);
@@ -81,7 +81,7 @@ impl<'a> Neighbourhood<'a> {
         let mut clamped = clearance;
         for z in low.z..=high.z {
             for y in low.y..=high.y {
-                // Cells along x stand together.
+                // Cells along x are consecutive.
                 let [begin, end] =
                     [low.x, high.x + 1].map(|x| grid.index_of(UVec3::new(0, y, z)) + x as usize);
                 for sample in &self.samples[self.first[begin] as usize..self.first[end] as usize] {
@@ -96,7 +96,7 @@ impl<'a> Neighbourhood<'a> {
     }
 }
 
-/// Accepted records, found by position.
+/// Accepted records by position.
 pub(super) struct Records {
     /// In order of acceptance.
     pub(super) points: Vec<Placed>,
@@ -104,7 +104,7 @@ pub(super) struct Records {
 }
 
 impl Records {
-    /// None yet; they will have radii up to `largest`, metres.
+    /// No records yet; their radii will be at most `largest`, metres.
     pub(super) fn new(grid: &Grid, largest: f64) -> Self {
         let extent = grid.cells.as_vec3() / grid.inverse_cell;
         Self { points: Vec::new(), map: Reaches::new(grid.low, grid.low + extent, largest as f32) }

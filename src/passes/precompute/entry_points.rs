@@ -1,10 +1,10 @@
-//! Entry points: stratified over the area that light can reach, denser where surfaces stand close
+//! Entry points: stratified over the area that light can reach, denser where surfaces are close
 //! together. [Yue §1] In: fragments of the active sides, their densities. Out: the first vertex of
 //! every light path, in Morton order.
 //!
-//! Deviation: the paper's entry points are uniform. Where a surface is nearer than a cell, what a
-//! gather ray sees of it changes within the cell; there the clusters must be finer to be right, and
-//! need as many entry points.
+//! Deviation: the paper's entry points are uniform. If the nearest surface is closer than a cell,
+//! the light that gather rays read varies within the cell. Finer clusters are needed there, and as
+//! many entry points for each.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
@@ -16,14 +16,14 @@ use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// A triangle of some fragment of a side, and how dense its entry points are.
+    /// A triangle of a fragment, and the weight of its entry points.
     pub struct EntryPatch {
         pub p0: Vec3,
         pub p1: Vec3,
         pub p2: Vec3,
         /// 2·triangle + (1 if the back side).
         pub side: u32,
-        /// Area that each of its points stands for, over the mean of all.
+        /// Area of each of its points, over the mean of all points.
         pub weight: f32,
     }
 }
@@ -33,7 +33,7 @@ gpu_struct! {
         pub grid: Grid,
         /// First entry point of the dispatch.
         pub first_point: u32,
-        /// Entry points in it.
+        /// Entry points in the dispatch.
         pub point_count: u32,
         pub patch_count: u32,
         /// Seed of all decisions.
@@ -41,40 +41,41 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[EntryPatch::LAYOUT, EntryPointsPush::LAYOUT];
 
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "entry_points";
 
-/// Points of one dispatch at most: bounds the buffer that they come in to 10 MiB.
+/// Maximum number of points of one dispatch: bounds the result buffer to 10 MiB.
 const LIMIT: u32 = 1 << 18;
 
-/// How much denser entry points may stand than in the open.
+/// Maximum density of entry points, relative to exposed surface.
 pub const DENSEST: f32 = 8.0;
 
-/// Density of entry points, relative to the open, where the nearest surface in front is `clearance`
-/// away: such that clusters can shrink with the distance below the size of a cell.
+/// Density of entry points, relative to exposed surface, if the nearest surface in front is
+/// `clearance` away. It lets clusters shrink below the cell size with that distance.
 pub fn density(clearance: f32, cell_size: f32) -> f32 {
     (cell_size / clearance.max(1e-30)).powi(2).clamp(1.0, DENSEST)
 }
 
-/// Patches of the surface and the running number of entry points on them.
+/// Patches of the surface and the entry points on them.
 pub struct Strata {
-    /// The patches, cluster by cluster, so that the points of every cluster of every level are a
-    /// run, and their number is right to one.
+    /// The patches, cluster by cluster, so that the points of every cluster of every level are one
+    /// segment, and their number is accurate to one.
     pub patches: Vec<EntryPatch>,
     /// First entry point of each patch, and the total.
     pub point_offsets: Vec<u32>,
-    /// Area of all, m².
+    /// Area of all patches, m².
     pub area_m2: f64,
-    /// Entry points that each cluster holds, in expectation.
+    /// Expected number of entry points in each cluster.
     pub in_clusters: Vec<f32>,
 }
 
 impl Strata {
-    /// Deals `count` points to the fragments in proportion to area and density, the running sum in
-    /// f64: point i goes to the patch that holds the fraction (i + ½) / count of it.
+    /// Distributes `count` points over the fragments in proportion to area and density, with a
+    /// running sum in f64: point i goes to the patch that contains the fraction (i + ½) / count
+    /// of the sum.
     pub fn new(hvds: &Hvds, densities: &[f32], count: u32) -> Self {
         let mut order: Vec<usize> = (0..hvds.fragments.len()).collect();
         order.sort_by_key(|&fragment| hvds.fragments[fragment].cluster);
@@ -127,7 +128,7 @@ pub fn place(
     let pipeline = Pipeline::new(context, STEM, &[])?;
     let room = u64::from(point_count.min(LIMIT)) * size_of::<PathVertex>() as u64;
     let points = Buffer::storage(context, "entry points", room)?;
-    // Where triangles are many, most hold none.
+    // In a scene of many triangles most patches hold no point.
     let ranges = strata.patches.iter().zip(strata.point_offsets.windows(2));
     let (patches, mut point_offsets): (Vec<EntryPatch>, Vec<u32>) =
         ranges.filter(|(_, ends)| ends[0] < ends[1]).map(|(patch, ends)| (*patch, ends[0])).unzip();
@@ -135,7 +136,7 @@ pub fn place(
     let mut placed: Vec<PathVertex> = Vec::with_capacity(point_count as usize);
     for first_point in (0..point_count).step_by(LIMIT as usize) {
         let count = LIMIT.min(point_count - first_point);
-        // Each holds one point at least, so that no device binds too little for those of a chunk.
+        // Each patch holds at least one point, so that a chunk's patches fit any binding.
         let first_patch = point_offsets.partition_point(|&first| first <= first_point) - 1;
         let end_patch = point_offsets.partition_point(|&first| first < first_point + count);
         let patch_count = (end_patch - first_patch) as u32;

@@ -1,7 +1,6 @@
-//! How much of each fragment of the surface is in the open. Parts of a scene that reach into each
-//! other bury surface in their insides, and what lies on something covers it but for a gap that no
-//! cell resolves: no light comes there, it takes none away from what is around it, and is no place
-//! for entry points.
+//! Exposed area fractions of fragments. Interpenetrating solids hide part of each other's surface,
+//! and surface on top of other surface covers it except for a gap that no cell resolves. Hidden
+//! surface receives no light. It gets no entry points, and its area is subtracted from its cluster.
 
 use super::cache_points::Geometry;
 use super::parallel;
@@ -12,15 +11,15 @@ use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 
-/// Points of a fragment that are asked for, and of one of which they disagree.
+/// Tested points of a fragment, and of a fragment whose first points disagree.
 const POINTS: u32 = 4;
 const MORE_POINTS: u32 = 32;
-/// What is covered has something so near in front of it, in cells.
+/// Maximum distance of a covering surface, in cells.
 const GAP: f32 = 1.0 / 16.0;
-/// Rays that look around.
+/// Rays of each point.
 const RAYS: u32 = 12;
 
-/// The share of each fragment that no solid holds and nothing covers, 0..=1.
+/// Returns the fraction of each fragment that is neither interior nor covered, 0..=1.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -60,7 +59,7 @@ pub fn exposed_fractions(
     Ok(open)
 }
 
-/// The share of each fragment that no solid holds.
+/// Returns the fraction of each fragment that is not interior.
 fn outside_solids(geometry: &Geometry<'_>, seed: u32) -> Vec<f32> {
     let fragments = &geometry.hvds.fragments;
     if geometry.solids.is_empty() {

@@ -4,7 +4,7 @@ use crate::cpu::sampling::hash;
 use crate::scene::hvds::Fragment;
 use glam::Vec3;
 
-/// Fragments of one cluster whose clearance is measured.
+/// Maximum number of fragments of a cluster whose clearance is measured.
 const MAX_SURVEYED: usize = 16;
 
 /// Uniform point in a convex polygon.
@@ -30,7 +30,7 @@ pub(super) fn plane_sequence(index: u32, seed: u32) -> [f32; 2] {
     [0, 1].map(|axis| (shift[axis] + f64::from(index) * STEPS[axis]).fract() as f32)
 }
 
-/// Fragments to measure: of a cluster that is cut into many, some.
+/// Fragments to measure: at most [`MAX_SURVEYED`] of a cluster.
 pub(super) fn probed_fragments(fragments: &[Fragment], base_clusters: usize) -> Vec<usize> {
     let (mut counts, mut passed) = (vec![0; base_clusters], vec![0; base_clusters]);
     fragments.iter().for_each(|fragment| counts[fragment.cluster as usize] += 1);

@@ -1,5 +1,5 @@
-//! Gather rays of all cache points: what each will read, and its share in the gradient. [Yue §3,
-//! Figure 2] In: cache points, clusters. Out: gather rays, a row a cache point.
+//! Gather rays of all cache points: the cluster that each reads, and its weight in the gradient.
+//! [Yue §3, Figure 2] In: cache points, clusters. Out: gather rays, a row a cache point.
 
 use super::{Chunks, Progress};
 use crate::cpu::hemisphere::{Strata, frame};
@@ -12,11 +12,11 @@ use glam::DVec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Where a cluster stands in the hierarchy.
+    /// Links of a cluster in the hierarchy.
     pub struct ClusterLink {
         /// Cluster one level up; `NO_CLUSTER` at the root.
         pub parent: u32,
-        /// Entry points on its surface, in expectation.
+        /// Expected number of entry points on its surface.
         pub entry_points: f32,
     }
 }
@@ -26,7 +26,7 @@ gpu_struct! {
         pub grid: Grid,
         /// First cache point of the dispatch.
         pub first_point: u32,
-        /// Its row in the bound part of the table.
+        /// Its row in the bound buffer of the table.
         pub first_row: u32,
         /// Cache points in the dispatch.
         pub point_count: u32,
@@ -34,29 +34,29 @@ gpu_struct! {
         pub seed: u32,
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
-        /// Clusters with fewer of them are not used.
+        /// Minimum sample count of a cluster.
         pub min_entry_points: f32,
         /// Bound of distances in gradients, and their unit, metres.
         pub min_distance: f32,
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[ClusterLink::LAYOUT, GatherRaysPush::LAYOUT];
 
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "gather_rays";
 
-/// Entry points that a cluster must hold, in expectation, before a gather ray reads it:
-/// fewer make fireflies.
+/// Minimum expected number of entry points of a cluster that a gather ray reads:
+/// fewer cause fireflies.
 pub const MIN_ENTRY_POINTS: f32 = 8.0;
 
-/// Rays of a hemisphere that one invocation traces, at most, where the device has workgroups that
-/// large: a ray turns loops some hundreds of times, and lavapipe ends all loops of an invocation,
-/// without a word, once they have run 65 535 times.
+/// Maximum number of rays of an invocation, if the device allows workgroups that large. A ray needs
+/// some hundreds of loop iterations, and lavapipe (Mesa 22.3.6) silently ends all loops of an
+/// invocation after 65 535 iterations.
 const RAYS_OF_INVOCATION: u32 = 32;
 
-/// Rays that the host looks at together, at most, unless a row has more.
+/// Maximum number of rays that the host reads at a time, unless a row has more.
 const CHUNK_RAYS: usize = 1 << 20;
 
 /// The stratification of a gather hemisphere.
@@ -75,12 +75,12 @@ impl Hemisphere {
         Self { rings, sectors: 4 * rings }
     }
 
-    /// Rays in all.
+    /// Total number of rays.
     pub fn rays(&self) -> u32 {
         self.rings * self.sectors
     }
 
-    /// The specialisation constants of every shader that knows the strata.
+    /// The specialisation constants of shaders that use the strata.
     pub fn constants(&self) -> [(&'static str, u32); 2] {
         [("RINGS", self.rings), ("SECTORS", self.sectors)]
     }
@@ -95,19 +95,19 @@ pub(super) struct RayDirections<'a> {
 }
 
 impl<'a> RayDirections<'a> {
-    /// Of the rays that start at these points and were traced with that seed.
+    /// Directions of the rays that start at these points and were traced with that seed.
     pub(super) fn new(points: &'a [CachePoint], hemisphere: Hemisphere, seed: u32) -> Self {
         Self { points, strata: Strata { rings: hemisphere.rings, sectors: hemisphere.sectors }, seed }
     }
 
-    /// Back along a ray.
+    /// The direction back along a ray.
     pub(super) fn back(&self, ray: usize) -> DVec3 {
         let (point, ray) = (ray as u32 / self.strata.rays(), ray as u32 % self.strata.rays());
         -(frame(self.points[point as usize].normal) * self.strata.direction(ray, point, self.seed))
     }
 }
 
-/// How a gather ray's target is packed, and what its gradient counts in.
+/// Packing of a gather ray's target, and the unit of its gradient.
 #[derive(Clone, Copy, Debug)]
 pub struct GatherTargetPacking {
     /// Bits of the cluster index; the material index takes the rest.
@@ -117,7 +117,7 @@ pub struct GatherTargetPacking {
 }
 
 impl GatherTargetPacking {
-    /// Room for so many clusters and materials.
+    /// The packing for `clusters` clusters and `materials` materials.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`] if both do not fit one word.
@@ -133,7 +133,7 @@ impl GatherTargetPacking {
         Ok(Self { cluster_bits, min_distance })
     }
 
-    /// Most clusters that [`Self::new`] takes beside so many materials.
+    /// Maximum number of clusters that [`Self::new`] accepts with `materials` materials.
     pub fn max_clusters(materials: usize) -> u64 {
         let material_bits = (materials as u64 + 1).next_power_of_two().ilog2();
         (1 << (32 - material_bits)) - 1
@@ -146,8 +146,8 @@ pub struct RayTable {
     pub rows_per_buffer: u32,
     /// Buffers of the table, in order.
     pub buffers: Vec<Buffer>,
-    /// Beside each, the packed colour of the image where each ray met one; a word that nobody reads
-    /// in scenes without images.
+    /// For each buffer, the packed colours of images at the hits; one unused word in
+    /// scenes without images.
     pub colours: Vec<Buffer>,
     /// Whether there are images.
     pub has_colours: bool,
@@ -183,20 +183,20 @@ impl RayTable {
         starts.map(move |first| (first, rows_per_buffer.min(point_count - first)))
     }
 
-    /// First point, number of points, rays and colours of each part of the table.
+    /// First point, number of points, rays and colours of each buffer of the table.
     pub fn parts(&self, point_count: u32) -> impl Iterator<Item = (u32, u32, [&Buffer; 2])> {
         Self::split(self.rows_per_buffer, point_count)
             .zip(self.buffers.iter().zip(&self.colours))
             .map(|((first, rows), (rays, colours))| (first, rows, [rays, colours]))
     }
 
-    /// Bytes of all parts.
+    /// Bytes of all buffers.
     pub fn bytes(&self) -> u64 {
         self.buffers.iter().chain(&self.colours).map(Buffer::bytes).sum()
     }
 
-    /// Shows all rays in order, some rows of `row` rays at a time, with the number of the first:
-    /// the whole table may be large.
+    /// Calls `look` for all rays in order, with the index of the first, a few rows of `row` rays at
+    /// a time: the whole table may be large.
     ///
     /// # Errors
     /// The device failed.
@@ -207,8 +207,8 @@ impl RayTable {
         })
     }
 
-    /// Lets all rays be changed in order, some rows of `row` rays at a time, with the number
-    /// of the first.
+    /// Calls `change` for all rays in order, with the index of the first, a few rows of `row` rays
+    /// at a time, and writes them back.
     ///
     /// # Errors
     /// The device failed.
@@ -219,7 +219,8 @@ impl RayTable {
         })
     }
 
-    /// Reads chunk by chunk; `visit` is told the number of the first ray and where it stands.
+    /// Reads chunk by chunk; `visit` gets the index of the first ray, its buffer and its position
+    /// in the buffer.
     fn chunks(
         &self,
         row: u32,
@@ -252,7 +253,7 @@ impl RayTable {
         Ok(())
     }
 
-    /// Calls for all rows.
+    /// Reads all rows.
     ///
     /// # Errors
     /// The device failed.
@@ -264,7 +265,7 @@ impl RayTable {
 /// Invocations that share a hemisphere.
 ///
 /// # Errors
-/// [`Error::OutOfMemory`] if its rays' distances are more than these invocations can share.
+/// [`Error::OutOfMemory`] if its rays' distances exceed the shared memory.
 fn group_size(context: &Context, hemisphere: Hemisphere) -> Result<u32> {
     let (rays, limits) = (hemisphere.rays(), context.limits());
     let bytes = rays * size_of::<f32>() as u32;
@@ -282,7 +283,7 @@ fn group_size(context: &Context, hemisphere: Hemisphere) -> Result<u32> {
 /// Traces the hemispheres of all cache points.
 ///
 /// # Errors
-/// The device lacks memory or failed, or a workgroup cannot hold so many rays.
+/// The device lacks memory or failed, or the rays exceed the shared memory of a workgroup.
 #[expect(clippy::too_many_arguments, reason = "one call, at one place")]
 pub fn trace(
     context: &Arc<Context>,

@@ -1,7 +1,6 @@
-//! What a frame needs where surfaces are glossy: entry points whose first reflection depends on the
-//! light, the mirror directions of path vertices, and which outgoing directions of which clusters
-//! gather rays read. [Yue §2] In: paths, gather rays. Out: tables; gather rays that read a
-//! direction point to its slot.
+//! Tables of glossy surfaces: entry points whose first reflection depends on the light, mirror
+//! directions of path vertices, and the direction bins in which gather rays read clusters. [Yue §2]
+//! In: paths, gather rays. Out: tables; gather rays that read a bin refer to its slot.
 
 use super::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
 use super::path_orders::LightPaths;
@@ -23,34 +22,33 @@ pub struct GlossTables {
     /// Vertices of the base clusters that hold a surface that may be glossy, in the order
     /// of their contributions.
     pub vertices: Vec<GlossVertex>,
-    /// Vertices at most below a cluster that asks them itself.
+    /// Maximum number of vertices below a slot that is no sum.
     pub max_vertices: u32,
-    /// Added to the index of a contribution of each base cluster, wrapping, it gives that of its
-    /// vertex; [`NO_ENTRY`] if nothing is glossy.
+    /// Offset, wrapping, from the index of a contribution to that of its vertex, for each base
+    /// cluster; [`NO_ENTRY`] if it is not glossy.
     pub shifts: Vec<u32>,
-    /// First base cluster below each cluster, and the end.
+    /// Range of base clusters below each cluster.
     pub base_ranges: Vec<UVec2>,
-    /// Slots: those that vertices are asked for, then those that are sums of others,
-    /// level by level.
+    /// Slots: first those computed from vertices, then the sums, level by level.
     pub slots: Vec<GlossSlot>,
-    /// The first so many are no sums.
+    /// Number of slots that are no sums.
     pub leaf_count: u32,
-    /// The sums of each level that has any.
+    /// Range of the sums of each level that has any.
     pub sums: Vec<Range<u32>>,
-    /// First place in `children` of each sum, and the end.
+    /// CSR offsets into `children`: one for each sum, and the end.
     pub child_offsets: Vec<u32>,
-    /// The slots one level down that a sum adds up.
+    /// The slots one level down that each sum adds.
     pub children: Vec<u32>,
     /// Gather rays that read slots.
     pub readers: u64,
 }
 
-/// What the tables are made from.
+/// Inputs of the tables.
 #[derive(Clone, Copy)]
 pub struct Sources<'a> {
     /// Hierarchy that path vertices contribute to.
     pub hvds: &'a Hvds,
-    /// Proxies of clusters, which rays name by indices behind theirs.
+    /// Number of proxies, whose indices follow those of clusters.
     pub proxy_count: u32,
     /// In BVH order.
     pub surfaces: &'a [Surface],
@@ -58,20 +56,20 @@ pub struct Sources<'a> {
     pub materials: &'a [Material],
     /// All light paths.
     pub paths: &'a LightPaths,
-    /// Where they begin.
+    /// Entry points of the paths.
     pub entry_points: &'a [PathVertex],
-    /// Where gather rays begin.
+    /// Origins of the gather rays.
     pub cache_points: &'a [CachePoint],
-    /// How they are stratified.
+    /// Stratification of their hemispheres.
     pub hemisphere: Hemisphere,
-    /// The seed that they were traced with.
+    /// Seed of their directions.
     pub seed: u32,
-    /// Discretised outgoing directions.
+    /// Direction bins of outgoing light.
     pub directions: Directions,
 }
 
-/// Makes the tables, and packs the gather rays anew: a target beyond clusters and proxies is a
-/// slot. Without materials that may be glossy nothing is done, and none are made.
+/// Builds the tables, and repacks the gather rays: a target beyond clusters and proxies is a slot.
+/// Returns `None` if no material may be glossy.
 ///
 /// # Errors
 /// [`crate::Error::OutOfMemory`] if slots and materials do not fit the word of a gather ray;
@@ -122,13 +120,14 @@ impl Sources<'_> {
     }
 }
 
-/// Vertices up to which a cluster asks them itself instead of summing up its children.
+/// Maximum number of vertices of a cluster that is evaluated from its vertices instead
+/// of its children.
 const LEAF_VERTICES: u32 = 512;
 
-/// A ray that reads no direction.
+/// A ray that reads no bin.
 const NO_BIN: u32 = u32::MAX;
 
-/// For each gather ray the bin towards which the surface that it meets must reflect.
+/// For each gather ray, the bin in which its hit surface reflects towards it.
 fn wanted_directions(sources: &Sources<'_>, rows: &[GatherRay], packing: GatherTargetPacking) -> Vec<u32> {
     let directions = sources.ray_directions();
     let may_be_glossy: Vec<bool> = sources.materials.iter().map(Material::may_be_glossy).collect();
@@ -141,7 +140,7 @@ fn wanted_directions(sources: &Sources<'_>, rows: &[GatherRay], packing: GatherT
     rows.iter().enumerate().map(wanted).collect()
 }
 
-/// First base cluster below each cluster, and the end.
+/// Range of base clusters below each cluster.
 pub fn base_ranges(hvds: &Hvds) -> Vec<UVec2> {
     let base = hvds.levels[0].end;
     let mut ranges: Vec<UVec2> = (0..base).map(|cluster| UVec2::new(cluster, cluster + 1)).collect();
@@ -153,7 +152,7 @@ pub fn base_ranges(hvds: &Hvds) -> Vec<UVec2> {
 }
 
 impl GlossTables {
-    /// What came out, for people.
+    /// Counts for the report.
     pub fn counts(&self) -> [(String, u64); 3] {
         [
             ("outgoing directions of clusters", self.slots.len() as u64),
@@ -224,10 +223,10 @@ impl GlossTables {
         }
     }
 
-    /// Numbers the slots: those that rays read, and those that sums need. A cluster of many
-    /// vertices is the sum of its children, so that they are not all asked for each level and
-    /// direction; a smaller one asks its vertices, so that nobody keeps directions for its
-    /// children. Returns where each is.
+    /// Numbers the slots of rays and of sums. A cluster of many vertices is the sum of its
+    /// children, so that its vertices are not evaluated at each level. A smaller cluster is
+    /// evaluated from its vertices, so that its children need no slots. Returns the slot of each
+    /// cluster and bin.
     fn find_slots(&mut self, sources: &Sources<'_>, mut wanted: Vec<(u32, u32)>) -> HashMap<(u32, u32), u32> {
         let hvds = sources.hvds;
         let mut vertices = vec![0; hvds.cluster_count() as usize];
@@ -246,7 +245,7 @@ impl GlossTables {
             let range = hvds.child_offsets[cluster as usize]..hvds.child_offsets[cluster as usize + 1];
             range.filter(|&child| vertices[child as usize] > 0)
         };
-        // From the coarsest level down: what a sum adds up is wanted, too.
+        // From the coarsest level down, because the terms of a sum need slots, too.
         wanted.sort_unstable();
         wanted.dedup();
         for level in hvds.levels[1..].iter().rev() {
@@ -259,7 +258,7 @@ impl GlossTables {
                 wanted.dedup();
             }
         }
-        // Clusters are numbered from the base up: so are their sums.
+        // Clusters are numbered from the base up, and so are their sums.
         wanted.sort_by_key(|&(cluster, _)| is_sum(cluster));
         self.leaf_count = wanted.partition_point(|&(cluster, _)| !is_sum(cluster)) as u32;
         let leaves = wanted[..self.leaf_count as usize].iter();
@@ -283,16 +282,16 @@ impl GlossTables {
         places
     }
 
-    /// Gives each slot the mean of the directions from which rays read it, themselves or through
-    /// sums: a bin's middle would be off for the rays at its rim, and, because a bin is read by the
-    /// projected area that it sees, off to one side on average.
+    /// Gives each slot the mean direction of its readers, direct or through sums. The middle of a
+    /// bin would be wrong for rays at its rim. It would also be biased, because the number of
+    /// readers follows the projected area.
     fn find_directions(&mut self, read: impl Iterator<Item = (u32, DVec3)>) {
         let mut sums = vec![DVec3::ZERO; self.slots.len()];
         for (slot, direction) in read {
             sums[slot as usize] += direction;
             self.readers += 1;
         }
-        // Coarse slots stand behind what they add up.
+        // The slot of a sum follows those of its terms.
         for sum in (0..self.child_offsets.len() - 1).rev() {
             let run = self.child_offsets[sum] as usize..self.child_offsets[sum + 1] as usize;
             for &child in &self.children[run] {

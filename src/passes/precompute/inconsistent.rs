@@ -1,6 +1,6 @@
-//! Clusters that a wall parts: light differs on its two sides, and one value for both leaks through
-//! it, however thick the wall is. Their parts cannot see each other, from as far over the surface
-//! as half of their cells are wide.
+//! Visibility-inconsistent clusters: a wall divides the cluster, light differs on its two sides,
+//! and one value for both leaks through the wall, however thick it is. The children of such a
+//! cluster cannot see each other from half a cell width above the surface.
 
 use super::near_clusters::Patch;
 use super::rays::{RayQuery, Rays};
@@ -9,17 +9,17 @@ use crate::passes::SceneBuffers;
 use crate::scene::hvds::Hvds;
 use glam::Vec3;
 
-/// Levels over the base that are looked at; coarser clusters are hardly read.
+/// Tested levels above the base; gather rays hardly read coarser clusters.
 pub const LEVELS: usize = 4;
-/// Entry points, in the mean, of each part; with fewer, what is read instead would be
+/// Minimum expected number of entry points of each child; with fewer, readers would get light
 /// of single paths.
 const MIN_IN_PART: f32 = 1.0;
-/// Segments that are traced at a time.
+/// Segments of one trace.
 const CHUNK: usize = 1 << 20;
 
-/// Which clusters stand for none below them, because something stands between these, or between
-/// those of one of them; empty where there is none. `patches` of [`LEVELS`] levels and the base;
-/// `in_clusters`: entry points that each cluster holds, in expectation.
+/// Marks the inconsistent clusters: something blocks the view between their children, or a child is
+/// inconsistent. Empty if there is none. `patches` of [`LEVELS`] levels and the base;
+/// `in_clusters`: expected number of entry points in each cluster.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -62,13 +62,13 @@ pub fn inconsistent(
     Ok(if inconsistent.contains(&true) { inconsistent } else { Vec::new() })
 }
 
-/// All pairs of so many.
+/// All pairs of `count` items.
 fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..count).flat_map(|to| (0..to).map(move |from| [from, to]))
 }
 
-/// How many groups so many fall into of which no one sees one of another, given which of the
-/// [`pairs`] do not.
+/// Number of groups of mutually visible items, where visibility is transitive; `is_blocked` is in
+/// the order of [`pairs`].
 fn groups(count: usize, is_blocked: &mut impl Iterator<Item = bool>) -> usize {
     let mut groups: Vec<usize> = (0..count).collect();
     for ([from, to], is_blocked) in pairs(count).zip(is_blocked) {

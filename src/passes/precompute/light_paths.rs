@@ -14,7 +14,7 @@ use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Where a path stands between two dispatches.
+    /// State of a path between two dispatches.
     pub struct PathState {
         /// Its last vertex.
         pub position: Vec3,
@@ -24,18 +24,17 @@ gpu_struct! {
         pub throughput: Vec3,
         /// Unit direction of travel when it arrived; zero at an entry point.
         pub incoming: Vec3,
-        /// Path index: names its random numbers.
+        /// Random stream index of the path.
         pub path: u32,
         /// Vertices so far.
         pub depth: u32,
-        /// One while it goes on.
+        /// One while the path continues.
         pub is_alive: u32,
     }
 }
 
 impl PathState {
-    /// Of a path of that name at its entry point. One of little weight carries little,
-    /// and ends early.
+    /// The path with index `path` at its entry point. Roulette ends a path of low weight early.
     pub fn at(path: u32, position: Vec3, side: u32, weight: f32) -> Self {
         let (throughput, incoming) = (Vec3::splat(weight), Vec3::ZERO);
         Self { position, side, throughput, incoming, path, depth: 0, is_alive: 1 }
@@ -52,43 +51,41 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[PathState::LAYOUT, LightPathsPush::LAYOUT];
 
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "light_paths";
 
-/// Vertices that a dispatch adds to a path at most; a path that is not at its end then goes on in
-/// the next round.
+/// Maximum number of vertices that a dispatch adds to a path; longer paths continue in
+/// the next dispatch.
 const STEPS: u32 = 8;
-/// Paths of one dispatch at most: bounds the vertex buffer to 18 MiB.
+/// Maximum number of paths of one dispatch: bounds the vertex buffer to 18 MiB.
 const LIMIT: u32 = 1 << 16;
-/// Vertices of all paths at most: 16 GB of the host.
+/// Maximum number of vertices of all paths: 16 GB of host memory.
 const MAX_VERTICES: u64 = 1 << 28;
 /// Throughput below which Russian roulette may end a path. Lower values trade vertices
 /// for less noise.
 pub const ROULETTE_THRESHOLD: f32 = 0.5;
 
-/// What roulette takes editable materials to reflect: were it what they reflect at load, the paths
-/// that matter after an edit upwards would have ended early; were it all, paths among editable
-/// materials would never end.
+/// Albedo of editable materials in the roulette. With the albedo at load, paths that matter after
+/// an edit upwards would have ended early; with 1, paths among editable materials would never end.
 pub const EDITABLE_ALBEDO: f32 = 0.9;
 
-/// Most vertices of all paths: the device stores a contribution and a step for each, and the host
-/// holds at most [`MAX_VERTICES`].
+/// Maximum number of vertices of all paths: the device stores a contribution and a step for each,
+/// and the host holds at most [`MAX_VERTICES`].
 fn max_vertices(device_memory_bytes: u64) -> u64 {
     let on_device = device_memory_bytes / (size_of::<Contribution>() + size_of::<PathStep>()) as u64;
     on_device.min(MAX_VERTICES)
 }
 
-/// Traces all paths. Where some materials are editable, entry points and their paths are put
-/// in an order in which those that the same of them reflect stand together. `surfaces` in
-/// BVH order, `materials` as on the device. Before the vertices are listed, `measure` may
-/// find their accessibility.
+/// Traces all paths. If materials are editable, reorders entry points and paths, so that paths
+/// reflected by the same editable materials are consecutive. `surfaces` in BVH order, `materials`
+/// as on the device. `measure` may set the vertices' accessibility before they are listed.
 ///
 /// # Errors
-/// [`Error::OutOfMemory`] if there is no room for so many vertices, as where nothing is absorbed
-/// and no path ends; the device lacks memory or failed.
+/// [`Error::OutOfMemory`] if there are too many vertices, for example if nothing is absorbed and no
+/// path ends; the device lacks memory or failed.
 #[expect(clippy::too_many_arguments, reason = "one call, at one place")]
 pub fn trace(
     context: &Arc<Context>,
@@ -157,9 +154,8 @@ pub fn trace(
     Ok(paths)
 }
 
-/// Traces one path again: where it meets surfaces, and their sides, the entry point first.
-/// `materials` as it was traced with them, `state` ahead of its first step. The same bits as
-/// among all paths.
+/// Traces one path again and returns its positions and sides, the entry point first. `materials` as
+/// at the first trace, `state` before its first step. The bits equal those of the first trace.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -170,7 +166,7 @@ pub fn retrace(
     state: PathState,
     seed: u32,
 ) -> Result<Vec<(Vec3, u32)>> {
-    // Nobody asks for clusters.
+    // The walk needs no clusters here.
     let nowhere = ClusterBuffers::none(context)?;
     let is_glossy = materials.iter().any(|material| material.flags & MAY_BE_GLOSSY != 0);
     let mut walk = Walk::new(context, scene, &nowhere, 1, is_glossy, seed)?;
@@ -229,8 +225,8 @@ impl Walk {
         })
     }
 
-    /// Extends some paths; appends what they found, and those that go on.
-    /// Returns device milliseconds.
+    /// Extends some paths; appends their vertices to `found`, and the paths that continue to
+    /// `survivors`. Returns device milliseconds.
     fn round(
         &self,
         scene: &SceneBuffers,

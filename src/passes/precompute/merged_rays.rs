@@ -1,7 +1,7 @@
-//! Gather rays as frames read them: those of one cache point that meet the same cluster and
-//! material bring the same light, so that they are one *merged ray*, with the sums of their shares.
-//! A cluster with a material is a *gather target*; its radiance is worked out once for all merged
-//! rays that name it. In: gather rays. Out: merged rays, a list a cache point; targets.
+//! Gather rays as frames read them. Rays of one cache point that meet the same cluster and material
+//! bring the same light: they become one *merged ray* with the sum of their weights. A cluster with
+//! a material is a *gather target*; its radiance is computed once for all merged rays that read it.
+//! In: gather rays. Out: merged rays, a list a cache point; targets.
 
 use super::gather_rays::{Hemisphere, RayTable};
 use super::parallel;
@@ -14,19 +14,19 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Rays that the host looks at together, at most, unless a row has more.
+/// Maximum number of rays that the host reads at a time, unless a row has more.
 const CHUNK_RAYS: usize = 1 << 20;
 
-/// Cache points whose rays one thread looks at together.
+/// Cache points in one chunk of a thread.
 const CHUNK: usize = 64;
 
-/// What all merged rays of a table have in common.
+/// Common packing of all merged rays of a table.
 pub struct MergedRayPacking {
-    /// Targets of gather rays that occur, in ascending order.
+    /// Distinct targets of gather rays, in ascending order.
     pub targets: Vec<u32>,
     /// Bits of a gather target's index in a merged ray.
     pub target_bits: u32,
-    /// Rays of a merged ray at most.
+    /// Maximum number of rays of a merged ray.
     max_rays: usize,
     rotations: Vec<Vec2>,
     /// What shares in the rotational gradient are counted in.
@@ -34,22 +34,22 @@ pub struct MergedRayPacking {
 }
 
 impl MergedRayPacking {
-    /// For rays of that hemisphere with these targets, which may come in any order and
-    /// more than once.
+    /// The packing for rays of that hemisphere with these targets, in any order
+    /// and with repetitions.
     pub fn new(mut targets: Vec<u32>, hemisphere: Hemisphere) -> Self {
         targets.sort_unstable();
         targets.dedup();
         let target_bits = u32::BITS - (targets.len() as u32).saturating_sub(1).leading_zeros();
         let max_rays = 1_u64 << (u32::BITS - target_bits);
         let rotations = rotations(hemisphere);
-        // All rays of half a hemisphere in one merged ray rotation it the most.
+        // The largest rotational gradient: one merged ray of all rays of half a hemisphere.
         let most: f32 = rotations.iter().map(|rotation| rotation.x.max(0.0)).sum();
         let rotation_unit = most / ROTATION.largest() as f32;
         Self { targets, target_bits, max_rays: max_rays as usize, rotations, rotation_unit }
     }
 
     /// The merged rays of one cache point, ordered by gather target, each with its colour;
-    /// `colours` of the rays, or none at all.
+    /// `colours` of the rays, or empty.
     pub fn merged_rays(&self, rays: &[GatherRay], colours: &[u32]) -> Vec<(MergedRay, u32)> {
         let colour = |ray: u32| colours.get(ray as usize).copied().unwrap_or(0);
         let met = (0_u32..).zip(rays).filter(|(_, ray)| ray.target != NO_TARGET);
@@ -75,26 +75,26 @@ impl MergedRayPacking {
     }
 }
 
-/// Merged rays of a run of cache points, in one binding each.
+/// Merged rays of consecutive cache points, in one binding each.
 pub struct MergedRayPart {
     /// The cache points.
     pub points: Range<u32>,
-    /// First merged ray of each, and the end.
+    /// CSR offsets of the merged rays of each point.
     pub merged_ray_offsets: Buffer,
-    /// The [`MergedRay`]s of this part.
+    /// The [`MergedRay`]s of these points.
     pub merged_rays: Buffer,
     /// Beside each, the packed colour of the image that its rays met; a word that nobody reads in
     /// scenes without images.
     pub colours: Buffer,
 }
 
-/// The merged rays of all cache points, in as many parts as the device's bindings need.
+/// The merged rays of all cache points, in as many buffers as the device's bindings need.
 pub struct MergedRays {
-    /// Cache points of each part; the last may have fewer.
+    /// Cache points of each buffer; the last may have fewer.
     pub rows_per_part: u32,
     /// The parts, in order.
     pub parts: Vec<MergedRayPart>,
-    /// Target, as gather rays have it, of each gather target.
+    /// Cluster and material of each gather target, packed as in gather rays.
     pub targets: Buffer,
     /// Number of gather targets.
     pub target_count: u32,
@@ -104,18 +104,18 @@ pub struct MergedRays {
     pub rotation_unit: f32,
     /// Whether there are images.
     pub has_colours: bool,
-    /// Rays in all merged rays: those that met a cluster.
+    /// Total number of rays in all merged rays.
     pub ray_count: u64,
-    /// Merged rays of all cache points.
+    /// Total number of merged rays.
     pub merged_ray_count: u64,
 }
 
-/// Cache points of a part: of as many rays, were each a merged ray of its own, as a binding holds.
+/// Number of cache points of a buffer, such that it fits a binding even if no rays merge.
 pub fn rows_per_part(context: &Context, table: &RayTable, hemisphere: Hemisphere) -> u32 {
     table.rows_per_buffer.min(max_rows(context, hemisphere))
 }
 
-/// Cache points whose merged rays one binding holds, however few rays share one.
+/// Maximum number of cache points of a binding if no rays merge.
 fn max_rows(context: &Context, hemisphere: Hemisphere) -> u32 {
     let row_bytes = u64::from(hemisphere.rays()) * size_of::<MergedRay>() as u64;
     let limit = (context.limits().storage_range_bytes / row_bytes).max(1);
@@ -125,7 +125,7 @@ fn max_rows(context: &Context, hemisphere: Hemisphere) -> u32 {
 /// Merged rays of all cache points as plain lists.
 #[derive(Debug, PartialEq)]
 pub struct MergedRayLists {
-    /// Targets of gather rays that occur, in ascending order.
+    /// Distinct targets of gather rays, in ascending order.
     pub targets: Vec<u32>,
     /// Merged rays of each cache point.
     pub counts: Vec<u32>,
@@ -156,7 +156,7 @@ impl MergedRays {
         })
     }
 
-    /// Uploads merged rays that were found before ([`Self::lists`]), whose targets ascend.
+    /// Uploads merged rays of [`Self::lists`], whose targets ascend.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -180,7 +180,7 @@ impl MergedRays {
         Ok(found)
     }
 
-    /// Reads all of it back, to be kept.
+    /// Reads all lists back, for the precompute cache.
     ///
     /// # Errors
     /// The device failed.
@@ -199,7 +199,7 @@ impl MergedRays {
         Ok(lists)
     }
 
-    /// Merged rays the rays of a table, which goes part by part as they are.
+    /// Merges the rays of a table, and frees the table buffer by buffer.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -238,14 +238,15 @@ impl MergedRays {
         Ok(found)
     }
 
-    /// Uploads the next part.
+    /// Uploads the next buffer from rows.
     fn add_rows(&mut self, context: &Arc<Context>, rows: &[Vec<(MergedRay, u32)>]) -> Result<()> {
         let counts: Vec<u32> = rows.iter().map(|row| row.len() as u32).collect();
         let (merged_rays, colours): (Vec<MergedRay>, Vec<u32>) = rows.iter().flatten().copied().unzip();
         self.add(context, &counts, &merged_rays, &colours)
     }
 
-    /// The same from lists: merged rays of each cache point, and all of them, with their colours.
+    /// Uploads the next buffer from lists: the number of merged rays of each cache point, and all
+    /// of them with their colours.
     fn add(
         &mut self,
         context: &Arc<Context>,
@@ -276,7 +277,7 @@ impl MergedRays {
         Ok(())
     }
 
-    /// The merged rays of a cache point; none where there is no such point.
+    /// Reads the merged rays of a cache point. Empty if there is no such point.
     ///
     /// # Errors
     /// The device failed.
@@ -294,7 +295,7 @@ impl MergedRays {
         merged_ray.target_index & 1_u32.checked_shl(self.target_bits).map_or(u32::MAX, |end| end - 1)
     }
 
-    /// Bytes of all parts.
+    /// Bytes of all buffers.
     pub fn bytes(&self) -> u64 {
         self.parts
             .iter()
@@ -314,7 +315,7 @@ fn distinct(rays: &[GatherRay]) -> Vec<u32> {
     })
 }
 
-/// What the radiance of each stratum adds to the rotational gradient, along tangent and bitangent:
+/// Weight of each stratum's radiance in the rotational gradient, along tangent and bitangent:
 /// turning the normal by dω changes a ray's cosine by dω·(n×ω), which is tanθ across its azimuth,
 /// at the stratum's middle. [Krivanek]
 fn rotations(hemisphere: Hemisphere) -> Vec<Vec2> {
@@ -327,14 +328,16 @@ fn rotations(hemisphere: Hemisphere) -> Vec<Vec2> {
     (0..hemisphere.rays()).map(rotation).collect()
 }
 
-/// Two numbers of that many bits, the first in the low ones, and above them their exponent.
+/// Packing of two numbers of `mantissa` bits, the first in the low bits, and their
+/// common exponent above.
 #[derive(Clone, Copy)]
 struct Pair {
     mantissa: u32,
     exponent: u32,
 }
 
-/// In narrow cavities shares are large and cancel: they need more bits than rotations do.
+/// In narrow cavities translational weights are large and cancel: they need more bits
+/// than rotational ones.
 const MOVEMENT: Pair = Pair { mantissa: 8, exponent: 5 };
 const ROTATION: Pair = Pair { mantissa: 4, exponent: 3 };
 
@@ -356,7 +359,7 @@ impl Pair {
         self.most() * 2f64.powi(self.last_exponent())
     }
 
-    /// Rounds to the nearest; of what is larger than any, to the largest.
+    /// Rounds to the nearest number, and clamps to the largest.
     fn pack(self, values: DVec2) -> u32 {
         let most = self.most();
         let scaled = |value: f64, exponent: i32| (value * 2f64.powi(-exponent)).round_ties_even();

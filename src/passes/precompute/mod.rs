@@ -1,5 +1,5 @@
-//! Passes that run once, before the first frame. Each keeps its dispatches short, so that no
-//! watchdog bites and a desktop stays usable, and reports its progress.
+//! Passes that run once, before the first frame. Their dispatches are short, so that no watchdog
+//! ends them and a desktop stays usable. They report progress.
 
 pub mod accessibility;
 mod budget;
@@ -29,13 +29,13 @@ pub mod sides;
 
 use crate::error::Result;
 
-/// How long one dispatch should take, milliseconds: a fifth of what is meant to be the longest, for
-/// items lie along the surface, and where what is cheap ends may take four times as long.
+/// Target duration of a dispatch, milliseconds: a fifth of the intended maximum. Items are in
+/// surface order, and beyond a region of cheap items they may take four times as long.
 const DISPATCH_MS: f64 = 10.0;
 
-/// Told how the precomputation gets on.
+/// Receiver of the precomputation's progress.
 pub trait Progress {
-    /// A stage begins that consists of `total` steps.
+    /// Starts a precomputation stage of `total` steps.
     fn stage(&mut self, name: &str, total: u64);
     /// `done` of the stage's steps are done.
     fn advance(&mut self, done: u64);
@@ -52,21 +52,21 @@ impl Progress for Silent {
     fn finish(&mut self) {}
 }
 
-/// How much of what an item took at the worst is believed a dispatch later: costly items
+/// Factor by which the remembered worst duration of an item decays in each dispatch: costly items
 /// come in groups.
 const REMEMBERED: f64 = 0.9;
 
-/// Cuts batches into dispatches of 50 ms at the most, or little more where items differ by more
-/// than five times, from the device time of those before.
+/// Divides batches into dispatches of at most about 50 ms, longer if items differ by more than five
+/// times. The size follows from the device times of earlier dispatches.
 pub struct Chunks {
     size: u32,
     limit: u32,
-    /// What an item is thought to take, milliseconds.
+    /// Estimated duration of an item, milliseconds.
     each_ms: f64,
 }
 
 impl Chunks {
-    /// Starts with dispatches of `size` items and never goes beyond `limit`.
+    /// Starts with dispatches of `size` items and never exceeds `limit`.
     pub fn new(size: u32, limit: u32) -> Self {
         Self { size: size.min(limit), limit, each_ms: 0.0 }
     }

@@ -1,8 +1,8 @@
-//! Gaps that are narrow beside the cells that gather rays read: with a light in one, a coarse cell
-//! takes what lies behind the blocker for what lies before it. [Yue §5, Figure 3] In: lights,
-//! scene. Out: which clusters hold surface inside such a gap and surface outside, wherever the
-//! lights are, so that a light may move into one; for each point and spot light the narrowest gap
-//! that it stands in, to tell where too few entry points are next to it.
+//! Narrow cavities: gaps that are narrow beside the cells that gather rays read. With a light in
+//! one, a coarse cell mixes the surface before the blocker with the surface behind it. [Yue §5,
+//! Figure 3] In: lights, scene. Out: clusters that hold surface inside and outside such a cavity,
+//! for any position of the lights, because a light may move into one; the width of the narrowest
+//! cavity around each point and spot light, to detect too few entry points beside it.
 
 use super::entry_points::density;
 use super::gather_rays::Hemisphere;
@@ -17,21 +17,22 @@ use crate::types::{NO_CLUSTER, NO_SIDE, Surface};
 use glam::Vec3;
 use std::f32::consts::PI;
 
-/// Pairs of opposite directions are looked along.
+/// Direction bins of the rays, which are traced in opposite pairs.
 const DIRECTIONS: Directions = Directions { side: 8 };
 
-/// Lights in gaps of so many of the widest cells that gather rays read need no care.
+/// Width, in the widest cells that gather rays read, from which a light in a gap
+/// needs no treatment.
 const RESOLVED: f32 = 2.5;
-/// And cells part gaps of so many by themselves.
+/// Width, in these cells, from which cells separate the two sides of a gap.
 const PARTED: f32 = 0.75;
-/// Entry points, in the mean, of each part of an inconsistent cluster; with fewer, what is read
-/// instead would be of single paths.
+/// Minimum expected number of entry points of each child of an inconsistent cluster; with fewer,
+/// readers would get light of single paths.
 const MIN_IN_PART: f32 = 1.0;
-/// What gather rays read is so much narrower than their strata (`gather_rays`).
+/// Width of the cells that gather rays read, in widths of a stratum (`gather_rays`).
 const SHARE: f32 = 0.25;
 
-/// Widths of gaps, metres, in a scene of that size with cells of that size: those in which lights
-/// need no care, and those that cells part.
+/// Widths of gaps, metres, from which lights need no treatment, and from which cells separate
+/// their two sides.
 pub fn resolved(scene_size: f32, cell_size: f32, hemisphere: Hemisphere) -> [f32; 2] {
     let read = SHARE * (PI / hemisphere.rays() as f32).sqrt() * scene_size;
     [RESOLVED, PARTED].map(|cells| cells * read.max(cell_size))
@@ -44,16 +45,15 @@ fn place(light: &Light) -> Option<Vec3> {
     }
 }
 
-/// Entry points that fall into a square as wide as the gap, where so many stand for `area_m2`, at
-/// the density that they have there: so many know how bright the light makes it.
+/// Expected number of entry points in a square as wide as the gap, at their density there, for
+/// `count` points on `area_m2`. It determines how accurate the brightness of the cavity is.
 pub fn entry_points_in(gap: f32, count: u32, area_m2: f64, cell_size: f32) -> f32 {
     gap * gap * density(gap, cell_size) * (f64::from(count) / area_m2) as f32
 }
 
-/// Which clusters hold surface inside a gap narrower than `parted` (metres), and surface
-/// outside: once a light stands in there, they stand for neither. Empty where there is no
-/// such gap. `patches` of the base clusters; `in_clusters`: entry points that each cluster
-/// holds, in expectation.
+/// Marks clusters that hold surface inside a gap narrower than `parted` (metres) and surface
+/// outside: a light in the gap makes them inconsistent. Empty if there is no such gap. `patches` of
+/// the base clusters; `in_clusters`: expected number of entry points in each cluster.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -71,13 +71,13 @@ pub fn inconsistent(
         origin: patch.middle + clear_distance * patch.normal,
         direction: patch.normal,
     };
-    // Some only touch their cell and hold nothing.
+    // Some clusters only touch their cell and hold no area.
     let holding: Vec<usize> =
         (0..patches.len()).filter(|&patch| patches[patch].clearance.is_finite()).collect();
     let queries: Vec<RayQuery> = holding.iter().map(|&patch| query(&patches[patch])).collect();
     let mut holds = vec![[false; 2]; hvds.parents.len()];
     for (&cluster, answer) in holding.iter().zip(rays.trace(scene, &queries)?) {
-        // From the middle of what bulges, it is the inside that is met.
+        // From the middle of a convex cluster the ray starts inside and meets a back side.
         let is_inside = answer.side != NO_SIDE
             && answer.t < parted
             && surfaces[answer.side as usize / 2].side_is_active(answer.side % 2 == 1);
@@ -102,9 +102,8 @@ pub fn inconsistent(
     Ok((0..holds.len()).map(is_inconsistent).collect())
 }
 
-/// Widths of the narrowest gaps that the lights stand in, metres, light by light; infinite
-/// for other kinds, which have no place or send nothing back, and for lights without a
-/// surface on both sides.
+/// Widths of the narrowest gaps around the lights, metres, light by light. Infinite for area and
+/// directional lights, and for lights without a surface on two opposite sides.
 ///
 /// # Errors
 /// The device lacks memory or failed.

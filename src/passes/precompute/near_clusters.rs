@@ -1,4 +1,4 @@
-//! Small clusters where surfaces stand close together, and the cache point beside each.
+//! Small clusters at surfaces that are close together, and the cache point beside each.
 
 use super::coverage::Placed;
 use super::parallel;
@@ -8,7 +8,7 @@ use crate::scene::hvds::Hvds;
 use crate::types::CachePoint;
 use glam::Vec3;
 
-/// Which clusters take their light from the records beside them.
+/// Selection of the clusters that take their light from the records beside them.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
     /// Levels of the hierarchy, from the finest, whose clusters are small enough.
@@ -18,12 +18,12 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// Where light varies within what path vertices resolve.
+    /// Regions where light varies below the resolution of path vertices.
     pub const CONTACTS: Self = Self { levels: 2, close: 3.0 };
-    /// Also where the same few path vertices light all that lies in the shadow of something.
+    /// Also regions in shadow, where a few path vertices provide all the light.
     pub const SHADOWS: Self = Self { levels: 4, close: 12.0 };
 
-    /// Behind the last cluster of its levels.
+    /// One past the last cluster of its levels.
     pub fn end(self, hvds: &Hvds) -> usize {
         end(hvds, self.levels)
     }
@@ -33,16 +33,16 @@ fn end(hvds: &Hvds, levels: usize) -> usize {
     hvds.levels[levels.min(hvds.levels.len()) - 1].end as usize
 }
 
-/// How far a record may be, in its validity radii.
+/// Maximum distance of a record, in its validity radii.
 const REACH: f32 = 1.5;
-/// Another surface begins so far over the record or under it, in clearances, if it is as steep to
-/// reach as that.
+/// Height above or below the record, in clearances, from which a position counts as another
+/// surface, if the slope to it is at least `SLOPE`.
 const ROOM: f32 = 0.5;
 const SLOPE: f32 = 0.1;
-/// Cosine of how far its normal may lean from the cluster's.
+/// Minimum cosine between its normal and the cluster's.
 const LEAN: f32 = 0.8;
 
-/// Where a cluster of the finest levels is, and how it faces.
+/// Position and orientation of a cluster of the finest levels.
 #[derive(Clone, Copy, Debug)]
 pub struct Patch {
     /// Mean position, metres.
@@ -55,12 +55,12 @@ pub struct Patch {
     pub high: Vec3,
     /// Mean distance to the nearest surface that it sees, metres.
     pub clearance: f32,
-    /// It holds backs of triangles.
+    /// Whether it holds back sides.
     pub is_back: bool,
 }
 
 impl Patch {
-    /// Adds up to nothing; the box is empty.
+    /// A patch without area; its box is empty.
     const EMPTY: Self = Self {
         middle: Vec3::ZERO,
         normal: Vec3::ZERO,
@@ -71,8 +71,8 @@ impl Patch {
     };
 }
 
-/// The clusters of so many levels from the finest, in order; an unweighted cluster is where its
-/// cluster is. `clearances` of the fragments, metres; `normal` of a side.
+/// The clusters of the finest `levels` levels, in order; an unweighted cluster has the patch of its
+/// cluster. `clearances` of the fragments, metres; `normal` of a side.
 pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, levels: usize) -> Vec<Patch> {
     let end = end(hvds, levels);
     let mut patches = vec![Patch { clearance: 0.0, ..Patch::EMPTY }; end];
@@ -108,13 +108,13 @@ pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, le
     patches.into_iter().zip(areas).map(mean).collect()
 }
 
-/// How far a record speaks, metres.
+/// Distance within which a record is used, metres.
 pub(super) fn record_reach(point: &CachePoint) -> f32 {
     REACH * point.radius
 }
 
-/// Whether a record speaks for a place on a cluster: not if it lies behind what the cluster sees,
-/// nor the other way round.
+/// Whether a record may be used at a position on a cluster: not if either lies behind the surface
+/// that the other sees.
 pub(super) fn fits(placed: &Placed, place: Vec3, patch: &Patch) -> bool {
     let point = &placed.point;
     let apart = place - point.position;
@@ -129,8 +129,7 @@ pub(super) fn fits(placed: &Placed, place: Vec3, patch: &Patch) -> bool {
         && apart.dot(point.wall) <= 1.0
 }
 
-/// Finds the near ones among the clusters of the extent's levels. `cell_size` of the
-/// base cells, metres.
+/// Finds the near clusters of the extent's levels. `cell_size` of the base cells, metres.
 pub fn find(patches: &[Patch], extent: Extent, cell_size: f32, points: &[Placed]) -> Vec<NearCluster> {
     if points.is_empty() {
         return Vec::new();

@@ -1,7 +1,7 @@
-//! What stands so close to a cache point that its cluster is too coarse: light varies within the
-//! cluster, and the point sees a part of it. All rays of a point that meet one such cluster get an
-//! entry of their own, whose indirect light is that of the record beside the place that they meet.
-//! In: gather rays, clusters, cache points. Out: entries; gather rays that read one point to it.
+//! Near-field patches: clusters so close to a cache point that light varies within them, and the
+//! point sees only a part. All rays of a point that meet one such cluster share a patch, whose
+//! indirect light comes from the record beside their hits. In: gather rays, clusters, cache points.
+//! Out: patches; gather rays that read a patch refer to it.
 
 use super::coverage::Placed;
 use super::gather_rays::{GatherTargetPacking, Hemisphere, RayTable};
@@ -15,34 +15,34 @@ use crate::scene::Material;
 use crate::types::{GatherRay, NO_TARGET};
 use glam::Vec3;
 
-/// How far the record of a place may be, in units of the smallest validity radius.
+/// Maximum distance of the record of a patch, in units of the smallest validity radius.
 const FARTHEST: f32 = 2.0;
 
-/// Cache points whose rays one thread looks at together.
+/// Cache points in one chunk of a thread.
 const CHUNK: usize = 64;
 
-/// What entries are made from.
+/// Inputs of the patches.
 #[derive(Clone, Copy)]
 pub struct Sources<'a> {
-    /// Where the clusters of the finest levels are, and how they face.
+    /// Positions and orientations of the clusters of the finest levels.
     pub patches: &'a [Patch],
     /// As at load.
     pub materials: &'a [Material],
-    /// Cache points; the first `near_count` of them see what is near.
+    /// Cache points; the first `near_count` of them get patches.
     pub points: &'a [Placed],
     /// See `points`.
     pub near_count: u32,
     /// Lower clamp of their radii, metres.
     pub min_radius: f32,
-    /// How far from a cache point clusters are near, metres.
+    /// Distance from a cache point within which clusters are near, metres.
     pub reach: f32,
-    /// How gather rays are stratified, and the seed that they were traced with.
+    /// Stratification of the gather rays; `seed` is the seed of their directions.
     pub hemisphere: Hemisphere,
     /// See `hemisphere`.
     pub seed: u32,
 }
 
-/// A ray that reads an entry.
+/// A ray that reads a patch.
 #[derive(Clone, Copy)]
 struct Reader {
     ray: u32,
@@ -53,7 +53,7 @@ struct Reader {
 /// Near-field patches that gather rays read.
 #[derive(Default)]
 pub struct NearHits {
-    /// Cluster, record and place of each; its target counts from the first entry.
+    /// Cluster, record and position of each patch; its target counts from the first patch.
     pub entries: Vec<NearCluster>,
     /// In the order of the cache points.
     readers: Vec<Reader>,
@@ -61,7 +61,7 @@ pub struct NearHits {
 }
 
 impl NearHits {
-    /// Finds them, and takes their rays out of the table until [`Self::redirect`].
+    /// Finds the patches, and takes their rays out of the table until [`Self::redirect`].
     ///
     /// # Errors
     /// The device failed.
@@ -91,7 +91,7 @@ impl NearHits {
         Ok(found)
     }
 
-    /// Adds what was found of later cache points.
+    /// Appends the patches of later cache points.
     fn append(&mut self, part: Self) {
         let before = self.entries.len() as u32;
         let moved = |entry: NearCluster| NearCluster { target: before + entry.target, ..entry };
@@ -100,7 +100,7 @@ impl NearHits {
         self.readers.extend(part.readers.into_iter().map(moved));
     }
 
-    /// The entries of a cache point.
+    /// Adds the patches of a cache point.
     fn add(
         &mut self,
         sources: &Sources<'_>,
@@ -121,7 +121,7 @@ impl NearHits {
             {
                 continue;
             }
-            // Where the ray meets the cluster's plane, not outside its cell.
+            // The hit of the ray on the cluster's plane, clamped to its box.
             let direction = (frame * strata.direction(ray, index, sources.seed)).as_vec3();
             let facing = direction.dot(patch.normal).min(-1e-3);
             let distance = (patch.middle - point.position).dot(patch.normal) / facing;
@@ -144,19 +144,20 @@ impl NearHits {
         }
     }
 
-    /// Entries that the rays before one of the table read. To be asked before [`Self::redirect`].
+    /// Number of patches that the rays before `ray` of the table read. Valid
+    /// until [`Self::redirect`].
     pub fn count_before(&self, ray: u32) -> u32 {
         let end = self.readers.partition_point(|reader| reader.ray < ray);
         self.readers[..end].iter().map(|reader| reader.entry + 1).max().unwrap_or(0)
     }
 
-    /// Gather rays that read entries.
+    /// Number of gather rays that read patches.
     pub fn reader_count(&self) -> u64 {
         self.readers.len() as u64
     }
 
-    /// Packs the rays anew and points those that were taken out to their entries, which stand
-    /// behind `taken` targets.
+    /// Repacks the rays and redirects the removed rays to their patches, whose targets
+    /// start at `taken`.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] if all do not fit the word of a gather ray; the device failed.
@@ -178,7 +179,7 @@ impl NearHits {
             for ray in rays.iter_mut().filter(|ray| ray.target != NO_TARGET) {
                 ray.target = ray.target & mask | ray.target >> packing.cluster_bits << packed.cluster_bits;
             }
-            // Readers stand point by point, and chunks of the table end with points.
+            // Readers are in the order of points, and chunks of the table end with points.
             let of_chunk = readers.partition_point(|reader| (reader.ray as usize) < first + rays.len());
             let (here, others) = readers.split_at(of_chunk);
             for reader in here {
@@ -201,14 +202,14 @@ struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    /// They speak for places less than `farthest` away, metres.
+    /// The records are used within `farthest` metres.
     fn new(points: &'a [Placed], farthest: f32) -> Self {
         let reach = |placed: &Placed| (placed.point.position, record_reach(&placed.point).min(farthest));
         let map = Reaches::of(&points.iter().map(reach).collect::<Vec<_>>());
         Self { points, farthest, map }
     }
 
-    /// The nearest record that speaks for that place on a cluster.
+    /// Returns the nearest record that may be used at that position on a cluster.
     fn nearest(&self, place: Vec3, patch: &Patch) -> Option<u32> {
         let mut best = (self.farthest, 0);
         self.map.any(place, |index| {

@@ -1,4 +1,4 @@
-//! Which cache points see so much the same that their records may be blended.
+//! Neighbourhoods: cache points with so similar a view that their records may be blended.
 
 use super::cache_points::Placed;
 use super::parallel;
@@ -8,34 +8,34 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use glam::Vec3;
 
 gpu_struct! {
-    /// A record that speaks for another's place.
+    /// A neighbour of a record, for blending.
     pub struct Neighbour {
         pub record: u32,
-        /// Its share; a record's shares sum to 1.
+        /// Its weight; the weights of a record sum to 1.
         pub weight: f32,
     }
 }
 
-/// What the lists share with the shader that reads them.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[Neighbour::LAYOUT];
 
-/// Neighbours of every record, as one list: the record itself among them.
+/// Neighbours of every record in one list; each list includes the record itself.
 pub struct Neighbourhoods {
-    /// First neighbour of each record, and the end.
+    /// CSR offsets of the neighbours of each record.
     pub first: Vec<u32>,
     /// Neighbours with weights that sum to 1.
     pub list: Vec<Neighbour>,
 }
 
-/// How far a neighbour may be, in validity radii.
+/// Maximum distance of a neighbour, in validity radii.
 const REACH: f32 = 2.0;
 /// 1 / (1 - cos 10°)^½, as in the error metric.
 const INVERSE_NORMAL_ERROR: f32 = 8.1131;
 
 impl Neighbourhoods {
-    /// Finds the neighbours of all points: within two of both validity radii and within both
-    /// clearances, so that no surface can stand between them, and with shading normals within ten
-    /// degrees and facets alike.
+    /// Finds the neighbours of all points. A neighbour is within two of both validity radii, and
+    /// within both clearances, so that no surface is between them. Shading normals differ by less
+    /// than ten degrees, and facets are alike.
     pub fn new(points: &[Placed]) -> Self {
         let reach = |placed: &Placed| (REACH * placed.point.radius).min(placed.clearance);
         let places: Vec<(Vec3, f32)> = points.iter().map(|p| (p.point.position, reach(p))).collect();

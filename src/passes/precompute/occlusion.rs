@@ -1,8 +1,9 @@
-//! Occlusion in cells: which part of a coarse cluster those see who read it. [Yue §2, Figure 1]
-//! In: clusters, readers. Out: the share of sample points that nothing hides.
+//! Occlusion in cells: the fraction of a coarse cluster that its readers see. [Yue §2, Figure 1]
+//! In: clusters, readers. Out: the fraction of sample points that are visible.
 //!
-//! Deviation: rays go on to the reader instead of ending at the cell's boundary. What leaves a cell
-//! sideways, below a screen that is as wide as the cell is high, meets the screen next door.
+//! Deviation: rays extend to the reader instead of ending at the cell's boundary. A ray that
+//! leaves the cell sideways, below a screen as wide as the cell is high, meets the screen of
+//! the next cell.
 
 use super::rays::{RayQuery, Rays};
 use crate::error::Result;
@@ -14,13 +15,13 @@ use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::sync::OnceLock;
 
-/// Rays that measure the share of a cluster that is seen.
+/// Rays that measure the visible fraction of a cluster.
 const SAMPLES: usize = 8;
 
-/// Heights over a plane that count as none, in base cells.
+/// Height above a plane that counts as zero, in base cells.
 const FLAT: f64 = 1e-3;
 
-/// More triangles than this in a cell are not looked at one by one: rays tell.
+/// Maximum number of triangles of a cell that are tested one by one; beyond it rays decide.
 const MAX_PLANES: usize = 256;
 
 /// A point on a cluster, and the unit geometric normal of its side.
@@ -39,22 +40,22 @@ struct Samples {
 
 /// Points that read a cluster from about the same direction.
 pub struct Readers {
-    /// Some of them, off their surfaces.
+    /// A sample of the readers' positions, off their surfaces.
     pub points: Vec<Vec3>,
-    /// Unit direction towards them, in the mean.
+    /// Mean unit direction towards them.
     pub direction: DVec3,
 }
 
-/// What is seen of a cluster along a direction.
+/// Visibility of a cluster along a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
-    /// Share of its surface that the readers see, of what faces them.
+    /// Fraction of the surface facing the readers that they see.
     pub open: f64,
     /// Cosine of its mean normal with the mean direction, at least 0.
     pub facing: f64,
 }
 
-/// A cluster to look at.
+/// A cluster to measure.
 #[derive(Clone, Copy)]
 pub(super) struct Ask<'a> {
     pub(super) cluster: u32,
@@ -65,7 +66,7 @@ pub(super) struct Ask<'a> {
 pub(super) struct Cells<'a> {
     hvds: &'a Hvds,
     surfaces: &'a [Surface],
-    /// First base cluster below each cluster, and the end.
+    /// Range of base clusters below each cluster.
     base_ranges: Vec<UVec2>,
     /// Base cell of each base cluster.
     base_cells: Vec<UVec3>,
@@ -74,7 +75,7 @@ pub(super) struct Cells<'a> {
     fragment_offsets: Vec<u32>,
     /// Clusters of each cell above the base level.
     in_cells: HashMap<(usize, UVec3), Vec<u32>>,
-    /// Of each cluster, once somebody asked.
+    /// Samples of each cluster, created on first use.
     samples: Vec<OnceLock<Samples>>,
     clear_distance: f32,
 }
@@ -82,17 +83,17 @@ pub(super) struct Cells<'a> {
 /// A triangle in a cell, as seen from a cluster in it.
 struct Plane {
     normal: DVec3,
-    /// Of the cluster's surface over the triangle's front, metres.
+    /// Range of heights of the cluster's surface above the triangle's front, metres.
     heights: [f64; 2],
 }
 
-/// What may hide a cluster.
+/// Possible occluders of a cluster.
 pub(super) enum Hiding {
-    /// Nothing, from any direction.
+    /// No occluder in any direction.
     Nothing,
-    /// Some of these planes.
+    /// Some of these planes may occlude.
     Planes(Planes),
-    /// Too few samples to tell.
+    /// Too many triangles to decide.
     Unknown,
 }
 
@@ -100,12 +101,12 @@ pub(super) enum Hiding {
 pub(super) struct Planes(Vec<Plane>, f64);
 
 impl Hiding {
-    /// Whether something in the cell may stand between the cluster and what is in a direction.
+    /// Whether surface in the cell may be between the cluster and a reader in that direction.
     pub(super) fn is_possible_along(&self, direction: DVec3) -> bool {
         match self {
             Self::Nothing => false,
             Self::Unknown => true,
-            // A surface in front of a plane meets it only where it goes back.
+            // A surface in front of a plane meets it only in directions towards its back.
             Self::Planes(Planes(planes, flat)) => planes.iter().any(|plane| {
                 let along = plane.normal.dot(direction);
                 let leaves_front = plane.heights[0] >= -flat && along >= 0.0;
@@ -117,7 +118,7 @@ impl Hiding {
 }
 
 impl<'a> Cells<'a> {
-    /// Sorts the surface by cell. Rays start `clear_distance` (metres) off it.
+    /// Sorts the surface by cell. Rays start `clear_distance` metres off it.
     pub(super) fn new(hvds: &'a Hvds, surfaces: &'a [Surface], clear_distance: f32) -> Self {
         let base = hvds.levels[0].len();
         let mut base_cells = vec![UVec3::ZERO; base];
@@ -179,11 +180,11 @@ impl<'a> Cells<'a> {
         if side % 2 == 1 { -normal } else { normal }
     }
 
-    /// What may hide surface of a cluster that is not of the base level.
+    /// Possible occluders of a cluster above the base level.
     pub(super) fn hiding(&self, cluster: u32) -> Hiding {
         let flat = FLAT * self.hvds.grid.cell_size();
-        // Planes of the cluster's sides: what rises above none hides nothing, as on a solid that
-        // bulges everywhere.
+        // Planes of the cluster's sides: surface that rises above none of them hides nothing, as on
+        // a convex solid.
         let Some(sides) = last_of_each(self.fragments_of(cluster), |fragment| fragment.side) else {
             return Hiding::Unknown;
         };
@@ -237,7 +238,7 @@ impl<'a> Cells<'a> {
         self.samples[cluster as usize].get_or_init(|| self.spread(cluster))
     }
 
-    /// What readers see of clusters. Any thread may ask.
+    /// Measures the visibility of clusters for their readers. Any thread may call it.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -263,8 +264,7 @@ impl<'a> Cells<'a> {
         Ok(seen.collect())
     }
 
-    /// The ray, as long as its direction, that tells whether a reader sees a sample; none where the
-    /// sample faces away.
+    /// The ray segment from a sample to a reader. `None` if the sample faces away.
     fn query(&self, sample: &Sample, reader: Vec3) -> Option<RayQuery> {
         let origin = sample.position + self.clear_distance * sample.normal;
         let direction = reader - origin;
@@ -287,7 +287,7 @@ fn sorted_fragments(fragments: &[Fragment], base: usize) -> (Vec<u32>, Vec<u32>)
     (sorted, first)
 }
 
-/// The last fragment of each key, by key; none where there are too many to look at one by one.
+/// The last fragment of each key, by key. `None` if there are more than [`MAX_PLANES`].
 fn last_of_each<'a>(
     fragments: impl Iterator<Item = &'a Fragment>,
     key: fn(&Fragment) -> u32,

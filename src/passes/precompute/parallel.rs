@@ -1,23 +1,23 @@
-//! Host work in chunks that threads take one after another. What comes out does not depend on how
-//! many threads there are.
+//! Parallel chunks: host work that threads take chunk by chunk. The result is independent of the
+//! number of threads.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Items of a chunk: few enough that no thread is left alone with the last one, many enough to
-/// be worth taking.
+/// Items of a chunk: few enough that no thread works alone on the last one, many enough to
+/// justify the overhead.
 const CHUNK: usize = 2048;
 
 fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Calls `work` for chunks of `0..count`, and puts what they return in the order of the chunks.
+/// Calls `work` for chunks of `0..count`, and concatenates the results in the order of the chunks.
 pub(super) fn in_chunks<T: Send>(count: usize, work: impl Fn(Range<usize>) -> Vec<T> + Sync) -> Vec<T> {
     in_chunks_of(CHUNK, count, work)
 }
 
-/// The same with so many items to a chunk, where each of them is much work.
+/// As [`in_chunks`], with `chunk_size` items a chunk, for expensive items.
 pub(super) fn in_chunks_of<T: Send>(
     chunk_size: usize,
     count: usize,
@@ -58,7 +58,7 @@ pub(super) fn each<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> V
     in_chunks(count, |chunk| chunk.map(&work).collect())
 }
 
-/// Sorts; equal items must be alike.
+/// Sorts in parallel, unstably: equal items must be identical.
 pub(super) fn sort<T: Ord + Send>(items: &mut [T]) {
     sort_with(threads(), items);
 }

@@ -1,6 +1,5 @@
-//! The two orders that light paths are stored in: by path, as the scan of their energy takes
-//! them, and by cluster, as the hierarchy does. [Yue §3] Paths that the same editable materials
-//! reflect stand together.
+//! The two orders of light paths: by path, for the energy scan, and by cluster, for the hierarchy.
+//! [Yue §3] Paths that the same editable materials reflect are consecutive.
 
 use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD, PathStep};
 use crate::scene::Material;
@@ -8,10 +7,10 @@ use crate::types::{Contribution, NO_CLUSTER, OPEN, PathVertex, Surface};
 use glam::Vec3;
 use std::ops::Range;
 
-/// A packed colour that changes nothing.
+/// The packed colour white.
 pub(super) const WHITE: u32 = u32::MAX;
 
-/// Where on its path a vertex was found, and what becomes of it.
+/// A path vertex with its path and cluster.
 #[derive(Clone, Copy)]
 pub struct Vertex {
     path: u32,
@@ -21,7 +20,7 @@ pub struct Vertex {
     pub(super) cluster: u32,
     incoming: Vec3,
     lobe: f32,
-    /// What counts of it for readers from afar, 0..=[`OPEN`].
+    /// Its ambient accessibility, 0..=[`OPEN`].
     pub(super) accessibility: u32,
     /// Packed colour of the image at the vertex before.
     colour: u32,
@@ -33,13 +32,13 @@ impl Vertex {
         Self { path, position, side, weight, cluster, incoming, lobe, accessibility: OPEN, colour }
     }
 
-    /// Whether its path starts there.
+    /// Whether its path starts here.
     pub(super) fn is_entry(&self) -> bool {
         self.incoming == Vec3::ZERO
     }
 }
 
-/// What is known of the vertices where a material may be glossy.
+/// Data of vertices, steps and paths in scenes with a material that may be glossy.
 #[derive(Default)]
 pub struct Arrivals {
     /// Of each step: 1 − cosα off the mirror direction at the vertex before.
@@ -54,17 +53,17 @@ pub struct Arrivals {
     pub entry_colours: Vec<u32>,
 }
 
-/// Paths that stand together because the same editable materials reflect them.
+/// Consecutive paths that the same editable materials reflect.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathGroup {
     /// A bit for each editable material, by [`editable_bits`].
     pub materials: u32,
-    /// Steps of the path.
+    /// Range of their steps.
     pub steps: Range<u32>,
 }
 
-/// The bit of each material that is editable, in order; the last bit stands for all that find no
-/// other. Zero for the others.
+/// The bit of each editable material, in order; the last bit is shared by all further ones. Zero
+/// for other materials.
 pub fn editable_bits(materials: &[Material]) -> Vec<u32> {
     let mut editable = 0;
     let bit = |material: &Material| {
@@ -79,30 +78,30 @@ pub fn editable_bits(materials: &[Material]) -> Vec<u32> {
 
 /// All light paths, in the two orders that a frame needs.
 pub struct LightPaths {
-    /// Every vertex in path order: how its energy follows from the vertex before.
+    /// Every vertex in path order: the factor from the energy of the vertex before.
     pub steps: Vec<PathStep>,
-    /// Packed colour of the image at the vertex before each; none at all in scenes without images.
+    /// Packed colour of the image at the vertex before each; empty in scenes without images.
     pub colours: Vec<u32>,
-    /// Every vertex in the order of base clusters; throughputs are the scan's to fill in. One more,
-    /// which nobody reads, takes vertices that no cluster holds.
+    /// Every vertex in the order of base clusters; the scan fills in the throughputs. One unused
+    /// element at the end takes the vertices that no cluster holds.
     pub contributions: Vec<Contribution>,
-    /// First contribution of each base cluster by an entry point, then its first by another vertex,
-    /// and the end.
+    /// For each base cluster, its first contribution of an entry point and its first one of another
+    /// vertex; then the end.
     pub contribution_offsets: Vec<u32>,
-    /// Where some materials are editable: the paths by which of them reflect them,
-    /// entry points aside.
+    /// Paths grouped by the editable materials that reflect them, entry points aside. Empty if no
+    /// material is editable.
     pub groups: Vec<PathGroup>,
-    /// Of each path the number that names its random numbers; none at all where that is its own.
+    /// Random stream index of each path. Empty if it equals the path's index.
     pub names: Vec<u32>,
     /// Empty if nothing is glossy.
     pub arrivals: Arrivals,
-    /// Vertices that no cluster holds: those inside solids, where parts reach into each other.
+    /// Vertices that no cluster holds: those inside interpenetrating solids.
     pub lost: u64,
 }
 
-/// Reorders entry points and numbers the paths anew, so that those that the same editable materials
-/// reflect stand together; returns for each path which these are, and its number before. Entry
-/// points do not count: their reflection is part of the path's flux.
+/// Reorders entry points and renumbers the paths, so that paths reflected by the same editable
+/// materials are consecutive. Returns the materials and the former index of each path. Entry points
+/// do not count: their reflection is part of the path's flux.
 pub(super) fn group(
     vertices: &mut [Vertex],
     entry_points: &mut [PathVertex],
@@ -111,7 +110,7 @@ pub(super) fn group(
     let mut masks = vec![0; entry_points.len()];
     let mut pending: Vec<Option<u32>> = vec![None; entry_points.len()];
     for vertex in &*vertices {
-        // A vertex reflects what reaches the next one, if there is one.
+        // A vertex counts as reflecting only if the path has a next vertex.
         let path = vertex.path as usize;
         if let Some(reflecting) = pending[path] {
             masks[path] |= reflecting;
@@ -131,7 +130,7 @@ pub(super) fn group(
 }
 
 impl LightPaths {
-    /// Notes where the paths of each mask stand; `masks` in path order, or none.
+    /// Stores the step range of the paths of each mask; `masks` in path order, or empty.
     pub(super) fn group_steps(&mut self, masks: &[u32]) {
         let mut path = 0;
         for (index, step) in (0..).zip(&self.steps) {
@@ -146,7 +145,7 @@ impl LightPaths {
         }
     }
 
-    /// Orders vertices by path, and by cluster. Vertices of one path come in the order of the walk.
+    /// Orders vertices by path, and by cluster. Vertices of one path are in the order of the walk.
     pub(super) fn from_vertices(
         mut vertices: Vec<Vertex>,
         surfaces: &[Surface],
@@ -220,7 +219,7 @@ impl LightPaths {
     }
 }
 
-/// Where each bin of a counting sort begins, and the end.
+/// Start of each bin of a counting sort, and the end.
 fn offsets(bins: usize, keys: impl Iterator<Item = u32>) -> Vec<u32> {
     let mut first = vec![0; bins + 1];
     for key in keys {

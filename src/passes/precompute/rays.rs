@@ -11,22 +11,22 @@ use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// A ray that is asked for.
+    /// A ray to trace.
     pub struct RayQuery {
-        /// Where it starts; the caller keeps it off its own surface.
+        /// Origin; the caller keeps it off its own surface.
         pub origin: Vec3,
-        /// Where it goes; need not be unit.
+        /// Direction of any length.
         pub direction: Vec3,
     }
 }
 
 gpu_struct! {
-    /// What it hit.
+    /// The hit of a ray.
     pub struct RayAnswer {
-        /// Distance in units of the direction's length; negative where nothing was hit.
+        /// Distance in units of the direction's length; negative if nothing was hit.
         pub t: f32,
-        /// 2·triangle + (1 if the back side); `NO_SIDE` where nothing was hit; `LOOP_TRUNCATED`
-        /// where the device did not look.
+        /// 2·triangle + (1 if the back side); `NO_SIDE` if nothing was hit; `LOOP_TRUNCATED` if the
+        /// loop was truncated.
         pub side: u32,
     }
 }
@@ -38,7 +38,7 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[RayQuery::LAYOUT, RayAnswer::LAYOUT, RaysPush::LAYOUT];
 
 /// The pipeline that traces lists of rays.
@@ -50,10 +50,10 @@ pub struct Rays {
 impl Rays {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "rays";
-    /// Rays of one dispatch at most.
+    /// Maximum number of rays of one dispatch.
     pub const LIMIT: u32 = 1 << 18;
 
-    /// Makes the pipeline that finds closest hits.
+    /// Creates the pipeline that finds closest hits.
     ///
     /// # Errors
     /// A Vulkan call failed.
@@ -61,7 +61,7 @@ impl Rays {
         Self::with(context, false)
     }
 
-    /// Makes the pipeline that finds any hit between a ray's origin and the end of its direction.
+    /// Creates the pipeline that finds any hit between a ray's origin and the end of its direction.
     ///
     /// # Errors
     /// A Vulkan call failed.
@@ -82,7 +82,7 @@ impl Rays {
         Ok(self.trace_timed(scene, queries)?.0)
     }
 
-    /// Traces all rays. The answers, and device time, milliseconds.
+    /// Traces all rays. Returns the hits and the device time, milliseconds.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -108,8 +108,8 @@ impl Rays {
         Ok((answers, device_ms))
     }
 
-    /// Traces rays so often, after once without watching the clock: device time of each,
-    /// milliseconds. Not more than one dispatch of rays, those after [`Self::LIMIT`] are left out.
+    /// Traces the rays `repeats` times, after one untimed run, and returns the device time of each,
+    /// milliseconds. Takes one dispatch: rays beyond [`Self::LIMIT`] are ignored.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -122,7 +122,7 @@ impl Rays {
         (0..repeats).map(|_| self.dispatch(scene, &asked, &answered, push)).collect()
     }
 
-    /// Traces the rays of one dispatch. Device time, milliseconds.
+    /// Traces the rays of one dispatch and returns the device time, milliseconds.
     fn dispatch(
         &self,
         scene: &SceneBuffers,

@@ -1,17 +1,18 @@
-//! Points that each reach so far, found by the places that they reach.
+//! Lookup of points by the positions within their reach.
 
 use glam::{UVec3, Vec3};
 
-/// Layers of a map: reaches of each lie within a factor of two, those of the last anywhere below.
+/// Layers of a map: the reaches in a layer differ by at most a factor of two; the last layer takes
+/// all smaller ones.
 const LAYERS: usize = 4;
 
-/// Cells of a layer along an axis, at most.
+/// Maximum number of cells of a layer along an axis.
 const MAX_CELLS: f32 = 128.0;
 
-/// By what a search is wider than the reach: positions are rounded.
+/// Factor by which a search exceeds the reach, because positions are rounded.
 const SLACK: f32 = 1.001;
 
-/// Points of similar reach in one grid, so that a cell as wide as they reach holds few of them.
+/// One grid for points of similar reach, so that a cell as wide as the reach holds few points.
 pub(super) struct Reaches {
     layers: [Layer; LAYERS],
 }
@@ -28,7 +29,7 @@ struct Layer {
 #[derive(Clone, Copy)]
 struct Point {
     position: Vec3,
-    /// Square of its reach, m², and a little more.
+    /// Square of its reach, m², slightly enlarged.
     reach2: f32,
     index: u32,
 }
@@ -45,7 +46,7 @@ impl Reaches {
         Self { layers }
     }
 
-    /// A map of points with their reaches, metres, named by their places in the list.
+    /// A map of points with their reaches, metres; the index of a point is its index in the list.
     pub(super) fn of(points: &[(Vec3, f32)]) -> Self {
         let least = points.iter().fold(Vec3::INFINITY, |low, point| low.min(point.0));
         let high = points.iter().fold(Vec3::NEG_INFINITY, |high, point| high.max(point.0));
@@ -57,7 +58,7 @@ impl Reaches {
         map
     }
 
-    /// Adds a point that reaches no further than the map was made for.
+    /// Adds a point. Panics if its reach exceeds that of the map.
     pub(super) fn insert(&mut self, position: Vec3, reach: f32, index: u32) {
         let layer = self.layers.iter_mut().rev().find(|layer| reach <= layer.most);
         let layer = layer.expect("the first layer takes all that the map was made for");
@@ -66,8 +67,8 @@ impl Reaches {
         layer.lists[cell].push(Point { position, reach2, index });
     }
 
-    /// Whether `wanted` takes any of the points that reach a place, or nearly; asks no more once it
-    /// does. A caller that never takes one sees them all, in no order that means anything.
+    /// Returns whether `wanted` accepts any point whose reach includes `place`; stops at the first
+    /// one. A closure that always returns false visits them all, in arbitrary order.
     pub(super) fn any(&self, place: Vec3, mut wanted: impl FnMut(u32) -> bool) -> bool {
         self.layers.iter().any(|layer| layer.any(place, &mut wanted))
     }
@@ -95,7 +96,7 @@ impl Layer {
         let centre = self.cell(place);
         let reach = SLACK * self.most;
         let (low, high) = (self.cell(place - reach), self.cell(place + reach));
-        // The cell of the place itself first: what is wanted most often is there.
+        // The cell of `place` first: it most likely holds an accepted point.
         let along = |axis: usize| {
             let others = (low[axis]..=high[axis]).filter(move |&cell| cell != centre[axis]);
             std::iter::once(centre[axis]).chain(others)

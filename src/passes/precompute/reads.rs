@@ -1,5 +1,5 @@
-//! What anything reads of the hierarchy: known before any light is. In: gather rays, proxies, parts
-//! of clusters. Out: clusters whose irradiance is read; clusters whose flux that takes.
+//! Live set of the hierarchy, independent of lights. In: gather rays, proxies, near-field patches.
+//! Out: clusters whose irradiance is read; clusters whose flux that needs.
 
 use super::cluster_proxies::ProxyTables;
 use super::gather_rays::{GatherTargetPacking, RayTable};
@@ -9,25 +9,24 @@ use crate::scene::hvds::Hvds;
 use crate::types::{NO_CLUSTER, NO_TARGET};
 use std::collections::BTreeSet;
 
-/// What is read, by cluster.
+/// The live set, by cluster.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reads {
-    /// Somebody reads its irradiance.
+    /// Whether its irradiance is read.
     pub irradiance: Vec<bool>,
-    /// The irradiance of some cluster that is read takes its flux, or a cluster around it does.
+    /// Whether the irradiance of a live cluster needs its flux or that of an ancestor.
     pub flux: Vec<bool>,
 }
 
 impl Reads {
-    /// All of so many clusters.
+    /// The live set of all clusters.
     pub fn all(cluster_count: u32) -> Self {
         let all = vec![true; cluster_count as usize];
         Self { irradiance: all.clone(), flux: all }
     }
 
-    /// What gather rays read, and what the proxies and parts of clusters that they read are
-    /// made of; they read no directions. `indirect_sources`: the cluster that each takes its
-    /// indirect light from.
+    /// The live set of gather rays, with their proxies and near-field patches; the rays must not
+    /// read slots yet. `indirect_sources`: the cluster from which each takes its indirect light.
     ///
     /// # Errors
     /// The device failed.
@@ -45,7 +44,7 @@ impl Reads {
         Ok(Self::of(hvds, targets, packing, proxies, near_patches, indirect_sources))
     }
 
-    /// The same, of the targets of gather rays: what these met.
+    /// As [`Self::find`], from the targets of gather rays.
     pub fn of(
         hvds: &Hvds,
         targets: impl IntoIterator<Item = u32>,
@@ -70,14 +69,14 @@ impl Reads {
                 }
             }
         }
-        // Each has a ray that reads it.
+        // Every patch has a ray that reads it.
         near_patches.iter().for_each(|part| irradiance[part.cluster as usize] = true);
         let mut flux = vec![false; count];
         for cluster in (0..count).filter(|&cluster| irradiance[cluster]) {
             flux[cluster] = true;
             flux[indirect_sources[cluster] as usize] = true;
         }
-        // From the root down: a sum takes all its parts.
+        // From the root down, because a sum needs all its children.
         for cluster in (0..count).rev() {
             let parent = hvds.parents[cluster];
             flux[cluster] |= parent != NO_CLUSTER && flux[parent as usize];

@@ -1,10 +1,10 @@
-//! Which sides of which triangles light can reach: the inside of enclosures gets no entry points,
-//! no clusters and no cache points.
+//! Sides of triangles that light can reach: the inside of enclosures gets no entry points, no
+//! clusters and no cache points.
 //!
-//! Rays between sides join what sees each other; a group of sides takes part if it also sees the
-//! void or if a camera is amid it. Sides that provably see no surface at all were left out before,
-//! and so are backs inside solids, which parts that reach into each other would join with the rest.
-//! Where lights are does not matter: in a place that no camera is in, they are not seen.
+//! Rays join sides that see each other into groups. A group takes part in transport if it also sees
+//! the void or surrounds a camera. Sides that provably see no surface are inactive already; so are
+//! backs inside solids, because interpenetrating solids would join them with the rest. Positions of
+//! lights do not matter: an enclosure without a camera is not visible.
 
 use super::rays::{RayQuery, Rays};
 use crate::error::Result;
@@ -14,18 +14,18 @@ use crate::types::{NO_SIDE, Surface};
 use glam::Vec3;
 use std::collections::HashMap;
 
-/// Rays from each side, at least. A side whose rays happen to miss all its neighbours is
-/// reached from theirs.
+/// Minimum number of rays from each side. A side whose rays miss all its neighbours is
+/// joined by theirs.
 const RAYS_PER_SIDE: usize = 16;
-/// Rays from all sides together, at least: what joins two places may be small.
+/// Minimum number of rays from all sides together: the opening between two spaces may be small.
 const RAYS: usize = 1 << 16;
 /// Rays from each camera.
 const RAYS_PER_POINT: u32 = 256;
 
-/// Groups of sides that nothing outside of them sees, and no camera either.
+/// Groups of sides that no other side and no camera sees.
 pub struct Enclosures {
-    /// The group of each side that has no part in transport; none of the others, and of those that
-    /// see nothing at all.
+    /// The group of each inactive side. `None` for active sides, and for sides that see
+    /// nothing at all.
     groups: Vec<Option<usize>>,
     /// Low and high corner of each group, metres.
     bounds: HashMap<usize, [Vec3; 2]>,
@@ -44,24 +44,24 @@ impl Enclosures {
         Self { groups, bounds }
     }
 
-    /// The group of each side, [`u32::MAX`] where it has none: what [`Self::of_numbers`] takes.
+    /// The group of each side, [`u32::MAX`] if it has none: the input of [`Self::of_numbers`].
     pub fn numbers(&self) -> Vec<u32> {
         self.groups.iter().map(|group| group.map_or(u32::MAX, |group| group as u32)).collect()
     }
 
-    /// Those that were found before; triangles in BVH order.
+    /// The enclosures of [`Self::numbers`]; triangles in BVH order.
     pub fn of_numbers(triangles: &[Triangle], numbers: &[u32]) -> Self {
         let group = |&group: &u32| (group != u32::MAX).then_some(group as usize);
         Self::new(triangles, numbers.iter().map(group).collect())
     }
 
-    /// Whether one of them may hold both points.
+    /// Whether one enclosure may contain both points.
     pub fn may_hold(&self, points: [Vec3; 2]) -> bool {
         let is_in = |point: Vec3, [low, high]: [Vec3; 2]| point.cmpgt(low).all() && point.cmplt(high).all();
         self.bounds.values().any(|bounds| points.iter().all(|&point| is_in(point, *bounds)))
     }
 
-    /// Which of them each point is amid.
+    /// Returns the enclosure around each point.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -74,8 +74,8 @@ impl Enclosures {
     }
 }
 
-/// Clears the activity of sides that light cannot reach. Surfaces and triangles in BVH order; rays
-/// start `clear_distance` (metres) off their surface.
+/// Deactivates sides that light cannot reach. Surfaces and triangles in BVH order; rays start
+/// `clear_distance` metres off their surface.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -117,7 +117,8 @@ pub fn deactivate_unreachable(
     let viewpoints = scene.viewpoints();
     queries.extend(viewpoints.iter().flat_map(|&point| rays_around(point)));
     let answers = rays.trace(buffers, &queries)?;
-    // Interior surface sees its inside, which must not join it with all else that does.
+    // Interior surface sees the inside of its solid, which must not join everything else
+    // that sees it.
     let target = |side: u32| match side {
         NO_SIDE => Some(outside),
         side => Some(side as usize).filter(|&side| is_active(surfaces, side)),
@@ -152,7 +153,7 @@ fn rays_around(point: Vec3) -> impl Iterator<Item = RayQuery> {
     })
 }
 
-/// What more than half of the items are.
+/// The value of more than half of the items. `None` if there is none.
 fn most<T: Ord + Copy>(items: impl Iterator<Item = T>) -> Option<T> {
     let mut items: Vec<T> = items.collect();
     items.sort_unstable();

@@ -1,5 +1,5 @@
-//! Indirect irradiance at cache points by path tracing, to tell what the gather errs by. [Kajiya
-//! 1986] In: cache points, scene, lights. Out: irradiance, W/m², one a cache point.
+//! Indirect irradiance at cache points by path tracing, to measure the error of the gather pass.
+//! [Kajiya 1986] In: cache points, scene, lights. Out: irradiance, W/m², one a cache point.
 
 use super::path_trace::ROULETTE_THRESHOLD;
 use crate::error::Result;
@@ -13,19 +13,19 @@ use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
 gpu_struct! {
-    /// A path under way, and what those before it have found.
+    /// A path in progress, and the radiance of the finished ones.
     pub struct ProbePath {
-        /// Where its next ray starts.
+        /// Origin of its next ray.
         pub origin: Vec3,
-        /// And where it goes.
+        /// Direction of its next ray.
         pub direction: Vec3,
         /// Product of brdf·cosθ/pdf since the first hit, roulette included.
         pub throughput: Vec3,
         /// Sum over the paths, W/m²/sr.
         pub radiance: Vec3,
-        /// Vertices so far; 0: about to leave the cache point.
+        /// Vertices so far; 0: starts at the cache point.
         pub depth: u32,
-        /// Names its random numbers; the paths that are done.
+        /// Index of its random numbers: the number of finished paths.
         pub sample_index: u32,
     }
 }
@@ -41,33 +41,33 @@ gpu_struct! {
         pub seed: u32,
         /// Seed of the gather rays.
         pub gather_seed: u32,
-        /// 1: paths leave along the gather rays; 0: each along a new direction in the stratum.
+        /// 1: paths start along the gather rays; 0: each in a new direction of the stratum.
         pub has_gather_rays: u32,
         /// Paths of each stratum.
         pub goal: u32,
-        /// Vertices of each invocation's paths in this dispatch at most.
+        /// Maximum number of vertices of each invocation's paths in this dispatch.
         pub rounds: u32,
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[ProbePath::LAYOUT, IrradianceProbePush::LAYOUT];
 
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "irradiance_probe";
 
-/// Rays of an invocation in one dispatch: lavapipe ends a shader's loops, silently, once they have
-/// run 65 535 times in all.
+/// Rays of an invocation in one dispatch: lavapipe (Mesa 22.3.6) silently ends all loops of an
+/// invocation after 65 535 iterations.
 const RAYS_A_DISPATCH: u32 = 128;
-/// Strata of one dispatch at most: their paths take 15 MiB.
+/// Maximum number of strata of one dispatch: their paths take 15 MiB.
 const STRATA_LIMIT: u32 = 1 << 18;
 /// Strata of an invocation.
 const STRATA: u32 = 8;
 
-/// What [`trace`] works on.
+/// Inputs of [`trace`].
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
-    /// What paths meet.
+    /// The scene and its lights.
     pub scene: LitScene<'a>,
     /// A `CachePoint` for each probe.
     pub cache_points: &'a Buffer,
@@ -75,10 +75,10 @@ pub struct Job<'a> {
     pub point_count: u32,
     /// Strata of each point's hemisphere.
     pub hemisphere: Hemisphere,
-    /// The seed of the gather rays whose directions the paths take; none for new directions
+    /// The seed of the gather rays whose directions the paths take. `None`: new directions
     /// in each stratum.
     pub gather_seed: Option<u32>,
-    /// Names the sequence of paths.
+    /// Seed of the paths.
     pub seed: u32,
     /// Paths of each stratum.
     pub samples: u32,

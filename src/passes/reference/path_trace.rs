@@ -13,17 +13,17 @@ use std::sync::Arc;
 use std::time::Instant;
 
 gpu_struct! {
-    /// A sum and what rounding took from it.
+    /// A compensated sum.
     pub struct RadianceSum {
-        /// The sum as f32 has it, W/m²/sr.
+        /// The sum rounded to f32, W/m²/sr.
         pub high: Vec3,
-        /// What is to be added to it.
+        /// The rest, to be added to it.
         pub low: Vec3,
     }
 }
 
 gpu_struct! {
-    /// What is known of the spread of a pixel's samples.
+    /// Spread of a pixel's samples.
     pub struct SampleMoments {
         /// Sum over the samples of their squared distance from the mean of all.
         pub squares: Vec3,
@@ -33,21 +33,21 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A path under way.
+    /// A path in progress.
     pub struct TracedPath {
-        /// Where its next ray starts.
+        /// Origin of its next ray.
         pub origin: Vec3,
-        /// And where it goes.
+        /// Direction of its next ray.
         pub direction: Vec3,
         /// Product of brdf·cosθ/pdf so far, roulette included.
         pub throughput: Vec3,
         /// Radiance found so far, reflected once, W/m²/sr.
         pub direct: Vec3,
-        /// And reflected more often.
+        /// Radiance reflected several times, W/m²/sr.
         pub indirect: Vec3,
         /// Vertices so far.
         pub depth: u32,
-        /// Names its random numbers; the samples of the pixel that are done.
+        /// Index of its random numbers: the number of finished samples.
         pub sample_index: u32,
     }
 }
@@ -58,33 +58,34 @@ gpu_struct! {
         pub light_count: u32,
         /// Seed of all decisions.
         pub seed: u32,
-        /// Squares of pixels are numbered row by row.
+        /// First tile of the dispatch; tiles are numbered row by row.
         pub first_tile: u32,
-        /// Squares in this dispatch.
+        /// Tiles in this dispatch.
         pub tile_count: u32,
-        /// Where paths are to begin; `RESUME`: they go on from where they stand.
+        /// First sample; `RESUME`: paths continue from their state.
         pub first_sample: u32,
-        /// The sample before which to stop.
+        /// One past the last sample.
         pub goal: u32,
-        /// Vertices of each pixel's paths in this dispatch at most.
+        /// Maximum number of vertices of each pixel's paths in this dispatch.
         pub rounds: u32,
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] =
     &[RadianceSum::LAYOUT, SampleMoments::LAYOUT, TracedPath::LAYOUT, PathTracePush::LAYOUT];
 
 /// Throughput below which Russian roulette may end a path.
 pub const ROULETTE_THRESHOLD: f32 = 0.5;
-/// Paths go on from where they stand.
+/// Paths continue from their state.
 const RESUME: u32 = u32::MAX;
-/// Rays of a pixel in one dispatch. Bounds the dispatch's length; and lavapipe ends a shader's
-/// loops, silently, once they have run 65 535 times in all: a thousand for each ray.
+/// Rays of a pixel in one dispatch. They bound its duration; and lavapipe (Mesa 22.3.6) silently
+/// ends all loops of an invocation after 65 535 iterations: a thousand for each ray.
 const RAYS_A_DISPATCH: u32 = 64;
-/// Squares of one dispatch at most: 2¹⁸ pixels fill the largest device, and their paths 17 MiB.
+/// Maximum number of tiles of one dispatch: 2¹⁸ pixels fill the largest device, and their paths
+/// take 17 MiB.
 pub const TILE_LIMIT: u32 = 1 << 12;
-/// A workgroup works on a square of so many pixels a side.
+/// Edge of a workgroup's tile in pixels.
 const TILE: u32 = 8;
 
 impl RadianceSum {
@@ -94,7 +95,7 @@ impl RadianceSum {
     }
 }
 
-/// The sums of one sequence of samples, a place a pixel.
+/// The sums of one sequence of samples, one element a pixel.
 pub struct Accumulators {
     /// `RadianceSum` of light that was reflected once.
     pub direct: Buffer,
@@ -123,18 +124,18 @@ impl Accumulators {
     }
 }
 
-/// What [`PathTrace::run`] has done.
+/// Result of [`PathTrace::run`].
 #[derive(Clone, Copy, Debug)]
 pub struct Ran {
     /// Device time of all dispatches, milliseconds.
     pub ms: f64,
-    /// And of the longest.
+    /// Device time of the longest dispatch, milliseconds.
     pub longest_ms: f64,
-    /// False where the time was up before all samples were taken.
+    /// False if the deadline passed before all samples were taken.
     pub is_complete: bool,
 }
 
-/// The pipeline, and the paths under way.
+/// The pipeline and the paths in progress.
 pub struct PathTrace {
     context: Arc<Context>,
     pipeline: Pipeline,
@@ -142,14 +143,14 @@ pub struct PathTrace {
     unfinished: Buffer,
 }
 
-/// What [`PathTrace::run`] works on.
+/// Inputs of [`PathTrace::run`].
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
-    /// What paths meet.
+    /// The scene and its lights.
     pub scene: LitScene<'a>,
     /// Camera that the rays start from.
     pub view: &'a View,
-    /// Names the sequence of samples.
+    /// Seed of the samples.
     pub seed: u32,
     /// Sums of that sequence.
     pub sums: &'a Accumulators,
@@ -159,7 +160,7 @@ impl PathTrace {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "path_trace";
 
-    /// Makes the pipeline, and room for the paths of an image.
+    /// Creates the pipeline, and allocates the paths of an image.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -174,13 +175,13 @@ impl PathTrace {
         })
     }
 
-    /// Squares of pixels in an image.
+    /// Number of tiles in an image.
     pub fn tiles(view: &View) -> u32 {
         view.width.div_ceil(TILE) * view.height.div_ceil(TILE)
     }
 
-    /// Takes some samples of a sequence in each pixel of some tiles, at most [`TILE_LIMIT`]. After
-    /// the deadline it ends with the dispatch under way.
+    /// Takes some samples of a sequence in each pixel of at most [`TILE_LIMIT`] tiles. After the
+    /// deadline it stops with the current dispatch.
     ///
     /// # Errors
     /// The device failed.
@@ -221,8 +222,8 @@ impl PathTrace {
         Ok(ran)
     }
 
-    /// Where the paths of the pixels of these tiles stand, the last that were run: each pixel
-    /// and its path.
+    /// Returns the state of the paths of these tiles, which must be those of the last run: each
+    /// pixel and its path.
     ///
     /// # Errors
     /// The device failed.
@@ -231,7 +232,7 @@ impl PathTrace {
         Ok(Self::pixels(view, tiles).zip(paths).filter_map(|(pixel, path)| Some((pixel?, path))).collect())
     }
 
-    /// The pixels of some tiles; none for a place beyond the image.
+    /// The pixels of some tiles. `None` for a position beyond the image.
     pub fn pixels(view: &View, tiles: Range<u32>) -> impl Iterator<Item = Option<u32>> + use<> {
         let (width, height) = (view.width, view.height);
         let across = width.div_ceil(TILE);

@@ -13,7 +13,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// What the samples of a pixel sum to, with what rounding added to it.
+    /// Compensated sums over the samples of a pixel.
     pub struct GatherSums {
         /// Light reflected once, W/m²/sr.
         pub direct: Vec3,
@@ -36,9 +36,9 @@ gpu_struct! {
         pub first_pixel: u32,
         /// One past the last.
         pub end_pixel: u32,
-        /// Samples that each pixel has had.
+        /// Number of earlier samples of each pixel.
         pub first_sample: u32,
-        /// Samples that each pixel gets.
+        /// Number of samples that each pixel gets.
         pub sample_count: u32,
         /// Of the density estimate, metres.
         pub radius: f32,
@@ -47,7 +47,7 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[GatherSums::LAYOUT, PhotonGatherPush::LAYOUT];
 
 /// Stem of shader, reference and timing.
@@ -63,7 +63,7 @@ impl GatherSums {
     }
 }
 
-/// What gather rays meet: irradiance points of a photon map.
+/// Irradiance points of a photon map, which gather rays read.
 #[derive(Clone, Copy)]
 pub struct Irradiance<'a> {
     /// A `MapEntry` for each irradiance point.
@@ -84,7 +84,7 @@ pub struct Irradiance<'a> {
 pub struct Sequence {
     /// `GatherSums`, a pixel each.
     pub sums: Buffer,
-    /// Names its random numbers.
+    /// Seed of its random numbers.
     pub seed: u32,
 }
 
@@ -121,8 +121,7 @@ impl PhotonGather {
         })
     }
 
-    /// Adds those samples of a sequence to every pixel. Adds the device time in
-    /// milliseconds to `ms`.
+    /// Adds samples of a sequence to every pixel, and the device time in milliseconds to `ms`.
     ///
     /// # Errors
     /// The device lacks memory or failed.

@@ -21,17 +21,18 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[PhotonIrradiancePush::LAYOUT];
 
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "photon_irradiance";
 
-/// Photons of one bucket that an estimate looks at; of more, a random share stands for all. 27
-/// buckets then stay below the 65 535 rounds after which some drivers end a loop.
+/// Maximum number of photons of one bucket in an estimate; of more, a random fraction
+/// represents all. 27 buckets then stay below the 65 535 iterations after which lavapipe (Mesa
+/// 22.3.6) ends a loop.
 pub const MAX_PHOTONS: u32 = 1024;
 
-/// Where irradiance is estimated.
+/// The irradiance points.
 #[derive(Clone, Copy)]
 pub struct Points<'a> {
     /// A `MapEntry` for each photon.

@@ -1,5 +1,6 @@
-//! Photon map: photons in the order of the buckets of their cells. [Jensen 1996] In: slots of
-//! photons, some of them empty. Out: map entries, and where each bucket begins. Deterministic.
+//! Photon map: photons in the order of the buckets of their cells. [Jensen 1996] In:
+//! slots of photons, some of them empty. Out: map entries, and the first entry of
+//! each bucket. Deterministic.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -13,9 +14,9 @@ use std::sync::Arc;
 gpu_struct! {
     /// A photon that arrived at a surface.
     pub struct Photon {
-        /// Where it did.
+        /// Position of the photon, metres.
         pub position: Vec3,
-        /// 2·triangle + (1 if the back side); [`NO_SIDE`](crate::types::NO_SIDE) where the
+        /// 2·triangle + (1 if the back side); [`NO_SIDE`](crate::types::NO_SIDE) if the
         /// slot is empty.
         pub side: u32,
         /// Flux of the photon, W.
@@ -26,7 +27,7 @@ gpu_struct! {
 gpu_struct! {
     /// An entry of a map.
     pub struct MapEntry {
-        /// Where the photon is.
+        /// Position of the photon, metres.
         pub position: Vec3,
         /// Unit geometric normal of its side.
         pub normal: Vec3,
@@ -49,7 +50,7 @@ gpu_struct! {
     /// Push constants of the first step.
     pub struct PhotonCellsPush {
         pub grid: PhotonGrid,
-        /// Slots, empty ones too.
+        /// Number of slots, including empty ones.
         pub slot_count: u32,
     }
 }
@@ -57,19 +58,19 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the last step.
     pub struct PhotonOrderPush {
-        /// Slots, empty ones too.
+        /// Number of slots, including empty ones.
         pub slot_count: u32,
     }
 }
 
-/// What this pass shares with its shaders.
+/// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] =
     &[Photon::LAYOUT, MapEntry::LAYOUT, PhotonGrid::LAYOUT, PhotonCellsPush::LAYOUT, PhotonOrderPush::LAYOUT];
 
 /// Stem of shaders, reference and timing.
 pub const STEM: &str = "photon_map";
 
-/// Buckets that cells are hashed to; empty slots go to one more, so that a bucket's number
+/// Number of buckets of the cells' hash; one more takes the empty slots, so that a bucket's index
 /// has 16 bits.
 pub const BUCKETS: u32 = u16::MAX as u32;
 
@@ -89,7 +90,7 @@ pub struct PhotonMap {
 }
 
 impl PhotonMap {
-    /// Makes room for so many photons, empty slots included.
+    /// Allocates `capacity` slots, including empty ones.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -108,7 +109,7 @@ impl PhotonMap {
         })
     }
 
-    /// Slots that it has.
+    /// Number of its slots.
     pub fn capacity(&self) -> u32 {
         self.capacity
     }

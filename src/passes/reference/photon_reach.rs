@@ -1,5 +1,5 @@
-//! How far irradiance points reach along their surface before a wall stands in the way. In: points.
-//! Out: sixteen bytes a point.
+//! Distance from irradiance points along their surface to the next wall. In: points. Out: sixteen
+//! bytes a point.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
@@ -19,7 +19,7 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[PhotonReachPush::LAYOUT];
 
 /// Stem of shader, reference and timing.
@@ -32,7 +32,7 @@ pub const REACH_BYTES: u64 = 16;
 /// milliseconds to `ms`.
 ///
 /// # Errors
-/// The device lacks memory or failed, or rays meet more than it goes through.
+/// The device lacks memory or failed, or loops were truncated.
 pub fn trace(
     context: &Arc<Context>,
     scene: &SceneBuffers,

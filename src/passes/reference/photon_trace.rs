@@ -1,5 +1,5 @@
-//! Photon tracing from the lights. [Jensen 1996] In: how many rays each light gets. Out: a photon a
-//! surface met, W.
+//! Photon tracing from the lights. [Jensen 1996] In: number of rays of each light. Out: one photon
+//! for each surface met, W.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
@@ -12,21 +12,21 @@ use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Where a photon path stands between two dispatches.
+    /// State of a photon path between two dispatches.
     pub struct PhotonPath {
-        /// Where its next ray starts.
+        /// Origin of its next ray.
         pub origin: Vec3,
         /// The light that it comes from.
         pub light: u32,
         /// Unit direction of its next ray; of no meaning before the first surface.
         pub direction: Vec3,
-        /// Index among the light's rays: names its random numbers.
+        /// Index among the light's rays: its random stream index.
         pub ray: u32,
-        /// W; before the first surface: the share of the light's rays that this one is.
+        /// W; before the first surface: this ray's fraction of the light's rays.
         pub flux: Vec3,
         /// Surfaces so far.
         pub depth: u32,
-        /// One while it goes on.
+        /// One while the path continues.
         pub is_alive: u32,
     }
 }
@@ -48,15 +48,15 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
+/// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[PhotonPath::LAYOUT, PhotonTracePush::LAYOUT];
 
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "photon_trace";
 
-/// Surfaces that a path meets in a dispatch at most; slots of paths that end earlier stay empty.
+/// Maximum number of surfaces that a path meets in a dispatch; unused slots stay empty.
 pub const STEPS: u32 = 4;
-/// Bound of the survival probability: a path ends even where nothing is absorbed.
+/// Upper bound of the survival probability: a path ends even if nothing is absorbed.
 pub const MAX_SURVIVAL: f32 = 0.98;
 
 /// The sphere around a scene.
@@ -103,8 +103,8 @@ impl PhotonTrace {
         })
     }
 
-    /// Traces paths to their ends into the slots of a map, by decisions that `seed` names.
-    /// Returns the slots used, or None where they do not suffice. Adds the device time in
+    /// Traces paths to their ends into the slots of a map, with random decisions by `seed`. Returns
+    /// the number of used slots. `None` if there are too few slots. Adds the device time in
     /// milliseconds to `ms`.
     ///
     /// # Errors
@@ -153,8 +153,8 @@ impl PhotonTrace {
     }
 }
 
-/// Deals `count` rays to lights of those powers (W) in proportion, by largest remainders; a light
-/// with power gets one at least.
+/// Distributes `count` rays over lights in proportion to their powers (W), by largest remainders; a
+/// light with power gets at least one.
 pub fn deal(powers: &[f64], count: u32) -> Vec<u32> {
     let total: f64 = powers.iter().sum();
     let shares: Vec<f64> =
@@ -172,7 +172,7 @@ pub fn deal(powers: &[f64], count: u32) -> Vec<u32> {
     rays
 }
 
-/// New paths: `rays[l]` of light l, whose sequence goes on at `first_rays[l]`.
+/// New paths: `rays[l]` of light l, whose sequence continues at `first_rays[l]`.
 pub fn start(rays: &[u32], first_rays: &[u32]) -> Vec<PhotonPath> {
     let of_light = |(light, (&count, &first)): (usize, (&u32, &u32))| {
         (0..count).map(move |ray| PhotonPath {

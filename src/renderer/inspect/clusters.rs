@@ -1,4 +1,4 @@
-//! The clusters of a level of the hierarchy, where pixels show them.
+//! The clusters of one level of the hierarchy, at the pixels that show them.
 
 use super::super::Renderer;
 use crate::cpu::rays::Geometry;
@@ -6,17 +6,18 @@ use crate::error::Result;
 use crate::types::{NO_CLUSTER, NO_SIDE, PixelSurface};
 use glam::Vec3;
 
-/// The cluster that holds what a pixel shows.
+/// The cluster at the surface point of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClusterAt {
-    /// Its index among those of all levels.
+    /// Index of the cluster among the clusters of all levels.
     pub cluster: u32,
-    /// Its irradiance now, W/m²: as readers from afar see it.
+    /// Irradiance that distant readers get now, W/m².
     pub irradiance: Vec3,
 }
 
 impl Renderer {
-    /// Levels of the hierarchy: the first is the base, of the finest cells, the last the root.
+    /// Number of levels of the hierarchy: the first is the base, with the finest cells; the last is
+    /// the root.
     pub fn hvds_level_count(&self) -> u32 {
         self.cluster_tables.hvds.levels.len() as u32
     }
@@ -26,12 +27,11 @@ impl Renderer {
         self.cluster_tables.hvds.grid.cell_size() * f64::from(level).exp2()
     }
 
-    /// For each pixel of the last frame, row by row from the top, the cluster of that level that
-    /// holds what it shows; of a level beyond the root, the root's. None where the ray left the
-    /// scene, where the pixel's surface takes no part in transport, and before the first frame of
-    /// this size. Works out the whole hierarchy, of which frames leave out what nothing reads:
-    /// about as much work as the frame after a light has moved. To be asked between frames, before
-    /// the next edit.
+    /// For each pixel of the last frame, row by row from the top, the cluster of `level` at its
+    /// surface point. Beyond the root level, the root cluster. `None` if the ray left the scene, if
+    /// the surface takes no part in transport, or before the first frame of this size. Call it
+    /// between frames, before the next edit. It computes the whole hierarchy, clusters outside the
+    /// live set included. That costs about as much as the frame after a light has moved.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -55,13 +55,13 @@ impl Renderer {
         Ok(pixels.iter().map(found).collect())
     }
 
-    /// The base cluster that holds a point of a side.
+    /// The base cluster at a point on a side. `None` if there is none.
     pub(super) fn base_cluster_at(&self, geometry: Geometry<'_>, position: Vec3, side: u32) -> Option<u32> {
         let cluster = geometry.cluster(&self.cluster_tables.hvds, position, side);
         (cluster != NO_CLUSTER).then_some(cluster)
     }
 
-    /// The cluster that holds a base cluster so many levels up, or the root's.
+    /// The ancestor of a base cluster, `levels` levels up, or the root.
     fn cluster_above(&self, mut cluster: u32, levels: u32) -> u32 {
         for _ in 0..levels {
             match self.cluster_tables.hvds.parents[cluster as usize] {

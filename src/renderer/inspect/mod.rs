@@ -1,5 +1,5 @@
-//! What the renderer knows about a place: for eyes. No frame has any of it; a question costs what
-//! it takes to answer, and leaves everything as it was.
+//! Queries about a pixel or a point, for the window. Frames do not depend on them. A query costs
+//! only when it is made and changes nothing.
 
 mod clusters;
 mod paths;
@@ -18,10 +18,10 @@ use crate::passes::frame::splat::{SplatWeight, WeightRun};
 use crate::types::{CachePoint, NO_SIDE, Node, PixelSurface};
 use glam::Vec3;
 
-/// Normals further apart than this, as a cosine, are those of different surfaces.
+/// Cosine below which two normals belong to different surfaces.
 const ALIKE: f32 = 0.5;
 
-/// What the central ray of a pixel found.
+/// The surface that the central ray of a pixel meets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceAt {
     /// Point on the surface.
@@ -30,27 +30,27 @@ pub struct SurfaceAt {
     pub normal: Vec3,
     /// Distance from the camera's plane, metres.
     pub depth_m: f32,
-    /// Index into the scene's triangles as the renderer has them ([`Renderer::scene`]).
+    /// Index into the scene's triangles in the renderer's order ([`Renderer::scene`]).
     pub triangle: u32,
-    /// Whether its back is seen.
+    /// Whether the ray meets the back side.
     pub is_back: bool,
     /// Index into the scene's materials.
     pub material: usize,
 }
 
-/// A record that serves a pixel.
+/// A record that a pixel uses, with its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordShare {
-    /// Index of the record, and of its cache point.
+    /// Index of the record and of its cache point.
     pub record: u32,
-    /// What it contributes, 0..=1; a pixel's shares sum to 1.
+    /// Weight of the record, 0..=1; the weights of a pixel sum to 1.
     pub share: f32,
 }
 
 impl Renderer {
-    /// What a pixel of the last frame shows, counted from the top left corner; none outside the
-    /// picture, where the ray left the scene, and before the first frame of this size. Depth is
-    /// that from the camera as it is set. Reads one pixel.
+    /// The surface that a pixel of the last frame shows; pixels count from the top left corner.
+    /// `None` outside the picture, if the ray left the scene, or before the first frame of this
+    /// size. The depth is the distance from the current camera. Reads one pixel.
     ///
     /// # Errors
     /// The device failed.
@@ -71,8 +71,8 @@ impl Renderer {
         }))
     }
 
-    /// The records that serve a pixel of the last frame; none where [`Self::surface_at`] finds
-    /// nothing. Where no record covers the pixel, relaxed ones that reach it, or the nearest one.
+    /// The records that a pixel of the last frame uses. Empty if [`Self::surface_at`] finds
+    /// nothing. An uncovered pixel uses the relaxed records that reach it, or the nearest one.
     ///
     /// # Errors
     /// The device failed.
@@ -82,14 +82,15 @@ impl Renderer {
         let run = runs.read_range::<WeightRun>(index, 1)?[0];
         let weights: Vec<SplatWeight> =
             weights.read_range(run.first as usize, (run.end - run.first) as usize)?;
-        // Negative where none covers the pixel.
+        // Weights of uncovered pixels are negative.
         let sum: f32 = weights.iter().map(|weight| weight.weight).sum();
         let share = |found: &SplatWeight| RecordShare { record: found.record, share: found.weight / sum };
         Ok(weights.iter().map(share).collect())
     }
 
-    /// The cache point nearest to a place on a surface with that unit normal; one whose normal is
-    /// another's only if there is no other. None where there are no cache points. Reads them all.
+    /// The cache point nearest to `position` on a surface with unit normal `normal`. A point with a
+    /// different normal is returned only if no other exists. `None` if there are no cache points.
+    /// Reads all of them.
     ///
     /// # Errors
     /// The device failed.
@@ -104,18 +105,18 @@ impl Renderer {
         Ok(nearest.map(|(index, _)| index))
     }
 
-    /// Where a pixel stands in lists; none outside the picture, and before there is one.
+    /// Index of a pixel in lists. `None` outside the picture, or before the first frame.
     fn pixel_index(&self, [x, y]: [u32; 2]) -> Option<usize> {
         let [width, height] = self.size();
         (x < width && y < height && self.has_picture()).then_some((y * width + x) as usize)
     }
 
-    /// Whether a frame has been made in this size.
+    /// Whether a frame of this size has been rendered.
     fn has_picture(&self) -> bool {
         !self.changes.size
     }
 
-    /// The scene as the references take it.
+    /// The scene as the reference implementation reads it.
     fn geometry(&self) -> Result<Geometry<'_>> {
         let root = self.buffers.nodes.followed().read_range::<Node>(0, 1)?[0];
         Ok(Geometry {

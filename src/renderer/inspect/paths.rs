@@ -1,5 +1,5 @@
-//! A light path, vertex by vertex. Positions are not kept: the path is traced again, with the same
-//! random numbers. What arrives at its vertices is.
+//! A light path, vertex by vertex. Positions are not stored, so the path is traced again with the
+//! same random numbers. The flux that arrives at its vertices is stored.
 
 use super::super::Renderer;
 use crate::error::Result;
@@ -14,17 +14,18 @@ pub struct PathPoint {
     pub position: Vec3,
     /// Unit geometric normal on the side that it lies on.
     pub normal: Vec3,
-    /// Base cluster that takes what arrives; none inside solids, where parts reach into each other.
+    /// Base cluster that the vertex contributes to. `None` inside a solid, where surface is
+    /// interior.
     pub cluster: Option<u32>,
-    /// Share of the path's flux that arrives here, per channel, as materials were in the last
-    /// frame; of a path whose entry point may gloss, of the flux that it carries on from there.
-    /// Zero where no cluster takes it.
+    /// Fraction of the path's flux that arrives here, per channel, with the materials of the last
+    /// frame. If the entry point is glossy, the fraction of the flux after the first bounce. Zero
+    /// if the vertex contributes to no cluster.
     pub throughput: Vec3,
 }
 
 impl Renderer {
-    /// The entry point nearest to a place, which is the number of its path; none where there are
-    /// none. Reads them all.
+    /// The entry point nearest to `position`; its index is that of its path. `None` if there are no
+    /// entry points. Reads all of them.
     ///
     /// # Errors
     /// The device failed.
@@ -35,8 +36,8 @@ impl Renderer {
         Ok(nearest.map(|(index, _)| index))
     }
 
-    /// The path that begins at that entry point, which comes first; empty where there is no such
-    /// entry point. Reads the steps of all paths before.
+    /// The path that begins at this entry point, with the entry point first. Empty if there is no
+    /// such entry point. Reads the steps of all paths before it.
     ///
     /// # Errors
     /// The device lacks memory or failed.

@@ -1,12 +1,14 @@
-//! The gather rays of a cache point. Where they went is not kept: they are traced again, along the
-//! same directions. What they read is: the point's merged rays name its targets.
+//! The gather rays of a cache point. Their hits are not stored, so the rays are traced again in the
+//! same directions. The targets that they read are stored in the point's merged rays.
 //!
-//! A ray that meets a cluster reads the cluster itself; or a *proxy* of it, what shows of it
-//! towards the ray's bin of directions; or a *part* of it, which the point sees from nearby; or a
-//! *slot* of it, if it is glossy, towards a direction. A merged ray names what is read, not which
-//! rays do: where several targets of a point stand for the cluster that a ray met, the direction
-//! decides. Two rays of one bin may so be taken to read one proxy although one of them, along which
-//! nothing can hide a part of the cluster, reads the cluster.
+//! A ray that meets a cluster reads one of four gather targets: the cluster itself; a *proxy*, the
+//! visibility-weighted mean towards the ray's direction bin; a *patch*, the near-field patch that
+//! the point sees; or a *slot*, an outgoing direction of a glossy cluster.
+//!
+//! A merged ray stores the target, not which rays read it. If several targets of a point stand for
+//! the cluster that a ray met, the direction decides. The result may be wrong for one case: of two
+//! rays in one bin, one reads the proxy and the other the cluster, because nothing can hide a part
+//! of the cluster along it. Both are then reported to read the proxy.
 
 use super::super::Renderer;
 use crate::cpu::gather_rays::{Ray, Tracing};
@@ -20,32 +22,31 @@ use crate::scene::directions::Directions;
 use crate::types::{CachePoint, NO_SIDE};
 use glam::{DVec3, Vec3, Vec4};
 
-/// A gather ray.
+/// A gather ray, its hit and its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GatherRaySegment {
-    /// Where it starts, off the surface of its cache point.
+    /// Origin of the ray, off the surface of its cache point.
     pub origin: Vec3,
-    /// Where it goes; unit.
+    /// Unit direction of the ray.
     pub direction: Vec3,
-    /// Where it met a surface; none where it left the scene.
+    /// Hit on a surface. `None` if the ray left the scene.
     pub hit: Option<Vec3>,
-    /// The cluster, of any level, that stands for what it met; none where it left the scene or met
-    /// a side without light.
+    /// The cluster, of any level, that stands for the hit. `None` if the ray left the scene or met
+    /// a side that takes no part in transport.
     pub cluster: Option<u32>,
-    /// Which gather target it reads: the cluster with the material that it met, or its proxy,
-    /// part or slot.
+    /// Index of the gather target: the cluster with its material, or a proxy, patch or slot of it.
     pub target_index: Option<u32>,
-    /// Radiance that the last frame to gather took from there, W/m²/sr; zero where nothing is read,
-    /// and before the first frame.
+    /// Radiance that the last gather pass read from the target, W/m²/sr. Zero if the ray reads
+    /// nothing, or before the first frame.
     pub radiance: Vec3,
 }
 
-/// What a gather target is.
+/// The kinds of gather targets.
 enum Kind {
     Cluster,
     Patch,
     Proxy(u32),
-    /// Towards a direction.
+    /// With the unit direction of the slot.
     Slot(Vec3),
 }
 
@@ -54,13 +55,13 @@ struct Reading {
     target_index: u32,
     material: u32,
     kind: Kind,
-    /// What it may stand for; proxies that weigh the same clusters alike are one.
+    /// Clusters that the target stands for. Proxies that weigh the same clusters alike are one.
     clusters: Vec<u32>,
 }
 
 impl Renderer {
-    /// The gather rays of a cache point, without those that would start into its surface; none
-    /// where there is no such point. Traces them again, and reads the radiance of all targets.
+    /// The gather rays of a cache point, except rays that would start into its surface. Empty if
+    /// there is no such point. Traces the rays again and reads the radiance of all targets.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -118,7 +119,7 @@ impl Renderer {
         Ok(rays.iter().zip(&answers).map(segment).collect())
     }
 
-    /// What targets send back: evenly, and by their lobes, if there are any.
+    /// Radiance of all targets: diffuse, and by their lobes if any material is glossy.
     fn reflected(&self) -> Result<[Vec<Vec3>; 2]> {
         let [diffuse, gloss] = self.gather.radiances();
         let count = if self.has_picture() { self.gather.merged_rays.target_count as usize } else { 0 };
@@ -165,12 +166,13 @@ impl Renderer {
         Ok(target_indices.into_iter().map(reading).collect())
     }
 
-    /// The gather target that a ray reads that met this cluster and material, seen along `back`.
+    /// The index of the target that a ray reads if it met `cluster` and `material`; `back` points
+    /// to its origin.
     fn reading_of(&self, readings: &[Reading], [cluster, material]: [u32; 2], back: DVec3) -> Option<u32> {
         let bin = Directions::new(self.scene.quality.directions).bin(back);
         let proxy = self.proxies.tables().and_then(|proxies| proxies.proxy_of(cluster, bin));
         let fits = |found: &&Reading| found.material == material && found.clusters.contains(&cluster);
-        // At most 1 for what another direction may read better.
+        // A slot gets at most 1: rays of other directions may read it better.
         let fitness = |found: &Reading| match found.kind {
             Kind::Proxy(own) if Some(own) == proxy => 3.0,
             Kind::Proxy(_) => -2.0,
@@ -183,7 +185,7 @@ impl Renderer {
     }
 }
 
-/// Where a ray met a triangle, from what the device found.
+/// The hit of a ray, from the device's answer.
 fn hit(tracing: &Tracing<'_>, ray: &Ray, answer: &RayAnswer) -> Hit {
     let (t, triangle) = (f64::from(answer.t), answer.side / 2);
     let along = ray.origin.as_dvec3() + t * ray.direction;

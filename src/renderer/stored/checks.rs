@@ -1,6 +1,6 @@
-//! Whether what a file holds fits together and fits the scene. Whoever wrote it may have meant
-//! harm, and checksums are right all the same: each index that the host or the device follows is
-//! held against the length of the list that it points into.
+//! Checks whether the contents of a file are consistent and fit the scene. The file may be hostile
+//! with correct checksums. So each index that the host or the device follows is compared with the
+//! length of its list.
 
 use super::contents::Contents;
 use super::gloss_checks;
@@ -12,18 +12,18 @@ use crate::stored::CacheMiss;
 use crate::types::{CachePoint, NO_CLUSTER, Surface};
 use glam::Vec3;
 
-/// Refuses what is not so.
+/// Returns a damage report if `is_so` is false.
 pub(super) fn demand(is_so: bool, what: &str) -> Result<(), CacheMiss> {
     if is_so { Ok(()) } else { Err(CacheMiss::damaged(what)) }
 }
 
-/// Whether a list of starts, and the end, cuts `length` items into so many runs.
+/// Whether `first` holds the offsets of `runs` segments of `length` items, the end included.
 pub(super) fn cuts(first: &[u32], runs: usize, length: usize) -> bool {
     first.len() == runs + 1 && first[0] == 0 && first.is_sorted() && first[runs] as usize == length
 }
 
-/// Holds all that was read against itself and the scene, whose triangles the tree puts into
-/// `order`, and links the hierarchy.
+/// Checks the contents against themselves and the scene. `order` is the tree's order of the
+/// triangles. Links the hierarchy.
 pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Result<(), CacheMiss> {
     demand(contents.order == order, "triangles stand in another order")?;
     demand(contents.sides.len() == order.len(), "sides of triangles")?;
@@ -41,7 +41,7 @@ pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Re
     gloss_checks::check(contents, scene)
 }
 
-/// Sides of triangles: what the surface itself tells of them has to be the same.
+/// Checks the codes of a triangle's sides against the code that its surface has.
 pub(super) fn sides(surface: &Surface, sides: u32) -> Result<(), CacheMiss> {
     demand((surface.sides ^ sides) >> 12 <= 3 && (surface.sides ^ sides) & 0xfff == 0, "codes of sides")
 }
@@ -60,7 +60,8 @@ fn hierarchy(hvds: &Hvds) -> Result<(), CacheMiss> {
     let areas = hvds.areas_m2.iter().chain(&hvds.shown_m2);
     demand(areas.into_iter().all(|area| area.is_finite() && *area >= 0.0), "areas")?;
 
-    // Children of a cluster stand together, in the order of their parents, and nobody is without.
+    // Children of a cluster are contiguous, in the order of their parents, and each cluster has a
+    // child.
     for (level, up) in hvds.levels.iter().zip(&hvds.levels[1..]) {
         let mut next = up.start;
         for &parent in &hvds.parents[level.start as usize..level.end as usize] {
@@ -113,7 +114,7 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let starts = steps.first().is_none_or(|step| step.material == HEAD);
     demand(starts && heads == entry_points.len(), "starts of paths")?;
     let is_path = |path: u32| (path as usize) < entry_points.len();
-    // The last contribution is nobody's.
+    // The last contribution belongs to no cluster.
     let held = contributions.len().checked_sub(1).ok_or_else(|| CacheMiss::damaged("contributions"))?;
     demand(contributions[..held].iter().all(|contribution| is_path(contribution.path())), "contributions")?;
     demand(cuts(&paths.contribution_offsets, 2 * base, held), "contributions of clusters")?;
@@ -128,16 +129,16 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     demand(are_names && names.iter().all(|&name| is_path(name)), "names of paths")
 }
 
-/// Whether images take part: then steps and gather rays have colours.
+/// Whether the scene has images: steps and gather rays then have colours.
 pub(super) fn has_images(scene: &Scene) -> bool {
     !scene.texture_coordinates.is_empty()
 }
 
-/// How far records reach decides how many a pixel reads, and how many tiles the device
-/// lists them in.
+/// Checks the radii of cache points: they determine how many records a pixel reads and how many
+/// tiles list a record.
 fn radii(points: &[CachePoint], scene: &Scene) -> Result<(), CacheMiss> {
     let (low, high) = scene.bounds();
-    // What placement gives, and a little for rounding.
+    // The range of placement, with a margin for rounding.
     let [least, most] = RADIUS_RANGE.map(|bound| bound as f32);
     let longest = 1.001 * most * (high - low).length();
     let smallest = points.iter().fold(f32::INFINITY, |smallest, point| smallest.min(point.radius));

@@ -1,4 +1,4 @@
-//! What a file of light paths holds, before anybody believes it.
+//! Contents of a file of light paths, before they are checked.
 
 use super::write::Numbers;
 use crate::passes::frame::cluster_proxies::ProxyPartPacking;
@@ -14,8 +14,8 @@ use crate::types::{CachePoint, Contribution, Grid, PathVertex};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Everything that is stored. `child_offsets` of the hierarchy are still to be linked, and
-/// `base_ranges` of glossy surfaces to be found.
+/// All stored sections. `child_offsets` of the hierarchy are linked later, and `base_ranges` of
+/// glossy surfaces are computed later.
 pub(super) struct Contents {
     pub(super) numbers: Numbers,
     pub(super) counts: BTreeMap<String, u64>,
@@ -41,7 +41,7 @@ fn ranges(ends: Vec<[u32; 2]>) -> Vec<Range<u32>> {
 }
 
 impl Contents {
-    /// Reads all sections; `grid` is that of the finest cells.
+    /// Reads all sections; `grid` is the grid of the finest cells.
     pub(super) fn read(file: &File<'_>, grid: Grid) -> Result<Self, CacheMiss> {
         let numbers: Numbers = file.one("numbers")?;
         let notes = serde_json::from_slice(&file.list::<u8>("notes")?);
@@ -134,12 +134,12 @@ impl Contents {
         })
     }
 
-    /// Proxies of clusters.
+    /// Number of proxies of clusters.
     pub(super) fn proxy_count(&self) -> usize {
         self.proxies.as_ref().map_or(0, |proxies| proxies.part_offsets.len().saturating_sub(1))
     }
 
-    /// What gather rays may name that has irradiance: clusters, proxies, parts of clusters.
+    /// Number of gather targets with irradiance: clusters, proxies, near-field patches.
     pub(super) fn lit_count(&self) -> usize {
         self.hvds.areas_m2.len() + self.proxy_count() + self.near_patches.len()
     }

@@ -1,4 +1,4 @@
-//! Whether the tables of glossy surfaces fit together.
+//! Checks whether the tables of glossy surfaces are consistent.
 
 use super::checks::{cuts, demand};
 use super::contents::Contents;
@@ -19,7 +19,7 @@ pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss>
     }
     let mut all = gloss.vertices.iter();
     demand(all.all(|vertex| is_material(vertex.material) && is_entry(vertex.entry)), "glossy vertices")?;
-    // It bounds how many dispatches there are.
+    // This number bounds the number of dispatches.
     demand(gloss.max_vertices as usize <= contents.paths.contributions.len(), "most glossy vertices")?;
 
     let hvds = &contents.hvds;
@@ -52,7 +52,7 @@ pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss>
         demand(range.start == end && range.start <= range.end && range.end <= slots, "levels of sums")?;
         let runs = gloss.child_offsets[range.start - leaves]..gloss.child_offsets[range.end - leaves];
         let children = &gloss.children[runs.start as usize..runs.end as usize];
-        // What a level adds up is ready by then.
+        // A level sums only slots of earlier levels.
         demand(children.iter().all(|&child| (child as usize) < range.start), "parts of sums")?;
         end = range.end;
     }

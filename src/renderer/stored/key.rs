@@ -1,5 +1,5 @@
-//! What stored light paths depend on. Lights are not among it: paths are traced without them, and
-//! what is said of where they stand is found anew.
+//! Dependencies of stored light paths. Lights are not among them: paths are traced without lights,
+//! and warnings about their positions are computed again.
 
 use crate::gpu::Context;
 use crate::gpu::shaders::SHADERS;
@@ -7,14 +7,14 @@ use crate::scene::{Material, Scene};
 use crate::stored::{Key, hash};
 use glam::Vec3;
 
-/// Counts changes of what is stored and of how the host finds it, which no hash of a shader tells.
+/// Version of the contents and of the host's algorithms, which no shader hash covers.
 const CONTENTS: u32 = 4;
 
-/// Dependencies that tell one entry of a folder from another. A new program or driver replaces what
-/// the old one left.
+/// Dependencies that distinguish the entries of a folder. A new program or driver replaces the
+/// entry of the old one.
 pub(super) const OF_NAME: &[&str] = &["device", "geometry", "materials", "viewpoints", "settings"];
 
-/// Of a scene as it was given, its triangles in their own order.
+/// The key of a scene as it was given, with its triangles in their own order.
 pub(super) fn key(context: &Context, scene: &Scene) -> Key {
     Key::default()
         .with("program", program())
@@ -50,7 +50,7 @@ fn geometry(scene: &Scene) -> [u64; 2] {
     hash(bytemuck::cast_slice(&words))
 }
 
-/// All but their names: each property decides how paths go on, or may once it is edited.
+/// Hash of all properties but the names: each affects light paths, at once or after an edit.
 fn materials(materials: &[Material]) -> [u64; 2] {
     let mut words = Vec::new();
     for material in materials {
@@ -70,7 +70,7 @@ fn materials(materials: &[Material]) -> [u64; 2] {
 }
 
 fn viewpoints(points: &[Vec3]) -> [u64; 2] {
-    // Which of them is the first makes no difference.
+    // The order of the points makes no difference.
     let mut words: Vec<[u32; 3]> = points.iter().map(|point| point.to_array().map(f32::to_bits)).collect();
     words.sort_unstable();
     hash(bytemuck::cast_slice(&words))

@@ -1,5 +1,4 @@
-//! Light paths on disk: what the precomputation found is kept, and taken from there as long as it
-//! would find the same again.
+//! Precompute cache: light paths on disk, used as long as the precomputation would give the same.
 
 mod checks;
 mod contents;
@@ -19,32 +18,31 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Where light paths are kept.
+/// The place where light paths are stored.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Store {
-    /// In a file of their own; it is replaced where it is out of date.
+    /// In one file, which is replaced if it is stale.
     File(PathBuf),
-    /// In a folder with those of other scenes.
+    /// In a folder, together with the light paths of other scenes.
     Folder(Folder),
 }
 
-/// A file of light paths that was written.
+/// Report of a written file of light paths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Written {
-    /// Length of the file.
+    /// Length of the file, bytes.
     pub bytes: u64,
-    /// What tracing the light paths took, seconds.
+    /// Time of the precomputation, seconds.
     pub precompute_s: f64,
 }
 
 impl Renderer {
-    /// As [`Self::new`]; but light paths that are kept and would come out the same are not traced
-    /// again, and others are kept. The picture is the same to the bit, whether they were. `say`
-    /// is told, in a line each, why something that is kept cannot be used, or why something
-    /// cannot be kept.
+    /// As [`Self::new`], with a precompute cache. Stored light paths are used if the precomputation
+    /// would give the same; else they are traced and stored. The picture is the same to the bit in
+    /// both cases. `say` receives a line for each reason why a file cannot be used or written.
     ///
     /// # Errors
-    /// The device lacks memory or failed; a folder cannot be made.
+    /// The device lacks memory or failed; a folder cannot be created.
     pub fn stored(
         context: &Arc<Context>,
         scene: Scene,
@@ -60,7 +58,7 @@ impl Renderer {
         make().map_err(memory_hint::with_hint)
     }
 
-    /// Traces a scene's light paths and keeps them in a file, whatever it held before.
+    /// Traces a scene's light paths and stores them in a file, which is replaced.
     ///
     /// # Errors
     /// The device lacks memory or failed; the file cannot be written.
@@ -81,9 +79,8 @@ impl Renderer {
     }
 }
 
-/// Why the contents of a file, whatever they say that they were made from, cannot be the
-/// light paths of a scene; none where nothing in them leads out of a list. The device hears
-/// nothing of it.
+/// The reason why the contents of a file cannot be the light paths of a scene; their key is not
+/// compared. `None` if each index is within its list. The device is not used.
 ///
 /// # Errors
 /// The scene itself cannot be traced.
@@ -95,8 +92,8 @@ pub fn miss_reason(bytes: &[u8], scene: &Scene) -> Result<Option<CacheMiss>> {
 }
 
 impl Store {
-    /// Why the light paths of a scene, as it was loaded, cannot be taken from here; none
-    /// where they can.
+    /// The reason why the stored light paths of a scene, as it was loaded, cannot be used. `None`
+    /// if they can.
     ///
     /// # Errors
     /// The scene itself cannot be traced.
@@ -105,7 +102,7 @@ impl Store {
         Ok(read::Checked::read(scene, &self.file(&key), &key)?.err())
     }
 
-    /// The file that a scene of that key has.
+    /// The file for a scene with this key.
     fn file(&self, key: &Key) -> PathBuf {
         match self {
             Self::File(file) => file.clone(),
@@ -113,7 +110,7 @@ impl Store {
         }
     }
 
-    /// What is kept, or else what is traced now, and then kept.
+    /// Returns the stored light paths, or traces and stores them.
     fn obtain(
         &self,
         context: &Arc<Context>,

@@ -1,4 +1,5 @@
-//! The precomputation from what is stored of it. What follows quickly from the scene is found anew.
+//! Restores the precomputation from a file. Results that follow quickly from the scene are computed
+//! again.
 
 use super::checks::{self, has_images};
 use super::contents::Contents;
@@ -21,17 +22,17 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What a file holds, once it is known to fit the scene.
+/// Contents of a file after the checks against the scene.
 pub(super) struct Checked {
     contents: Contents,
-    /// In the tree's order.
+    /// Surfaces in BVH order.
     surfaces: Vec<Surface>,
     bvh: Bvh,
 }
 
 impl Checked {
-    /// Reads the light paths of a scene from a file, or says why it cannot. The device hears
-    /// nothing of it.
+    /// Reads the light paths of a scene from a file, or returns the reason why it cannot be used.
+    /// The device is not used.
     ///
     /// # Errors
     /// The scene itself cannot be traced.
@@ -51,7 +52,7 @@ impl Checked {
         Self::of(scene, &file)
     }
 
-    /// The same of a file's contents, whatever they were made from.
+    /// Checks the contents of a file against a scene, without comparing their key.
     pub(super) fn of(scene: &Scene, file: &File) -> Result<std::result::Result<Self, CacheMiss>> {
         let bvh = Bvh::build(&scene.triangles)?;
         let (low, high) = scene.bounds();
@@ -63,8 +64,8 @@ impl Checked {
         }))
     }
 
-    /// Takes it, and reorders the scene's triangles as the precomputation does; all of
-    /// that began then.
+    /// Builds the precomputation from the contents and reorders the scene's triangles to BVH order.
+    /// `start` is when reading began.
     pub(super) fn build(
         self,
         context: &Arc<Context>,
@@ -76,7 +77,7 @@ impl Checked {
     }
 }
 
-/// Surfaces in the tree's order.
+/// Surfaces in BVH order.
 fn surfaces_of(
     contents: &Contents,
     scene: &Scene,
@@ -112,7 +113,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     warn(scene, &contents, &solids, (&rays, &buffers))?;
 
     let hvds = contents.hvds;
-    // The device's table was made before part of some clusters turned out not to show.
+    // The device's table was built before hidden area was subtracted from clusters.
     let complete = Hvds { shown_m2: hvds.areas_m2.clone(), ..hvds.without_fragments() };
     let cluster_tables = ClusterTables { hvds: complete, entry_points: contents.effective_entry_points };
     let mut gloss = contents.gloss;
@@ -165,7 +166,8 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     })
 }
 
-/// What the precomputation says of lights and materials, in its order. Lights may have moved since.
+/// Adds the precomputation's warnings about lights and materials, in its order. Lights may have
+/// moved since.
 fn warn(
     scene: &mut Scene,
     contents: &Contents,

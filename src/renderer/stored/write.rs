@@ -1,4 +1,4 @@
-//! What is stored of the precomputation, section by section.
+//! Writes the precomputation to a file, section by section.
 
 use crate::error::Result;
 use crate::passes::precompute::merged_rays::MergedRayLists;
@@ -12,7 +12,7 @@ use std::ops::Range;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Numbers {
-    /// That all entry points stand for, m².
+    /// Area that all entry points stand for, m².
     pub(super) all_area_m2: f64,
     /// Unit of gradients, metres.
     pub(super) min_distance: f32,
@@ -25,23 +25,23 @@ pub(super) struct Numbers {
     pub(super) gloss_leaf_count: u32,
     pub(super) gloss_most_vertices: u32,
     pub(super) triangle_count: u32,
-    /// What half of the surface has before it, metres.
+    /// Median clearance of the surface, metres.
     pub(super) clearance: f64,
 }
 
-/// Lists that the device holds, or that are stored otherwise than they are kept.
+/// Lists that the device holds, or whose stored form differs from their form in memory.
 pub(super) struct Tables {
     cache_points: Vec<CachePoint>,
     merged_rays: MergedRayLists,
     /// Sides of each triangle, as [`Surface`](crate::types::Surface) has them.
     sides: Vec<u32>,
-    /// What each contribution has besides its throughput, which is the scan's.
+    /// The fields of each contribution except its throughput, which the path scan computes.
     contributions: Vec<u32>,
-    /// Counts and shares, for people.
+    /// Counts and fractions of the statistics, as text.
     notes: Vec<u8>,
 }
 
-/// Starts and ends.
+/// Start and end of each range.
 fn ends(ranges: &[Range<u32>]) -> Vec<[u32; 2]> {
     ranges.iter().map(|range| [range.start, range.end]).collect()
 }

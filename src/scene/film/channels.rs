@@ -1,4 +1,4 @@
-//! What of a camera or a light a film can key, how that is written, and how near is near enough.
+//! The properties of a camera or a light that a film can key: their text form and tolerance.
 
 use glam::{DVec3, Vec3};
 
@@ -6,20 +6,20 @@ use super::curve::Curve;
 use crate::scene::camera::FOV_Y;
 use crate::scene::{LightKind, numbers};
 
-/// Places are met within this, metres.
+/// Tolerance of positions, metres.
 const PLACE_TOLERANCE_M: f64 = 1e-3;
-/// The same as a share of the way from the camera to its target, where that is less; and emissions,
-/// angles and directions as a share of themselves.
+/// Relative tolerance of emissions, angles and directions. Also of positions, relative to the
+/// distance between camera and target, if that is less.
 const TOLERANCE: f64 = 1e-3;
-/// Half-angles of spots, degrees.
+/// Largest half-angle of spots, degrees.
 const MAX_ANGLE: f64 = 90.0;
 
-/// What places may be off in a scene whose camera is so far from its target, metres.
+/// Tolerance of positions, metres, for a camera at that distance from its target.
 pub(super) fn place_tolerance_m(reach_m: f32) -> f64 {
     PLACE_TOLERANCE_M.min(TOLERANCE * f64::from(reach_m))
 }
 
-/// What is keyed, and how it is written and compared.
+/// A keyed property: its text form and its comparison.
 #[derive(Clone, Copy)]
 pub(super) enum Form {
     Place(&'static str),
@@ -32,7 +32,7 @@ pub(super) enum Form {
 }
 
 impl Form {
-    /// As the file has it; what is one number is in all components.
+    /// The value as the file has it; a scalar is repeated in all components.
     pub(super) fn number(self, value: Vec3, origin: DVec3) -> DVec3 {
         let each = |write: &dyn Fn(usize) -> f64| DVec3::from([0, 1, 2].map(write));
         match self {
@@ -50,7 +50,7 @@ impl Form {
         }
     }
 
-    /// How far off it is, 1 at most.
+    /// Deviation relative to the tolerance; at most 1 is acceptable.
     pub(super) fn excess(self, wanted: DVec3, found: DVec3, place_m: f64) -> f64 {
         let relative = || (wanted - found).abs().max_element() / (TOLERANCE * wanted.abs().max_element());
         let excess = match self {
@@ -59,7 +59,7 @@ impl Form {
             Self::Penumbra => (wanted - found).abs().max_element() / TOLERANCE,
             _ => relative(),
         };
-        // Nothing wanted and nothing found.
+        // Both may be zero, which gives 0/0.
         if wanted == found { 0.0 } else { excess }
     }
 
@@ -75,7 +75,7 @@ impl Form {
     }
 }
 
-/// What of a light can be keyed; always the same for lights of one kind.
+/// The properties of a light that can be keyed; they depend on its kind only.
 pub(super) fn channels(kind: LightKind) -> Vec<(Form, Vec3)> {
     match kind {
         LightKind::Point { position, intensity } => {
@@ -100,7 +100,7 @@ pub(super) fn channels(kind: LightKind) -> Vec<(Form, Vec3)> {
     }
 }
 
-/// A key with three numbers.
+/// A key line with three numbers.
 pub(super) fn vector_line(key: &str, value: DVec3) -> String {
     format!("{key} = [{}]", value.to_array().map(numbers::text).join(", "))
 }

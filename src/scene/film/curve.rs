@@ -1,15 +1,14 @@
-//! How values go from key to key: curves in time, and changes that fade.
+//! Interpolation between keys: curves in time, and fades.
 
 use glam::DVec3;
 
 /// A curve through keys in time with a continuous first derivative: cubic Hermite segments. The
-/// velocity at a key is that of the parabola through it and its two neighbours, but at most
-/// three times that of the slower segment beside it, so that a value that is held stays put and
-/// nothing overshoots far; at both ends it is zero. Before the first and after the last key the
-/// value is theirs.
+/// velocity at a key is that of the parabola through it and its two neighbours. It is at most three
+/// times that of the slower adjacent segment, so that a held value stays constant and overshoot is
+/// small. At both ends it is zero. Outside the keys the curve is constant.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Curve {
-    /// Time in seconds, rising, and value and velocity there; at least one.
+    /// Keys by rising time, at least one.
     keys: Vec<Key>,
 }
 
@@ -21,8 +20,8 @@ struct Key {
 }
 
 impl Curve {
-    /// Through points in space, alike in every system of coordinates. Times rise; there is
-    /// at least one.
+    /// A curve through points in space, independent of the coordinate system. Times rise; there is
+    /// at least one key.
     pub(super) fn path(keys: &[(f64, DVec3)]) -> Self {
         Self::new(keys, |parabola, before, after| {
             let most = 3.0 * before.length().min(after.length());
@@ -30,8 +29,8 @@ impl Curve {
         })
     }
 
-    /// Through amounts, each component by itself and monotone between two keys, so that none leaves
-    /// the range of the keys beside it.
+    /// A curve through amounts. Each component is monotone between two keys, so that it stays in
+    /// the range of these keys.
     pub(super) fn amounts(keys: &[(f64, DVec3)]) -> Self {
         Self::new(keys, |parabola, before, after| {
             let most = 3.0 * before.abs().min(after.abs());
@@ -70,21 +69,21 @@ impl Curve {
             + (x3 - x2) * span * to.velocity
     }
 
-    /// All values at keys.
+    /// The values at all keys.
     pub(super) fn values(&self) -> impl Iterator<Item = DVec3> + '_ {
         self.keys.iter().map(|key| key.value)
     }
 }
 
-/// A value that changes at certain times, at once or over a while.
+/// A value that changes at certain times, at once or gradually.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Fades {
-    /// In the order of their time.
+    /// Changes in the order of their time.
     changes: Vec<Change>,
     start: DVec3,
 }
 
-/// A change of a value, which goes smoothly from what it is then.
+/// A smooth change from the value at its start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Change {
     time: f64,
@@ -94,13 +93,13 @@ struct Change {
 }
 
 impl Fades {
-    /// A value that stays.
+    /// A constant value.
     pub(super) fn new(start: DVec3) -> Self {
         Self { changes: Vec::new(), start }
     }
 
-    /// Changes to `to` from `time` on, within `fade` seconds; not before the changes
-    /// that are there.
+    /// Changes the value to `to` from `time` on, within `fade` seconds. `time` must not precede
+    /// an earlier change.
     pub(super) fn change(&mut self, time: f64, fade: f64, to: DVec3) {
         let from = self.at(time);
         self.changes.push(Change { time, fade, from, to });
@@ -111,7 +110,7 @@ impl Fades {
         let begun = self.changes.partition_point(|change| change.time <= time);
         let Some(change) = begun.checked_sub(1).map(|last| self.changes[last]) else { return self.start };
         let x = (time - change.time) / change.fade;
-        // At once where there is no fade: 0/0 is no number, and so not below one.
+        // Without a fade the change is at once: 0/0 is NaN, and not below one.
         if x < 1.0 { change.from + x * x * (3.0 - 2.0 * x) * (change.to - change.from) } else { change.to }
     }
 }

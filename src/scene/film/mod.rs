@@ -1,5 +1,5 @@
-//! Films: what of a scene changes in time. What a frame shows depends on its time alone, so that
-//! frames can be made in any order, by any number of machines.
+//! Films: animations of a scene. A frame depends on its time alone, so that frames can be rendered
+//! in any order and on several machines.
 
 pub mod builtin;
 mod channels;
@@ -23,33 +23,33 @@ pub struct Film {
     pub name: String,
     /// Frames per second.
     pub fps: f64,
-    /// How many frames it has. Frame `i` shows the scene at the time `i / fps`.
+    /// Number of frames. Frame `i` shows the scene at the time `i / fps`.
     pub frame_count: u32,
     file: PathBuf,
-    /// Subtracted from all places, as the scene's coordinates are.
+    /// Offset subtracted from all positions, as for the scene.
     origin: DVec3,
     camera: CameraTrack,
     lights: Vec<LightTrack>,
     materials: Vec<MaterialTrack>,
 }
 
-/// What a scene looks like at some time, as far as a film changes it.
+/// The state of a scene's animated properties at some time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     /// The first camera.
     pub camera: Camera,
-    /// The lights that the film changes: index, kind, and whether it is on.
+    /// The animated lights: index, kind, and whether it is on.
     pub lights: Vec<(usize, LightKind, bool)>,
-    /// The materials that the film changes.
+    /// The animated materials.
     pub materials: Vec<MaterialState>,
 }
 
-/// What a material reflects at some time.
+/// The reflectance of a material at some time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaterialState {
     /// Index into the scene's materials.
     pub material: usize,
-    /// Diffuse albedo, which an image of it is multiplied with.
+    /// Diffuse albedo, which multiplies the material's image.
     pub diffuse: Vec3,
     /// Specular albedo of the lobe.
     pub specular: Vec3,
@@ -58,21 +58,20 @@ pub struct MaterialState {
 }
 
 impl Film {
-    /// Loads a film, by the path of its `.toml` or its built-in name, and its scene, made ready
-    /// to be filmed: lights that come later are there (a [`State`] says whether they are on),
-    /// and materials that change are editable, so that light paths are the same whichever
-    /// frames are rendered.
+    /// Loads a film, by the path of its `.toml` or its built-in name, and its scene, prepared
+    /// for all frames. Lights that the film adds are in the scene (a [`State`] has whether they
+    /// are on), and animated materials are editable. So light paths are the same for every
+    /// range of frames.
     ///
     /// # Errors
-    /// As [`Scene::load`]; [`Error::Input`] with file, line and key for everything wrong
-    /// in the film.
+    /// As [`Scene::load`]; [`Error::Input`] with file, line and key for each fault in the film.
     pub fn load(spec: &str, options: &LoadOptions) -> Result<(Self, Scene)> {
         let (film, scene) = read::load(spec, options)?;
         film.check(&scene)?;
         Ok((film, scene))
     }
 
-    /// What frame `frame` shows: a function of that number alone.
+    /// The state of frame `frame`, a function of that number alone.
     pub fn state(&self, frame: u32) -> State {
         let time = f64::from(frame) / self.fps;
         let lights = self.lights.iter().map(|track| {
@@ -86,7 +85,7 @@ impl Film {
         }
     }
 
-    /// Refuses what comes out wrong between keys.
+    /// Refuses invalid values between keys.
     fn check(&self, scene: &Scene) -> Result<()> {
         for frame in 0..self.frame_count {
             let time = f64::from(frame) / self.fps;

@@ -15,10 +15,10 @@ use crate::{Error, Result};
 
 /// Seconds from the start of a film.
 const TIME: std::ops::RangeInclusive<f64> = 0.0..=1e6;
-/// Keys of one value that are closer in time are one: no speed between them could be
-/// told in numbers.
+/// Keys of one value that are closer in time than this are refused: the speed between them
+/// is not computable.
 const MIN_STEP_S: f64 = 1e-6;
-/// Keys of a light that are the film's own, beside those of its kind.
+/// Keys of a light that belong to the film, in addition to those of its kind.
 const OWN: [&str; 3] = ["time", "on", "fade"];
 
 /// A key of a timeline.
@@ -27,7 +27,7 @@ struct Key<'a> {
     section: Section<'a>,
 }
 
-/// The film and its scene, not yet checked between keys.
+/// Loads the film and its scene, without the check between keys.
 pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
     let (file, text) = open(spec, options)?;
     let root = Node::parse(&file, &text)?;
@@ -60,7 +60,7 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
         last = last.max(time + section.number("fade", TIME)?.unwrap_or(0.0));
     }
     let duration = top.number("duration", TIME)?.unwrap_or(last);
-    // A frame that would begin a rounding error before the end does not count.
+    // A frame that would start a rounding error before the end does not count.
     let frame_count = (duration * fps - 1e-6).ceil();
     const MAX_FRAMES: u32 = limits::FILM_FRAMES;
     if !(1.0..=f64::from(MAX_FRAMES)).contains(&frame_count) {
@@ -78,8 +78,7 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
         materials: materials.into_iter().flatten().collect(),
     };
     let seen = places(&film).map(|place| (place - origin).as_vec3());
-    // What can be seen from where the film's camera and lights will be takes part in the
-    // precomputation.
+    // Cameras at these positions make their surroundings take part in the precomputation.
     let seen: Vec<Camera> = seen.map(|position| Camera { position, ..scene.cameras[0].clone() }).collect();
     scene.cameras.extend(seen);
     if builtin::text(spec).is_none() {
@@ -104,7 +103,7 @@ fn open(spec: &str, options: &LoadOptions) -> Result<(PathBuf, String)> {
     Ok((PathBuf::from(format!("{spec}.toml")), text.to_owned()))
 }
 
-/// The scene as the command line would name it: a path is relative to the film's file.
+/// The scene as on the command line: a path is relative to the film's file.
 fn scene_spec(top: &Section, files: &Files, file: &Path, name: &str) -> Result<String> {
     if scenes::NAMES.contains(&name) {
         return Ok(name.to_owned());
@@ -136,7 +135,7 @@ fn keys<'a>(file: &'a Path, root: &'a Node, name: &str) -> Result<Vec<Key<'a>>> 
     Ok(keys)
 }
 
-/// Keys of one thing together, things in the order in which they first appear.
+/// Groups keys by name, in the order of first appearance.
 fn by_name<'k, 'a>(keys: &'k [Key<'a>]) -> Result<Vec<(&'a str, Vec<&'k Key<'a>>)>> {
     let mut named: Vec<(&str, Vec<&Key>)> = Vec::new();
     let mut places = HashMap::new();
@@ -151,7 +150,7 @@ fn by_name<'k, 'a>(keys: &'k [Key<'a>]) -> Result<Vec<(&'a str, Vec<&'k Key<'a>>
     Ok(named)
 }
 
-/// Time and value of the keys that have that value.
+/// Time and value of the keys that state this value.
 fn values<'k>(
     keys: impl IntoIterator<Item = &'k Key<'k>>,
     name: &str,
@@ -184,7 +183,7 @@ fn read_camera(keys: &[Key], base: &Camera) -> Result<CameraTrack> {
     })
 }
 
-/// What becomes of a light, which is added to the scene where it is not there.
+/// Reads the track of a light, and adds the light to the scene if it is missing.
 fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack> {
     let (first, later) = keys.split_first().expect("names come from keys");
     let known = scene.lights.iter().position(|light| light.name == name);
@@ -248,7 +247,7 @@ fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack
     })
 }
 
-/// When a light is switched, which is on or off at first; one that is added comes on at
+/// Reads when a light is switched; `is_on` is its state at first. An added light is switched on at
 /// its first key.
 fn read_presence(keys: &[&Key], added: bool, is_on: bool) -> Result<Fades> {
     let mut presence = Fades::new(if is_on { DVec3::ONE } else { DVec3::ZERO });
@@ -273,7 +272,7 @@ fn read_presence(keys: &[&Key], added: bool, is_on: bool) -> Result<Fades> {
     Ok(presence)
 }
 
-/// What becomes of the materials of that name, which are editable from now on.
+/// Reads the track of the materials of that name, and makes them editable.
 fn read_material(
     name: &str,
     keys: &[&Key],
@@ -305,7 +304,7 @@ fn read_changes(index: usize, material: &mut Material, keys: &[&Key]) -> Result<
         let fade = section.number("fade", TIME)?.unwrap_or(0.0);
         let is_diffuse = track.specular.at(*time) == DVec3::ZERO;
         if let Some(exponent) = section.number("exponent", 1.0..=1e6)? {
-            // A lobe that begins to show has its final sharpness from the start.
+            // A lobe that appears has its final sharpness from the start.
             track.ln_exponent.change(*time, if is_diffuse { 0.0 } else { fade }, DVec3::splat(exponent.ln()));
         }
         if let Some(diffuse) = section.vector("diffuse", 0.0..=1.0)? {
@@ -325,7 +324,7 @@ fn read_changes(index: usize, material: &mut Material, keys: &[&Key]) -> Result<
     Ok(track)
 }
 
-/// Where the camera and lights will be, at their keys; world space.
+/// Positions of the camera and lights at their keys; world space.
 fn places(film: &Film) -> impl Iterator<Item = DVec3> + '_ {
     let lights = film.lights.iter().filter_map(|track| track.place.as_ref());
     film.camera.position.iter().chain(lights).flat_map(Curve::values)

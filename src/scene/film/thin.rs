@@ -1,19 +1,19 @@
-//! Few keys for many samples.
+//! Reduction of many samples to few keys.
 
 use glam::DVec3;
 
 use super::curve::Curve;
 
-/// What stays the same for so long is held: it neither drifts nor swings meanwhile. Shorter pauses
-/// are part of a movement: hands move less often than screens are drawn.
+/// Time after which a constant value counts as held, and must stay constant in the film. Shorter
+/// pauses are part of a movement: hands move less often than screens are drawn.
 pub(super) const HOLD_S: f64 = 0.2;
-/// Albedos, and logarithms of exponents, are met within this.
+/// Tolerance of albedos, and of logarithms of exponents.
 pub(super) const LOOK_TOLERANCE: f64 = 1e-3;
-/// A fade ends where this many samples in a row cannot be its end.
+/// A fade ends if this many samples in a row cannot be its end.
 const PATIENCE: usize = 4;
 
-/// The ends of what is held: samples between which, if any lie there, nothing changes. Before the
-/// first and after the last all is as it is there. None where nothing changes at all.
+/// The ends of held intervals: samples between which nothing changes. The value is constant before
+/// the first and after the last. Empty if nothing changes at all.
 pub(super) fn corners<V: PartialEq>(samples: &[(f64, V)]) -> Vec<usize> {
     let mut found = Vec::new();
     let mut start = 0;
@@ -35,9 +35,9 @@ pub(super) fn corners<V: PartialEq>(samples: &[(f64, V)]) -> Vec<usize> {
     found
 }
 
-/// The samples that are to be keys of a curve, so that it meets all: `excess` takes what was wanted
-/// and what the curve says, and is at most one where that will do. At a key the curve has the
-/// sample's value, so this always comes to an end.
+/// The samples that become keys of a curve through all samples within tolerance. `excess` takes the
+/// sample and the curve's value; at most one is acceptable. The loop ends because the curve meets
+/// the samples at its keys.
 pub(super) fn keys(
     samples: &[(f64, DVec3)],
     curve: fn(&[(f64, DVec3)]) -> Curve,
@@ -60,8 +60,8 @@ pub(super) fn keys(
         keys.extend(added);
         keys.sort_unstable();
     }
-    // A key changes the velocity of its neighbours, so that four spans are others without it; those
-    // further out are not.
+    // A removed key changes the velocity of its neighbours, and so four spans. Spans
+    // further out stay.
     let mut at = 1;
     while at + 1 < keys.len() {
         let window = at.saturating_sub(3)..=(at + 3).min(keys.len() - 1);
@@ -78,7 +78,7 @@ pub(super) fn keys(
     keys
 }
 
-/// What a material reflects.
+/// The reflectance of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Look {
     pub(super) diffuse: DVec3,
@@ -87,7 +87,7 @@ pub(super) struct Look {
 }
 
 impl Look {
-    /// What a film shows at a share `x` of a fade between two looks.
+    /// The film's look at the fraction `x` of a fade between two looks.
     fn fade(self, to: Self, x: f64) -> Self {
         let blend = x * x * (3.0 - 2.0 * x);
         let is_diffuse = self.specular == DVec3::ZERO;
@@ -99,7 +99,7 @@ impl Look {
         }
     }
 
-    /// Whether that will do in its place. The exponent of a diffuse material means nothing.
+    /// Whether `found` is within tolerance. The exponent of a diffuse material is ignored.
     fn is_met_by(self, found: Self) -> bool {
         let albedos = (self.diffuse - found.diffuse).abs().max((self.specular - found.specular).abs());
         let sharpness = (self.exponent / found.exponent).ln().abs();
@@ -108,8 +108,9 @@ impl Look {
     }
 }
 
-/// Changes of a material: first and last sample of each; at once where these are one. What begins
-/// at the first sample does so with a change at once, since only one change can begin at a time.
+/// Changes of a material: first and last sample of each; equal if the change is at once. A
+/// change from the first sample on starts with an instant change, since only one change can
+/// begin at a time.
 pub(super) fn fades(samples: &[(f64, Look)], before: Look) -> Vec<[usize; 2]> {
     let mut changes = Vec::new();
     if samples[0].1 != before {

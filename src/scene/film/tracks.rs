@@ -1,18 +1,18 @@
-//! How the parts of a scene change in time.
+//! Tracks of the animated parts of a scene.
 
 use super::MaterialState;
 use super::curve::{Curve, Fades};
 use crate::scene::{Camera, LightKind};
 use glam::{DVec3, Vec3};
 
-/// The camera's way; what is not keyed stays as it is in the scene.
+/// The camera's track; properties without keys stay as in the scene.
 #[derive(Clone, Debug)]
 pub(super) struct CameraTrack {
     /// The scene's camera.
     pub(super) base: Camera,
     pub(super) position: Option<Curve>,
     pub(super) target: Option<Curve>,
-    /// Degrees, in every component.
+    /// Vertical field of view, degrees, in every component.
     pub(super) fov_y: Option<Curve>,
 }
 
@@ -31,25 +31,25 @@ impl CameraTrack {
     }
 }
 
-/// What a light does; what is not keyed stays as it is in the scene, or as it was when the
-/// light was added.
+/// A light's track. Properties without keys stay as in the scene, or as in the key that
+/// added the light.
 #[derive(Clone, Debug)]
 pub(super) struct LightTrack {
     /// Its index in the scene.
     pub(super) light: usize,
-    /// The light as the scene has it, or as it was added.
+    /// The light in the scene, or in the key that added it.
     pub(super) base: LightKind,
     /// The position, or an area light's corner.
     pub(super) place: Option<Curve>,
     pub(super) direction: Option<Curve>,
     pub(super) edge_u: Option<Curve>,
     pub(super) edge_v: Option<Curve>,
-    /// In the unit of its kind.
+    /// Emission, in the unit of its kind.
     pub(super) emission: Option<Curve>,
     /// Half-angle of a spot, degrees, in every component.
     pub(super) angle: Option<Curve>,
     pub(super) penumbra: Option<Curve>,
-    /// How much of it is switched on, 0..=1, in every component.
+    /// Fraction that is switched on, 0..=1, in every component.
     pub(super) presence: Fades,
 }
 
@@ -69,8 +69,7 @@ impl LightTrack {
         };
         let turn = |to: &mut Vec3| {
             let direction = self.direction.as_ref().map(|curve| curve.at(time).normalize_or_zero());
-            // Half-way between opposite directions there is none: what the scene says is as good as
-            // any.
+            // Half-way between opposite directions none is defined; the scene's direction is used.
             *to = direction.filter(|it| *it != DVec3::ZERO).map_or(*to, |direction| direction.as_vec3());
         };
         let number = |curve: &Option<Curve>| curve.as_ref().map(|curve| curve.at(time).x);
@@ -96,14 +95,14 @@ impl LightTrack {
     }
 }
 
-/// What a material reflects.
+/// The reflectance track of a material.
 #[derive(Clone, Debug)]
 pub(super) struct MaterialTrack {
     /// Its index in the scene.
     pub(super) material: usize,
     pub(super) diffuse: Fades,
     pub(super) specular: Fades,
-    /// Natural logarithm of the exponent, in every component: sharpness is seen in ratios.
+    /// Natural logarithm of the exponent, in every component: sharpness is perceived in ratios.
     pub(super) ln_exponent: Fades,
 }
 

@@ -1,9 +1,9 @@
-//! Films from what was done in the window.
+//! Films from recordings of the window.
 //!
-//! A recording is a row of samples. The film that comes of it shows each of them at its time,
-//! places within a millimetre (a thousandth of the way from the camera to its target in small
-//! scenes), all else within a thousandth; what was left alone for a while does not move at all.
-//! What a film cannot say is lost: the camera's roll (`up`) and the size of its image.
+//! A recording is a sequence of samples. Its film reproduces each sample at its time. Positions are
+//! within a millimetre (a thousandth of the distance from the camera to its target in small
+//! scenes), all else within a thousandth. A value that was held for a while stays constant. The
+//! camera's roll (`up`) and its image size are lost, because a film does not support them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -16,23 +16,23 @@ use super::thin::{self, Look};
 use crate::Result;
 use crate::scene::{Camera, Light, LightKind, Material, Scene, builtin, numbers, save};
 
-/// What a film can change of a scene, at some time.
+/// The animated properties of a scene at some time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
     /// The camera, recentred as the scene is.
     pub camera: Camera,
-    /// All lights, told apart by name, kind and number of samples.
+    /// All lights, identified by name, kind and number of samples.
     pub lights: Vec<Light>,
-    /// What each material reflects, in the scene's order.
+    /// The reflectance of each material, in the scene's order.
     pub materials: Vec<Reflectance>,
 }
 
-/// What a material reflects at some time.
+/// The reflectance of a material at some time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reflectance {
     /// The material's name.
     pub name: String,
-    /// Diffuse albedo, which an image of it is multiplied with.
+    /// Diffuse albedo, which multiplies the material's image.
     pub diffuse: Vec3,
     /// Specular albedo of the lobe.
     pub specular: Vec3,
@@ -41,7 +41,7 @@ pub struct Reflectance {
 }
 
 impl Snapshot {
-    /// The scene as it is, seen by its first camera.
+    /// The state of a scene, seen by its first camera.
     pub fn of(scene: &Scene) -> Self {
         let reflectance = |material: &Material| Reflectance {
             name: material.name.clone(),
@@ -57,40 +57,40 @@ impl Snapshot {
     }
 }
 
-/// What was done, sample by sample.
+/// A recording, sample by sample.
 #[derive(Clone, Debug)]
 pub struct Recording {
     scene: String,
     origin: DVec3,
     fps: f64,
     first: Snapshot,
-    /// Of the samples, seconds; rising.
+    /// Times of the samples, seconds; rising.
     times: Vec<f64>,
     camera: Series<(Vec3, Vec3, f32)>,
     lights: Vec<RecordedLight>,
-    /// As many as the scene has.
+    /// One series per material of the scene.
     materials: Vec<Series<Look>>,
 }
 
-/// A light of one kind; where a light becomes another one, the film has two.
+/// A light of one kind. A light that changes its kind becomes two lights in the film.
 #[derive(Clone, Debug)]
 struct RecordedLight {
-    /// What it is called in the window.
+    /// Name of the light in the window.
     name: String,
-    /// What it is called in the film.
+    /// Name of the light in the film.
     film_name: String,
-    /// As the scene has it; none where it was added.
+    /// The light in the scene. `None` if it was added.
     base: Option<Light>,
-    /// The first one, for its kind and number of samples.
+    /// The first state, which gives its kind and number of samples.
     kind: LightKind,
-    /// Where it is there, and whether it is on.
+    /// Its state and whether it is on. `None` while it is absent.
     series: Series<Option<(LightKind, bool)>>,
 }
 
 /// A value that changes at some samples.
 #[derive(Clone, Debug)]
 struct Series<V> {
-    /// From that sample on it is that.
+    /// First sample of each new value, and the value.
     changes: Vec<(usize, V)>,
 }
 
@@ -105,22 +105,22 @@ impl<V: Copy + PartialEq> Series<V> {
         }
     }
 
-    /// Sample and value from the first on, up to so many samples.
+    /// All samples with their values, up to `count` samples.
     fn all(&self, count: usize) -> impl Iterator<Item = (usize, V)> + '_ {
         let ends = self.changes.iter().skip(1).map(|(sample, _)| *sample).chain([count]);
         self.changes.iter().zip(ends).flat_map(|(&(start, value), end)| (start..end).map(move |i| (i, value)))
     }
 }
 
-/// The keys of one thing: lines of a table, by sample.
+/// The keys of one object: lines of a table, by sample.
 type Keys = BTreeMap<usize, Vec<String>>;
-/// The same by time in seconds.
+/// The keys of one object, by time in seconds.
 type Timed = Vec<(f64, Vec<String>)>;
 
 impl Recording {
-    /// `scene` is how a film is to name the scene: a built-in one, or the path of a file from the
-    /// current directory. `first` is what that file holds: what never differs from it gets no key.
-    /// `origin` is the scene's.
+    /// `scene` is the film's name for the scene: a built-in one, or a path from the current
+    /// directory. `first` is the state in that file; a property that never differs from it gets no
+    /// key. `origin` is the scene's.
     pub fn new(scene: &str, first: &Snapshot, origin: DVec3, fps: f64) -> Self {
         let mut recording = Self {
             scene: scene.to_owned(),
@@ -138,8 +138,8 @@ impl Recording {
         recording
     }
 
-    /// How things are at a time, seconds from the recording's start. What is not later than the
-    /// sample before it is passed over.
+    /// Adds a sample at a time, seconds from the recording's start. It is ignored unless it is
+    /// later than the last one.
     pub fn add(&mut self, time_s: f64, now: &Snapshot) {
         if !(time_s >= 0.0 && self.times.last().is_none_or(|last| time_s > *last)) {
             return;
@@ -176,14 +176,14 @@ impl Recording {
         self.lights.len() - 1
     }
 
-    /// The film's file, to be saved at `to`. Its last frame is the last sample.
+    /// The text of the film's file, to be saved at `to`. Its last frame is the last sample.
     ///
-    /// A light that was removed is switched off; one that became another kind of light, or got
-    /// another number of samples, is switched off and another one added. Of materials that share a
-    /// name the first that changes speaks for all.
+    /// A removed light is switched off. A light that changes its kind or number of samples is
+    /// switched off, and another one is added. Of materials with the same name, the first one that
+    /// changes applies to all.
     ///
     /// # Errors
-    /// [`crate::Error::Output`] where the scene cannot be named in that file.
+    /// [`crate::Error::Output`] if the scene cannot be named in that file.
     pub fn finish(&self, to: &Path) -> Result<String> {
         let is_built_in = builtin::NAMES.contains(&self.scene.as_str());
         let scene = match is_built_in {
@@ -262,8 +262,8 @@ impl Recording {
         keys
     }
 
-    /// Keys of one value, which is `base` in the scene; none is the value of a light that is added,
-    /// and has to be stated.
+    /// Writes the keys of one property, whose value in the scene is `base`. `None` is an added
+    /// light, whose value must be stated.
     fn write_channel(&self, keys: &mut Keys, form: Form, base: Option<Vec3>, samples: &[(usize, Vec3)]) {
         if samples.is_empty() || base.is_some_and(|base| samples.iter().all(|(_, value)| *value == base)) {
             return;
@@ -306,8 +306,8 @@ impl Recording {
                 lines.push(format!("exponent = {}", numbers::text(to.exponent)));
             }
             if lines.len() > nothing {
-                // Only one change can begin at a time: one at once comes between two samples where
-                // another one follows.
+                // Only one change can begin at a time. An instant change that another one follows
+                // is placed between two samples.
                 let is_followed = start == end && changes.get(index + 1).is_some_and(|next| next[0] == end);
                 let before = start.checked_sub(1).filter(|_| is_followed);
                 let time = samples[start].0;

@@ -7,14 +7,14 @@ use glam::{DVec3, dvec3};
 use super::outline::Detail;
 use super::solid::Solid;
 
-/// Segments around an edge which has `usual` at detail 1; none is a chamfer.
+/// Segments around an edge that has `usual` at detail 1; zero makes a chamfer.
 pub(super) fn edge_cuts(detail: Detail, usual: f64) -> usize {
     if detail.is_below(0.2) { 0 } else { detail.cuts(usual, 1) }
 }
 
 /// A block of these half sizes with edges rounded to `radius`: `edge` segments around an
-/// edge, `inside` between two edges. Without segments around its edges it is chamfered, and
-/// has none inside either.
+/// edge, `inside` between two edges. With `edge` zero it is chamfered, without segments
+/// between the edges.
 pub(super) fn rounded(half: DVec3, radius: f64, edge: usize, inside: usize) -> Solid {
     if edge == 0 {
         return chamfered(half, radius);
@@ -63,11 +63,11 @@ pub(super) fn rounded(half: DVec3, radius: f64, edge: usize, inside: usize) -> S
     solid
 }
 
-/// A block whose edges and corners are cut off, `depth` from where they would be.
+/// A block whose edges and corners are cut off, `depth` from their original position.
 fn chamfered(half: DVec3, depth: f64) -> Solid {
     let mut solid = Solid::default();
-    // Three corners for each of the eight: one on each face. Bit a of the corner says the side on
-    // axis a.
+    // Three points for each of the eight corners, one on each face. Bit a of the corner is its side
+    // on axis a.
     let corners: Vec<[u32; 3]> = (0..8)
         .map(|corner| {
             let sign = |axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
@@ -75,7 +75,7 @@ fn chamfered(half: DVec3, depth: f64) -> Solid {
             DVec3::AXES.map(|face| solid.point(sign * (half - depth * (DVec3::ONE - face))))
         })
         .collect();
-    // The block is convex and its middle is the origin: all facets look away from that.
+    // The block is convex and its middle is the origin, so all facets face away from it.
     let outwards = |solid: &Solid, [a, b, c]: [u32; 3]| {
         let [p, q, r] = [a, b, c].map(|index| solid.points[index as usize]);
         (q - p).cross(r - p).dot(p) > 0.0

@@ -9,25 +9,25 @@ use super::rng::Rng;
 use super::sheet::sheet;
 use super::solid::Solid;
 
-/// How a cloth hangs.
+/// The shape of a hanging cloth.
 #[derive(Clone, Copy)]
 pub(super) struct Cloth {
     pub(super) width: f64,
     pub(super) drop: f64,
-    /// Folds across its width, and how deep they are, metres from middle to crest.
+    /// Folds across its width, and their depth, metres from middle to crest.
     pub(super) folds: f64,
     pub(super) depth: f64,
-    /// Height over its lower edge where it is tied, and how much of its width is left there; 1
-    /// is not tied.
+    /// Height over its lower edge at which it is tied, and the remaining fraction of its width
+    /// there; 1 is not tied.
     pub(super) tie: [f64; 2],
-    /// Where across its width it is drawn to when tied, -1 to 1.
+    /// Position across its width to which a tied cloth is drawn, -1 to 1.
     pub(super) drawn_to: f64,
     pub(super) seed: u64,
 }
 
 /// Thickness of cloth, metres.
 const THICKNESS: f64 = 0.002;
-/// How far a fold's crest goes over its foot, as a share of its depth.
+/// Overhang of a fold's crest over its foot, as a fraction of its depth.
 const OVERHANG: f64 = 0.25;
 
 /// A curtain in the xy plane that hangs down from the origin.
@@ -36,7 +36,7 @@ pub(super) fn curtain(detail: Detail, cloth: Cloth) -> Solid {
     sheet(cells, THICKNESS, folds(cloth, THICKNESS))
 }
 
-/// The same, laid over a path of (z, y) points by length instead of hanging straight.
+/// A cloth laid over a path of (z, y) points by length instead of hanging straight.
 pub(super) fn banner(detail: Detail, cloth: Cloth, path: &[[f64; 2]]) -> Solid {
     let cells = [detail.cuts(cloth.folds * 4.0, 2), detail.cuts(9.0, 4)];
     let hanging = folds(cloth, 2.0 * THICKNESS);
@@ -56,8 +56,8 @@ pub(super) fn banner(detail: Detail, cloth: Cloth, path: &[[f64; 2]]) -> Solid {
     })
 }
 
-/// The middle of a cloth of that thickness: nowhere bent so narrowly that its two
-/// sides would cross.
+/// The middle surface of a cloth of that thickness. It is nowhere bent so narrowly that its
+/// two sides cross.
 fn folds(cloth: Cloth, thickness: f64) -> impl Fn(f64, f64) -> DVec3 {
     let mut rng = Rng::new(cloth.seed);
     let [a, b, c] = [0; 3].map(|_| rng.between(0.0, TAU));
@@ -81,15 +81,15 @@ fn folds(cloth: Cloth, thickness: f64) -> impl Fn(f64, f64) -> DVec3 {
     }
 }
 
-/// How deep folds may be whose crests are nowhere bent more narrowly than a radius: with depth d,
-/// pitch p (metres a radian) and overhang h, a crest's radius is (p − 2 h d)² / d.
+/// Largest depth of folds with a crest radius of at least `radius`: with depth d, pitch p (metres a
+/// radian) and overhang h, a crest's radius is (p − 2 h d)² / d.
 fn deepest(pitch: f64, overhang: f64, radius: f64) -> f64 {
     let h = 2.0 * overhang;
     let half = 0.5 * radius + h * pitch;
     pitch * pitch / (half + (half * half - (h * pitch).powi(2)).sqrt())
 }
 
-/// The lesser of two lengths, smoothly, and never above it.
+/// A smooth minimum of two lengths that is never above it.
 fn below(a: f64, b: f64) -> f64 {
     a * b / (a.powi(4) + b.powi(4)).powf(0.25)
 }
@@ -111,7 +111,7 @@ mod tests {
         assert!(below(2.0, 3.0) < 2.0 && (below(1.0, 30.0) - 1.0).abs() < 1e-5);
     }
 
-    /// Each side of the cloth, cut finely, looks where its middle does.
+    /// Each side of the cloth, finely divided, faces the same way as its middle surface.
     #[test]
     fn two_sides_of_a_cloth_do_not_cross() {
         for seed in 0..24 {

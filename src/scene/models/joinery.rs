@@ -11,7 +11,7 @@ use super::panel::{block, panel};
 use super::solid::{Part, Solid};
 use super::turning::turned_ring;
 
-/// A panelled door: its opening, metres, and how many panels it has across and up.
+/// A panelled door: its opening, metres, and its panels across and up.
 #[derive(Clone, Copy)]
 pub(super) struct Door {
     pub(super) width: f64,
@@ -19,8 +19,8 @@ pub(super) struct Door {
     pub(super) panels: [usize; 2],
 }
 
-/// A closed door with its frame, to be set before a wall: it stands on the origin, looks to +z and
-/// reaches 2 cm into the wall. Finishes: leaf, frame, handle.
+/// A closed door with its frame, in front of a wall: it stands on the origin, faces +z and reaches
+/// 2 cm into the wall. Finishes: leaf, frame, handle.
 pub(super) fn door(detail: Detail, door: Door) -> Part {
     let mut all = leaf(detail, door);
     all.finish_as(0);
@@ -71,12 +71,12 @@ pub(super) fn leaf(detail: Detail, door: Door) -> Solid {
     solid
 }
 
-/// A moulded frame of that width around an opening over the origin, before a wall whose face is
-/// z = 0.
+/// A moulded frame of that width around an opening over the origin, in front of a wall whose face
+/// is z = 0.
 pub(super) fn architrave(detail: Detail, width: f64, height: f64, face: f64) -> Solid {
     let half = 0.5 * width;
-    // Seen from the front the way goes up on the right and down on the left: its left is the
-    // opening.
+    // Seen from the front the path goes up on the right and down on the left: the opening is
+    // on its left.
     let path = [
         dvec3(half, -0.002, 0.0),
         dvec3(half, height, 0.0),

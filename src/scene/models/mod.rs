@@ -1,4 +1,4 @@
-//! Built-in models that are made when they are loaded, as finely as asked.
+//! Built-in models that are generated at load, at the requested fineness.
 
 mod atrium;
 mod cushion;
@@ -20,12 +20,12 @@ use super::material::Material;
 use model::Model;
 use outline::Detail;
 
-/// What makes a model.
+/// A generator of a model.
 struct Generator {
     name: &'static str,
-    /// Triangles it has unless told otherwise: the size class of the paper's scene. [Yue, table 1]
+    /// Default number of triangles: the size class of the paper's scene. [Yue, table 1]
     triangles: u32,
-    /// The detail at which it has them.
+    /// The detail that gives this number.
     detail: f64,
     build: fn(&mut Model, Detail),
 }
@@ -37,23 +37,23 @@ const GENERATORS: [Generator; 2] = [
 
 /// Names of the generated models.
 pub(super) const NAMES: [&str; 2] = [GENERATORS[0].name, GENERATORS[1].name];
-/// Triangles that may be asked for.
+/// Range of triangle counts that can be requested.
 pub(super) const TRIANGLES: std::ops::RangeInclusive<u32> = 10_000..=20_000_000;
-/// A number of triangles is met when off by less than this, relative.
+/// Relative tolerance of the number of triangles.
 const CLOSE: f64 = 0.015;
-/// How often a model is made at most to meet a number of triangles.
+/// Largest number of attempts to meet the number of triangles.
 const ATTEMPTS: usize = 10;
 
-/// Makes the model of that name with about so many triangles, or as many as usual. None where there
-/// is no such model.
+/// Generates the model of that name with about `triangles` triangles, or its default number. `None`
+/// if there is no such model.
 ///
-/// Things are cut into whole numbers of segments, so that numbers of triangles come in steps; the
+/// Parts have whole numbers of segments, so that triangle counts come in steps; the
 /// nearest is taken.
 pub(super) fn generate(name: &str, triangles: Option<u32>) -> Option<(Vec<Mesh>, Vec<Material>)> {
     let generator = GENERATORS.iter().find(|generator| generator.name == name)?;
     let wanted = f64::from(triangles.unwrap_or(generator.triangles));
-    // Triangles go with a power of the detail between 1.5 and 2. `low` has too few, `high` too
-    // many.
+    // The triangle count grows with a power of the detail between 1.5 and 2. `low` has too few,
+    // `high` too many.
     let mut detail = generator.detail * (wanted / f64::from(generator.triangles)).powf(0.6);
     let [mut low, mut high] = [0.0, f64::INFINITY];
     let mut best: Option<(f64, Model)> = None;

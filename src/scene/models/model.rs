@@ -7,15 +7,15 @@ use crate::scene::geometry::Mesh;
 use crate::scene::material::Material;
 
 /// Corners lie on a lattice of this many points a metre. It is exact in f32 within 64 m, so that
-/// shared corners stay shared, and finer than any part is thin; and what the last bits of a sine
-/// were does not show in it.
+/// shared corners stay shared, and finer than any part. It also hides differences in the last bits
+/// of a sine.
 const LATTICE: f64 = 262_144.0;
 
 /// A material of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Finish(usize);
 
-/// What a generator fills.
+/// The meshes and materials of a generator.
 #[derive(Debug, Default)]
 pub(super) struct Model {
     pub(super) materials: Vec<Material>,
@@ -36,7 +36,7 @@ impl Model {
         self.place_in(part, at, &[finish]);
     }
 
-    /// Places a part whose facets choose among these materials.
+    /// Places a part whose facets choose among several materials.
     pub(super) fn place_in(&mut self, part: &Part, at: &DAffine3, finishes: &[Finish]) {
         let normal_matrix: DMat3 = at.matrix3.inverse().transpose();
         let is_mirrored = at.matrix3.determinant() < 0.0;
@@ -65,12 +65,12 @@ impl Model {
         }
     }
 
-    /// Adds a solid that stands where it was made.
+    /// Adds a solid at its own position.
     pub(super) fn add(&mut self, solid: Solid, finish: Finish) {
         self.place(&solid.smooth(), &DAffine3::IDENTITY, finish);
     }
 
-    /// Adds a solid of several materials that stands where it was made.
+    /// Adds a solid of several materials at its own position.
     pub(super) fn add_in(&mut self, solid: Solid, finishes: &[Finish]) {
         self.place_in(&solid.smooth(), &DAffine3::IDENTITY, finishes);
     }
@@ -81,12 +81,12 @@ impl Model {
     }
 }
 
-/// Moves by so much.
+/// A translation, metres.
 pub(super) fn at(x: f64, y: f64, z: f64) -> DAffine3 {
     DAffine3::from_translation(DVec3::new(x, y, z))
 }
 
-/// Turns about the vertical through the origin, counter-clockwise from above.
+/// A rotation about the vertical through the origin, counter-clockwise from above.
 pub(super) fn turn(degrees: f64) -> DAffine3 {
     DAffine3::from_rotation_y(degrees.to_radians())
 }

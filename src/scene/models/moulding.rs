@@ -1,11 +1,11 @@
-//! Sections drawn along a path: cornices, skirtings, frames, archivolts, rods and stems.
+//! Sections swept along a path: cornices, skirtings, frames, archivolts, rods and stems.
 
 use glam::{DVec2, DVec3};
 
 use super::outline::{circle, fill};
 use super::solid::Solid;
 
-/// Where a section stands: its plane is spanned by `u` and `v`, and the way goes on towards
+/// Position and plane of a section: `u` and `v` span the plane, and the path continues towards
 /// `u × v`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
@@ -14,8 +14,8 @@ pub(super) struct Frame {
     pub(super) v: DVec3,
 }
 
-/// Draws a section (closed, counter-clockwise) through frames. A path that returns to its first
-/// frame is closed; the ends of any other are capped.
+/// Sweeps a section (closed, counter-clockwise) through frames. A closed path returns to its first
+/// frame; the ends of an open one are capped.
 pub(super) fn drawn(section: &[DVec2], frames: &[Frame], is_closed: bool) -> Solid {
     let mut solid = Solid::default();
     let rings: Vec<Vec<u32>> = frames
@@ -42,7 +42,7 @@ pub(super) fn drawn(section: &[DVec2], frames: &[Frame], is_closed: bool) -> Sol
 }
 
 /// Frames along a path in a plane, mitred at its corners: `v` is `up`, across the plane, and `u` is
-/// to the left of the way.
+/// to the left of the path.
 pub(super) fn mitred(path: &[DVec3], up: DVec3, is_closed: bool) -> Vec<Frame> {
     let count = path.len();
     let way = |from: usize| (path[(from + 1) % count] - path[from]).normalize();
@@ -57,7 +57,7 @@ pub(super) fn mitred(path: &[DVec3], up: DVec3, is_closed: bool) -> Vec<Frame> {
         .collect()
 }
 
-/// A round rod along a path, of that radius at each share of the path in 0..1.
+/// A round rod along a path; `radius` takes the fraction of the path, 0..1.
 pub(super) fn rod(path: &[DVec3], cuts: usize, is_closed: bool, radius: impl Fn(f64) -> f64) -> Solid {
     let count = path.len();
     let tangent = |at: usize| {
@@ -81,7 +81,7 @@ pub(super) fn rod(path: &[DVec3], cuts: usize, is_closed: bool, radius: impl Fn(
     let mut side = tangent(0).any_orthonormal_vector();
     for (at, &origin) in path.iter().enumerate() {
         let way = tangent(at);
-        // Carried along without twist.
+        // Parallel transport: no twist.
         side = (side - side.dot(way) * way).normalize();
         let r = radius(at as f64 / (count - 1) as f64);
         frames.push(Frame { origin, u: r * side, v: r * way.cross(side) });
@@ -89,7 +89,7 @@ pub(super) fn rod(path: &[DVec3], cuts: usize, is_closed: bool, radius: impl Fn(
     drawn(&circle(1.0, cuts), &frames, is_closed)
 }
 
-/// Draws a plane outline (counter-clockwise as seen from where `depth` points) out to a plate.
+/// Extrudes a plane outline (counter-clockwise as seen from where `depth` points) to a plate.
 pub(super) fn plate(outline: &[DVec2], frame: Frame, depth: f64) -> Solid {
     let normal = frame.u.cross(frame.v).normalize();
     drawn(outline, &[frame, Frame { origin: frame.origin + depth * normal, ..frame }], false)

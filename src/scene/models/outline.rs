@@ -4,30 +4,29 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, dvec2};
 
-/// How finely curves are cut. 1 is the size class of the paper's scene; lengths of triangles go
+/// Fineness of curves. 1 is the size class of the paper's scene; lengths of triangles go
 /// with its inverse.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Detail(pub(super) f64);
 
 impl Detail {
-    /// Segments of what has `usual` of them at detail 1.
+    /// Number of segments of a curve that has `usual` of them at detail 1.
     pub(super) fn cuts(self, usual: f64, least: usize) -> usize {
         ((usual * self.0).round() as usize).max(least)
     }
 
-    /// Whether a model is so coarse that something is left out or made simpler.
+    /// Whether the model is coarser than `detail`, for parts that are then omitted or simplified.
     pub(super) fn is_below(self, detail: f64) -> bool {
         self.0 < detail
     }
 
-    /// How many there are of a small repeated thing. A coarse model has fewer, a fine one
-    /// the usual number.
+    /// Number of small repeated objects. A coarse model has fewer, a fine one the usual number.
     pub(super) fn count(self, usual: usize, least: usize) -> usize {
         ((usual as f64 * (1.3 * self.0).min(1.0)).round() as usize).max(least)
     }
 }
 
-/// A line of points, begun somewhere and continued.
+/// A polyline under construction.
 #[derive(Clone, Debug)]
 pub(super) struct Outline {
     pub(super) points: Vec<DVec2>,
@@ -39,15 +38,15 @@ impl Outline {
         Self { points: vec![dvec2(x, y)], detail }
     }
 
-    /// Straight on to a point.
+    /// Continues straight to a point.
     pub(super) fn to(mut self, x: f64, y: f64) -> Self {
         self.points.push(dvec2(x, y));
         self
     }
 
-    /// An arc to a point: `bulge` is the tangent of a quarter of its angle, positive where it
-    /// turns counter-clockwise, so that 1 is a half circle and √2 − 1 a quarter. `usual` segments
-    /// at detail 1.
+    /// Continues on an arc to a point. `bulge` is the tangent of a quarter of its angle, positive
+    /// for a counter-clockwise arc: 1 is a half circle and √2 − 1 a quarter. It has `usual`
+    /// segments at detail 1.
     pub(super) fn arc(mut self, x: f64, y: f64, bulge: f64, usual: f64) -> Self {
         let (start, end) = (self.points[self.points.len() - 1], dvec2(x, y));
         let cuts = self.detail.cuts(usual, 1);
@@ -62,22 +61,22 @@ impl Outline {
         self
     }
 
-    /// A quarter circle or ellipse-like quarter, convex to the right of the way.
+    /// A quarter circle or ellipse-like quarter, convex to the right of the path.
     pub(super) fn ovolo(self, x: f64, y: f64) -> Self {
         self.arc(x, y, QUARTER, 3.0)
     }
 
-    /// A quarter circle, hollow to the right of the way.
+    /// A quarter circle, hollow to the right of the path.
     pub(super) fn cavetto(self, x: f64, y: f64) -> Self {
         self.arc(x, y, -QUARTER, 3.0)
     }
 
-    /// A half circle, convex to the right of the way.
+    /// A half circle, convex to the right of the path.
     pub(super) fn torus(self, x: f64, y: f64) -> Self {
         self.arc(x, y, 0.9, 5.0)
     }
 
-    /// Smoothly through points: a Catmull-Rom spline, `usual` segments between two of them
+    /// A smooth curve through points: a Catmull-Rom spline, `usual` segments between two of them
     /// at detail 1.
     pub(super) fn through(mut self, points: &[[f64; 2]], usual: f64) -> Self {
         let start = self.points[self.points.len() - 1];
@@ -97,8 +96,8 @@ impl Outline {
         self
     }
 
-    /// Without points that lie nearer than so many metres to the line between their neighbours, on
-    /// a coarse model.
+    /// The points. A coarse model drops points that are almost on the line
+    /// between their neighbours.
     pub(super) fn points(self) -> Vec<DVec2> {
         let tolerance = if self.detail.0 < 0.8 { 0.03 * (0.8 - self.detail.0) } else { 0.0 };
         let mut kept: Vec<DVec2> = vec![self.points[0]];
@@ -127,8 +126,7 @@ pub(super) fn rectangle([x0, y0]: [f64; 2], [x1, y1]: [f64; 2]) -> Vec<DVec2> {
     vec![dvec2(x0, y0), dvec2(x1, y0), dvec2(x1, y1), dvec2(x0, y1)]
 }
 
-/// Triangles that fill a simple polygon which is wound counter-clockwise: ears are cut off, the
-/// best shaped first.
+/// Triangles that fill a simple counter-clockwise polygon: ears are cut off, the best shaped first.
 pub(super) fn fill(polygon: &[DVec2]) -> Vec<[u32; 3]> {
     let mut left: Vec<u32> = (0..polygon.len() as u32).collect();
     let at = |index: u32| polygon[index as usize];

@@ -10,9 +10,9 @@ pub(super) fn block(low: [f64; 3], high: [f64; 3]) -> Solid {
     panel(&x, &y, z, |_, _| Some(0))
 }
 
-/// A plate in the xy plane between two depths `z`, cut along lines of x and y. `finish` gives each
-/// cell's, or none where it is open. Filled cells must not meet in a corner alone. The rim has the
-/// finish of its cell.
+/// A plate in the xy plane between two depths `z`, divided along lines of x and y. `finish` returns
+/// the finish of a cell; `None` is an opening. Filled cells must not meet in a corner alone. The
+/// rim has the finish of its cell.
 pub(super) fn panel(
     xs: &[f64],
     ys: &[f64],

@@ -36,7 +36,7 @@ pub(super) fn urn(detail: Detail, r: f64, height: f64) -> Solid {
     urn
 }
 
-/// An urn of four cones and four sides; its soil is what closes it.
+/// An urn of four cones and four sides; its soil closes it.
 fn plain_urn(r: f64, h: f64) -> Solid {
     const SIDES: usize = 4;
     let profile =
@@ -55,7 +55,7 @@ pub(super) fn agave(detail: Detail, length: f64, leaves: usize, seed: u64) -> So
     for number in 0..count {
         let share = number as f64 / count as f64;
         let length = length * (1.0 - 0.35 * share) * rng.between(0.85, 1.1);
-        // The outer ones lie, the inner ones stand.
+        // Outer leaves lie flat, inner ones stand.
         let rise = 0.35 + 0.95 * share + rng.between(-0.1, 0.1);
         let turn = TAU * (number as f64 * 0.381_966 + rng.between(-0.02, 0.02));
         let blade = blade(detail, length, 0.085 * length, rise, 0.9 - 0.5 * share);
@@ -72,12 +72,12 @@ fn blade(detail: Detail, length: f64, half_width: f64, rise: f64, fall: f64) -> 
     // A lozenge of the same width has three quarters of the area.
     let half_width = if is_plain { 1.33 * half_width } else { half_width };
     let width = move |u: f64| half_width * (0.45 + 1.4 * u * (1.0 - u)) * (1.04 - u.powi(3)).max(0.04);
-    // Thinner than it is bent, or its upper side would fold over.
+    // Thinner than its bending radius; otherwise its upper side would fold over.
     let thickness = move |u| (0.3 * width(u)).min(0.012);
     let middle = move |u: f64, v: f64| {
         let across = 2.0 * v - 1.0;
         let angle = |t: f64| rise - fall * t * t;
-        // The mean direction so far: near enough the integral along a gently bent line.
+        // The mean direction up to `u` approximates the integral along a gently bent line.
         let mean = (angle(0.0) + 4.0 * angle(0.5 * u) + angle(u)) / 6.0;
         let width = width(u);
         let hollow = 0.5 * width * across * across;

@@ -1,11 +1,11 @@
-//! Seeded variation: the same on every machine.
+//! Seeded random numbers, the same on every machine.
 
-/// A linear congruential generator (Knuth's MMIX constants), its upper bits.
+/// A linear congruential generator (Knuth's MMIX constants); it uses the upper bits.
 #[derive(Debug)]
 pub(super) struct Rng(u64);
 
 impl Rng {
-    /// A sequence of its own for each seed.
+    /// A sequence that depends on the seed.
     pub(super) fn new(seed: u64) -> Self {
         let mut rng = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         rng.share();
@@ -23,7 +23,7 @@ impl Rng {
         low + (high - low) * self.share()
     }
 
-    /// One of so many.
+    /// A uniform integer below `count`.
     pub(super) fn pick(&mut self, count: usize) -> usize {
         (self.share() * count as f64) as usize
     }

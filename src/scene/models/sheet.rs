@@ -1,4 +1,4 @@
-//! Surfaces over a rectangle of parameters, given a thickness: walls with arches, vaults,
+//! Surfaces over a rectangle of parameters with a thickness: walls with arches, vaults,
 //! cloth, pages, leaves.
 
 use glam::DVec3;
@@ -48,8 +48,8 @@ pub(super) fn sheet(cells: [usize; 2], thickness: f64, middle: impl Fn(f64, f64)
     slab(cells, side(1.0), side(-1.0))
 }
 
-/// A leaf: a sheet of a thickness that may change along u, and thins out to nothing at its rim.
-/// Needs two cells each way.
+/// A leaf: a sheet whose thickness may change along u, and is zero at its rim. Needs two
+/// cells each way.
 pub(super) fn leaf(
     [nu, nv]: [usize; 2],
     thickness: impl Fn(f64) -> f64,
@@ -75,8 +75,8 @@ pub(super) fn leaf(
         for i in 0..nu {
             let at = |i: usize, j: usize| j * (nu + 1) + i;
             let corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-            // A corner cell's diagonal must not lie on the rim alone, where both sides would share
-            // the facet.
+            // A corner cell's diagonal must not lie on the rim alone, because both sides would
+            // share the facet.
             let [a, b, c, d] = corners.map(|corner| front[corner]);
             let [e, f, g, h] = corners.map(|corner| back[corner]);
             if (i == 0) == (j == 0) {
@@ -91,7 +91,8 @@ pub(super) fn leaf(
     solid
 }
 
-/// The coarsest leaf: a lozenge between the middles of the four rims, so thick in its own middle.
+/// The coarsest leaf: a lozenge between the middles of the four rims, with `thickness`
+/// in its middle.
 pub(super) fn lozenge(thickness: f64, middle: impl Fn(f64, f64) -> DVec3) -> Solid {
     let mut solid = Solid::default();
     let rim = [[0.0, 0.5], [0.5, 0.0], [1.0, 0.5], [0.5, 1.0]].map(|[u, v]| solid.point(middle(u, v)));

@@ -1,17 +1,17 @@
-//! Closed surfaces: what every part of a built-in model is made of.
+//! Closed surfaces, which all parts of built-in models consist of.
 
 use glam::{DAffine3, DVec3};
 
-/// Facets that meet at less than this, degrees, are one curved surface.
+/// Facets that meet at less than this angle, degrees, form one curved surface.
 const CREASE_DEGREES: f64 = 42.0;
 
-/// A closed surface as it is being made: facets share corners by index, wound
+/// A closed surface under construction: facets share corners by index, wound
 /// counter-clockwise from outside.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solid {
     pub(super) points: Vec<DVec3>,
     pub(super) facets: Vec<[u32; 3]>,
-    /// Which of a part's materials each facet has; empty where all have the first.
+    /// Index into a part's materials for each facet; empty if all have the first.
     pub(super) finishes: Vec<u8>,
 }
 
@@ -43,7 +43,7 @@ impl Solid {
         self.finishes.resize(self.facets.len(), finish);
     }
 
-    /// Adds another solid as it stands.
+    /// Adds another solid at its own position.
     pub(super) fn join(&mut self, other: Self) {
         let first = self.points.len() as u32;
         self.points.extend(other.points);
@@ -57,7 +57,7 @@ impl Solid {
         self
     }
 
-    /// The same elsewhere; a mirror image keeps its outside.
+    /// The transformed solid; a mirror image keeps its outside.
     pub(super) fn moved(self, by: &DAffine3) -> Self {
         let mut moved = self.bend(|p| by.transform_point3(p));
         if by.matrix3.determinant() < 0.0 {
@@ -66,23 +66,23 @@ impl Solid {
         moved
     }
 
-    /// With normals that are smooth where facets meet at less than the usual angle.
+    /// Computes normals that are smooth across the default crease angle.
     pub(super) fn smooth(self) -> Part {
         self.smooth_below(CREASE_DEGREES)
     }
 
-    /// With normals that are smooth around what was turned in so many cuts, however few.
+    /// Computes normals that are smooth around a turned solid with that many cuts, even with few.
     pub(super) fn smooth_round(self, cuts: usize) -> Part {
         self.smooth_below((400.0 / cuts as f64).clamp(CREASE_DEGREES, 95.0))
     }
 
-    /// With normals that are smooth where facets meet at less than so many degrees.
+    /// Computes normals that are smooth if facets meet at less than that angle, degrees.
     pub(super) fn smooth_below(self, crease_degrees: f64) -> Part {
         let cosine = crease_degrees.to_radians().cos();
         let crosses: Vec<DVec3> = self.facets.iter().map(|corners| self.cross(*corners)).collect();
         let (offsets, around) = self.facets_around();
         let mut part = Part { finishes: self.finishes.clone(), ..Part::default() };
-        // Vertices made of each corner so far: few, for most have one normal.
+        // Vertices of each corner so far: few, since most corners have one normal.
         let mut made: Vec<Vec<u32>> = vec![Vec::new(); self.points.len()];
         for (corners, cross) in self.facets.iter().zip(&crosses) {
             let front = cross.normalize_or_zero();
@@ -127,11 +127,11 @@ impl Solid {
     }
 }
 
-/// A finished solid: vertices with normals, to be placed any number of times.
+/// A finished solid: vertices with normals, for any number of placements.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Part {
     pub(super) positions: Vec<DVec3>,
-    /// Unit, one a position.
+    /// Unit normals, one per position.
     pub(super) normals: Vec<DVec3>,
     pub(super) facets: Vec<[u32; 3]>,
     /// See [`Solid::finishes`].

@@ -7,13 +7,13 @@ use glam::{DVec2, DVec3};
 use super::solid::Solid;
 
 /// Turns a profile of (radius, height) about the y axis. It runs upwards with the outside on its
-/// right, from the axis to the axis; an end off the axis is closed by a flat disc.
+/// right, from axis to axis; a flat disc closes an end off the axis.
 pub(super) fn turned(profile: &[DVec2], cuts: usize) -> Solid {
     fluted(profile, cuts, |_, _| 1.0)
 }
 
-/// The same with every radius multiplied by what `swell` says of the angle in 0..1 of a turn
-/// and the height.
+/// Turns a profile with every radius multiplied by `swell`, a function of the angle in 0..1 of a
+/// turn and the height.
 pub(super) fn fluted(profile: &[DVec2], cuts: usize, swell: impl Fn(f64, f64) -> f64) -> Solid {
     let mut profile = profile.to_vec();
     let (first, last) = (profile[0], profile[profile.len() - 1]);

@@ -1,5 +1,4 @@
-//! Edits of a scene file's tables: numbers that still mean what they are to mean stay as
-//! they are written.
+//! Edits of a scene file's tables. A number that still has the correct value keeps its spelling.
 
 use glam::{DVec3, Vec3};
 
@@ -9,10 +8,10 @@ use crate::scene::material::MAX_ALBEDO;
 use crate::scene::value::{Kind, Node, unit};
 use crate::scene::{Camera, Light, Material, camera as cameras, numbers};
 
-/// Degrees that a spot's half-angle can have.
+/// Largest half-angle of a spot, degrees.
 const MAX_ANGLE: f64 = 90.0;
 
-/// Makes a camera stand and look like that one.
+/// Writes a camera's position, target, up direction and field of view.
 pub(super) fn camera(table: &mut Node, camera: &Camera, origin: DVec3) {
     place(table, "position", camera.position, origin);
     place(table, "target", camera.target, origin);
@@ -22,7 +21,7 @@ pub(super) fn camera(table: &mut Node, camera: &Camera, origin: DVec3) {
     number(table, "fov_y", camera.fov_y_degrees, Some(cameras::FOV_Y_DEFAULT), |n| n as f32, numbers::plain);
 }
 
-/// Makes the list of lights be those; for each, which one of the list it was.
+/// Replaces the list of lights. Returns the index of each in the old list.
 pub(super) fn lights(root: &mut Node, lights: &[Light], origin: DVec3) -> Vec<Option<usize>> {
     let old = match root.get("light") {
         Some(Node { kind: Kind::Array(tables), .. }) => tables.clone(),
@@ -89,7 +88,7 @@ fn edit_light(table: &mut Node, light: &Light, number: usize, origin: DVec3) {
     }
 }
 
-/// States what has changed of materials since they were `loaded`.
+/// Writes the properties of materials that have changed since they were `loaded`.
 pub(super) fn materials(root: &mut Node, loaded: &[Material], edited: &[Material]) {
     let mut said: Vec<&str> = Vec::new();
     for (old, new) in loaded.iter().zip(edited) {
@@ -101,8 +100,8 @@ pub(super) fn materials(root: &mut Node, loaded: &[Material], edited: &[Material
             continue;
         }
         said.push(&new.name);
-        // One that reflects everything may have been scaled down to that at load, which depends on
-        // both albedos.
+        // A material at the albedo limit may have been scaled to it at load, which depends
+        // on both albedos.
         let is_full = (old.diffuse + old.specular).max_element() > MAX_ALBEDO - 1e-5;
         let table = material_table(root, &new.name);
         if diffuse || is_full {
@@ -119,7 +118,7 @@ pub(super) fn materials(root: &mut Node, loaded: &[Material], edited: &[Material
     }
 }
 
-/// The `[[material]]` of that name, which is added where there is none.
+/// The `[[material]]` of that name, added if it is missing.
 fn material_table<'a>(root: &'a mut Node, name: &str) -> &'a mut Node {
     if root.get("material").is_none() {
         root.set("material", node(Kind::Array(Vec::new())));
@@ -140,14 +139,14 @@ fn set_text(table: &mut Node, key: &str, text: &str) {
     table.set(key, node(Kind::Text(text.to_owned())));
 }
 
-/// The three numbers of a vector that is there.
+/// The three numbers of a vector. `None` if it is absent.
 fn numbers_of(table: &Node, key: &str) -> Option<[(f64, Node); 3]> {
     let Kind::Array(elements) = &table.get(key)?.kind else { return None };
     let found: Option<Vec<_>> = elements.iter().map(|e| Some((e.as_number()?, e.clone()))).collect();
     found?.try_into().ok()
 }
 
-/// Sets a vector component by component, where it is read as another one.
+/// Sets the components of a vector that differ from the wanted value.
 fn components(
     table: &mut Node,
     key: &str,
@@ -172,8 +171,7 @@ fn place(table: &mut Node, key: &str, wanted: Vec3, origin: DVec3) {
     components(table, key, wanted, read, |axis, value| numbers::place(value, origin[axis]));
 }
 
-/// Sets a direction where it is read as another one, all of it: its components depend
-/// on each other.
+/// Sets a whole direction if it differs from the wanted value: its components depend on each other.
 fn direction(table: &mut Node, key: &str, wanted: Vec3) {
     let old = numbers_of(table, key).map(|numbers| DVec3::from(numbers.map(|(number, _)| number)));
     let read = old.and_then(unit).map(|unit| unit.as_vec3().to_array().map(f32::to_bits));
@@ -183,7 +181,7 @@ fn direction(table: &mut Node, key: &str, wanted: Vec3) {
     }
 }
 
-/// Sets a number where it, or what holds where it is absent, is read as another one.
+/// Sets a number if its value, or the default of an absent one, differs from the wanted value.
 fn number(
     table: &mut Node,
     key: &str,

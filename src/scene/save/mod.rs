@@ -1,9 +1,8 @@
-//! The scene as it is now back into a file: the text that it was loaded from, with what has
-//! changed since replaced.
+//! Saves the edited scene to a file: the text that it was loaded from, with the changes applied.
 //!
-//! Loading the saved file gives the same scene to the bit: triangles, origin, lights, materials,
-//! cameras, quality. Only far from the world's origin some coordinates next to zero are out of
-//! reach of a file, see `scene/numbers.rs`.
+//! Loading the saved file gives the same scene bit for bit: triangles, origin, lights,
+//! materials, cameras, quality. The exception is coordinates next to zero far from the world's
+//! origin, see `scene/numbers.rs`.
 
 mod edits;
 mod paths;
@@ -21,31 +20,31 @@ use super::{Camera, Light, LoadOptions, Material, Quality, Scene, fit, limits};
 use crate::{Error, Result};
 pub use paths::relative_to;
 
-/// A scene's file as it was when the scene was loaded, to which edits can be applied.
+/// A scene's file at the time of loading, to which edits are applied.
 #[derive(Clone)]
 pub struct SceneText {
-    /// With all that the options changed.
+    /// The source with all changes of the load options.
     source: Source,
-    /// For each camera, the one in the file that it is.
+    /// Index in the file of each camera.
     cameras: Vec<usize>,
     materials: Vec<Material>,
     origin: DVec3,
 }
 
-/// What of a scene may have been edited. What is not here is saved as it was loaded.
+/// The editable parts of a scene. All else is saved as it was loaded.
 #[derive(Clone, Copy, Debug)]
 pub struct Edited<'a> {
-    /// The first camera. Its position, target, direction of up and field of view are saved, its
-    /// name and size are not.
+    /// The first camera. Its position, target, up direction and field of view are saved, but not
+    /// its name and size.
     pub camera: &'a Camera,
-    /// All lights, recentred as the scene is; told apart by their names.
+    /// All lights, recentred as the scene is; names identify them.
     pub lights: &'a [Light],
     /// All materials, in the scene's order.
     pub materials: &'a [Material],
 }
 
 impl<'a> Edited<'a> {
-    /// All that may have been edited of a scene.
+    /// The editable parts of a scene.
     pub fn of(scene: &'a Scene) -> Self {
         Self { camera: &scene.cameras[0], lights: &scene.lights, materials: &scene.materials }
     }
@@ -53,7 +52,7 @@ impl<'a> Edited<'a> {
 
 impl SceneText {
     /// Reads the text that `scene` has just been loaded from with the same arguments. The image
-    /// size and the name of a chosen camera are the session's; what else the options changed is
+    /// size and the name of a chosen camera are not saved. Other changes by the options are
     /// saved as values.
     ///
     /// # Errors
@@ -71,16 +70,16 @@ impl SceneText {
     }
 
     /// The text of the edited scene, to be saved at `to`: models' paths are relative to that.
-    /// Comments, order and layout of what has not changed stay; lights that are gone are left out,
-    /// new ones come behind the others, materials that have changed become `[[material]]`s. A model
-    /// that only a built-in scene has a file of is named by `built_in`.
+    /// Comments, order and layout of unchanged parts stay. Removed lights are omitted, new ones
+    /// follow the others, and changed materials become `[[material]]`s. A model that only a
+    /// built-in scene has is named by `built_in`.
     ///
-    /// Materials that share a name cannot be told apart in a scene file: the first of them that has
-    /// changed speaks for all.
+    /// A scene file cannot distinguish materials with the same name: the first one that has changed
+    /// applies to all.
     ///
     /// # Errors
-    /// [`Error::Usage`] where there is no light left; [`Error::Input`] for an edit that no scene
-    /// file can say, such as a field of view of 180°.
+    /// [`Error::Usage`] if no light is left; [`Error::Input`] for an edit that a scene file cannot
+    /// express, such as a field of view of 180°.
     pub fn with_edits(&self, edited: &Edited, to: &Path) -> Result<String> {
         if edited.lights.is_empty() {
             let message = "a scene file needs a light: switch the last one off instead of removing it";
@@ -96,7 +95,7 @@ impl SceneText {
         Ok(text)
     }
 
-    /// Makes models' files be found from the new place.
+    /// Adapts the models' paths to the new location.
     fn place_models(&self, root: &mut Node, to: &Path) -> Result<()> {
         let Some(Node { kind: Kind::Array(models), .. }) = root.get_mut("model") else { return Ok(()) };
         for model in models {
@@ -120,7 +119,7 @@ impl SceneText {
         Ok(())
     }
 
-    /// Puts cameras in order and edits the first; for each, where it was.
+    /// Reorders the cameras and edits the first. Returns the old index of each.
     fn edit_cameras(&self, root: &mut Node, camera: &Camera) -> Vec<Option<usize>> {
         match root.get_mut("camera") {
             Some(Node { kind: Kind::Array(cameras), .. }) => {
@@ -135,8 +134,8 @@ impl SceneText {
         self.cameras.iter().copied().map(Some).collect()
     }
 
-    /// Reads all but the models of what is to be saved, so that nothing is saved that
-    /// cannot be loaded.
+    /// Reads the saved text without its models, so that a file that cannot be loaded
+    /// is never saved.
     fn check(&self, to: &Path, text: &str) -> Result<()> {
         let root = Node::parse(to, text)?;
         read_lights(to, &root, self.origin)?;
@@ -151,8 +150,8 @@ impl SceneText {
     }
 }
 
-/// Whether a scene file of that text at `file` names models outside of its folder, which opening it
-/// has to allow.
+/// Whether a scene file with that text at `file` names models outside of its folder. Opening it
+/// then needs permission.
 pub fn leads_outside(text: &str, file: &Path) -> bool {
     let Ok(root) = Node::parse(file, text) else { return false };
     let Some(Node { kind: Kind::Array(models), .. }) = root.get("model") else { return false };

@@ -4,11 +4,11 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::{Error, Result};
 
-/// `path`, which is relative to the current directory or absolute, as a file saved at `to` would
-/// name it: relative to that file where there is a way, with slashes; else absolute.
+/// Converts `path`, relative to the current directory or absolute, for use in a file at `to`. The
+/// result is relative to that file if possible, with slashes; else absolute.
 ///
 /// # Errors
-/// [`Error::Output`] where it cannot be named in a text file.
+/// [`Error::Output`] if a text file cannot name it.
 pub fn relative_to(path: &Path, to: &Path) -> Result<String> {
     let (folder, path) = (folder_of(to), folder_of(path).join(path.file_name().unwrap_or_default()));
     let shared = folder.components().zip(path.components()).take_while(|(a, b)| a == b).count();
@@ -27,14 +27,13 @@ pub fn relative_to(path: &Path, to: &Path) -> Result<String> {
     Ok(if has_way && cfg!(windows) { text.replace('\\', "/") } else { text.to_owned() })
 }
 
-/// What a file that moves from `from` to `to` has to call `path` from then on; none where the name
-/// that it has will do.
+/// The new text of `path` in a file that moves from `from` to `to`. `None` if it need not change.
 pub(super) fn moved(path: &Path, from: &Path, to: &Path) -> Result<Option<String>> {
     let stays = path.is_absolute() && !from.is_absolute() || folder_of(from) == folder_of(to);
     if stays { Ok(None) } else { relative_to(path, to).map(Some) }
 }
 
-/// The folder of a file, without links in it where it is there, so that `..` leads where it says.
+/// The folder of a file. Links in an existing folder are resolved, so that `..` is correct.
 fn folder_of(file: &Path) -> PathBuf {
     let folder = match file.parent() {
         Some(folder) if folder != Path::new("") => folder,

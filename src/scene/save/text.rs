@@ -1,5 +1,5 @@
-//! A tree of values into a TOML text that says something similar: what agrees stays as it is
-//! written, comments and all.
+//! Updates a TOML text to a changed tree of values. Unchanged parts keep their
+//! text, including comments.
 
 use std::path::Path;
 
@@ -10,8 +10,7 @@ use crate::scene::numbers;
 use crate::scene::value::{Kind, Node};
 use crate::{Error, Result};
 
-/// The text that says `root`. For each element of the lists named in `from`, which element of the
-/// text's list it was.
+/// The text of `root`. `from` has two lists by name, each with the old index of every element.
 pub(super) fn write(text: &str, root: &Node, from: [(&str, &[Option<usize>]); 2]) -> Result<String> {
     let mut document: DocumentMut =
         text.parse().map_err(|_| Error::input(Path::new("scene"), "is not TOML: load it again"))?;
@@ -40,7 +39,7 @@ fn write_list(document: &mut DocumentMut, key: &str, elements: &[Node], from: &[
     }
     let old = std::mem::take(&mut document[key]).into_array_of_tables().unwrap_or_default();
     let old: Vec<&Table> = old.iter().collect();
-    // A table's place in the text is a number; those that stay share out theirs in the new order.
+    // A table's position in the text is a number. Kept tables get the old numbers in the new order.
     let kept = from.iter().filter_map(|from| old.get((*from)?)?.position());
     let mut places: Vec<isize> = kept.collect();
     places.sort_unstable();
@@ -103,7 +102,7 @@ fn write_value(old: &mut Value, after: &Node) {
     *old.decor_mut() = decor;
 }
 
-/// A table to come behind what is there.
+/// A table that follows the existing ones.
 fn new_table(node: &Node) -> Table {
     let mut table = Table::new();
     table.decor_mut().set_prefix("\n");
@@ -119,11 +118,11 @@ fn value(node: &Node) -> Value {
         }
         Kind::Array(elements) => Value::Array(elements.iter().map(value).collect::<Array>()),
         Kind::Integer(number) => Value::from(*number),
-        // The library's own way with floats writes out all zeros of 1e-20.
+        // The library would write out all zeros of 1e-20.
         Kind::Float(number) => numbers::text(*number).parse().unwrap_or_else(|_| Value::from(*number)),
         Kind::Text(text) => Value::from(text.as_str()),
         Kind::Bool(flag) => Value::from(*flag),
-        // No key of a scene file is a time, and what is not read is not changed.
+        // No key of a scene file is a time, and unread values are not changed.
         Kind::Time => Value::from(""),
     }
 }

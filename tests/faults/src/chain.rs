@@ -1,4 +1,4 @@
-//! The layers below, and at their end the driver: how their functions are found.
+//! Finds functions of the layers below and of the driver.
 
 use std::collections::HashMap;
 use std::ffi::{CStr, CString, c_char};
@@ -9,18 +9,18 @@ use ash::vk::Handle;
 
 use crate::{Any, faults};
 
-/// How the functions of an instance or device are found, below us.
+/// The way to find functions of an instance or device below this layer.
 #[derive(Clone, Copy)]
 enum Next {
     Instance(vk::PFN_vkGetInstanceProcAddr, vk::Instance),
     Device(vk::PFN_vkGetDeviceProcAddr, vk::Device),
 }
 
-/// By what the loader writes into all that belongs to an instance or a device.
+/// By the loader's pointer in each object of an instance or device.
 static NEXT: LazyLock<Mutex<HashMap<usize, Next>>> = LazyLock::new(Mutex::default);
 
-/// Functions of instances that must be asked for while the instance is made: later, the loader's
-/// end of the chain answers with its top.
+/// Functions of instances that must be queried during the creation of the instance: later, the
+/// loader's end of the chain returns its top.
 const EARLY: [&CStr; 6] = [
     c"vkDestroyInstance",
     c"vkEnumerateDeviceExtensionProperties",
@@ -30,31 +30,31 @@ const EARLY: [&CStr; 6] = [
     c"vkGetPhysicalDeviceProperties2",
 ];
 
-/// What was found so.
+/// Functions that were found.
 static FOUND: LazyLock<Mutex<HashMap<(usize, &CStr), vk::PFN_vkVoidFunction>>> =
     LazyLock::new(Mutex::default);
 
-/// What the loader says to a layer that makes an instance or a
-/// device (`VkLayerInstanceCreateInfo`, `VkLayerDeviceCreateInfo`).
+/// The loader's data for a layer that creates an instance or a device (`VkLayerInstanceCreateInfo`,
+/// `VkLayerDeviceCreateInfo`).
 #[repr(C)]
 struct Link {
     kind: vk::StructureType,
     next: *mut Self,
-    /// 0: `below` says who is there.
+    /// 0: `below` is valid.
     function: i32,
     below: *mut Below,
 }
 
-/// Who is below, and how to find their functions.
+/// The layer below, and the way to find its functions.
 #[repr(C)]
 struct Below {
     next: *mut Self,
     get_instance_proc_addr: vk::PFN_vkGetInstanceProcAddr,
-    /// Of a device; that of physical devices, which nobody asks for, where an instance is made.
+    /// For a device. When an instance is created: for physical devices, which is not used.
     get_device_proc_addr: Option<vk::PFN_vkGetDeviceProcAddr>,
 }
 
-/// A function from below. Nothing if there is none.
+/// A function of the layer below. `None` if there is none.
 pub(crate) unsafe fn next<H: Handle + Copy>(handle: H, name: &str) -> vk::PFN_vkVoidFunction {
     let name = CString::new(name.trim_end_matches('\0')).expect("names have no NUL");
     // SAFETY: the caller's handle, which the loader has made.
@@ -71,7 +71,7 @@ pub(crate) unsafe fn next<H: Handle + Copy>(handle: H, name: &str) -> vk::PFN_vk
     }
 }
 
-/// The same before there is an instance, or for one.
+/// The same for an instance, or without one.
 pub(crate) unsafe fn next_of_instance(instance: vk::Instance, name: *const c_char) -> vk::PFN_vkVoidFunction {
     if instance.is_null() {
         return None;
@@ -90,8 +90,7 @@ unsafe fn key<H: Handle + Copy>(handle: H) -> usize {
     unsafe { *(handle.as_raw() as *const usize) }
 }
 
-/// The loader's word to this layer in the chain of a structure; the layer below reads the
-/// one after it.
+/// The loader's data for this layer in the chain of a structure; the layer below reads the next.
 unsafe fn below(info: Any, kind: vk::StructureType) -> &'static Below {
     // SAFETY: the loader puts such a word into the chain.
     unsafe {

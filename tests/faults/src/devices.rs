@@ -1,6 +1,6 @@
-//! Other devices: `vkEnumeratePhysicalDevices:1+:TWO` lists each twice, `NONE` lists none.
-//! `vkGetPhysicalDeviceProperties2:2:deviceName=B;maxPushConstantsSize=128` lets the second call
-//! tell other properties. Both can fail as others do, where they can at all.
+//! Simulates other devices. `vkEnumeratePhysicalDevices:1+:TWO` lists each twice, `NONE` lists
+//! none. `vkGetPhysicalDeviceProperties2:2:deviceName=B;maxPushConstantsSize=128` changes the
+//! properties in the second call. A function with a result can also fail like the others.
 
 use std::ffi::c_char;
 
@@ -67,7 +67,7 @@ pub(crate) unsafe extern "system" fn properties(
     }
 }
 
-/// Gives one of the properties another value.
+/// Sets one of the properties.
 unsafe fn set(properties: &mut vk::PhysicalDeviceProperties2<'_>, name: &str, value: &str) {
     let number = || value.parse::<u32>().unwrap_or_else(|_| panic!("faults: no number: {value}"));
     let limits = &mut properties.properties.limits;

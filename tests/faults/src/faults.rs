@@ -1,4 +1,4 @@
-//! Which calls fail.
+//! Selects the calls that fail.
 
 use std::collections::HashMap;
 use std::io::Write;
@@ -8,11 +8,11 @@ use std::time::SystemTime;
 
 use ash::vk;
 
-/// One call, or all from one on.
+/// One failing call, or all calls from one on.
 #[derive(Debug, PartialEq)]
 struct Fault {
     function: String,
-    /// From 1.
+    /// Number of the call, from 1.
     call: u64,
     and_later: bool,
     what: String,
@@ -20,10 +20,10 @@ struct Fault {
 
 #[derive(Default)]
 struct Faults {
-    /// Where they are, if that is a file, and when it was written.
+    /// The file of the faults, if there is one, and the time of its last change.
     file: Option<(PathBuf, Option<SystemTime>)>,
     faults: Vec<Fault>,
-    /// Calls since the file was written last.
+    /// Calls since the last change of the file.
     calls: HashMap<&'static str, u64>,
     all_calls: HashMap<&'static str, u64>,
 }
@@ -36,7 +36,7 @@ static FAULTS: LazyLock<Mutex<Faults>> = LazyLock::new(|| {
     })
 });
 
-/// What fails with which code.
+/// Error codes by name.
 const RESULTS: [(&str, vk::Result); 9] = [
     ("VK_ERROR_OUT_OF_HOST_MEMORY", vk::Result::ERROR_OUT_OF_HOST_MEMORY),
     ("VK_ERROR_OUT_OF_DEVICE_MEMORY", vk::Result::ERROR_OUT_OF_DEVICE_MEMORY),
@@ -49,18 +49,18 @@ const RESULTS: [(&str, vk::Result); 9] = [
     ("VK_ERROR_UNKNOWN", vk::Result::ERROR_UNKNOWN),
 ];
 
-/// Counts a call. The code that it fails with, if it does.
+/// Counts a call. Returns the error code if the call fails.
 pub(crate) fn due(function: &'static str) -> Option<vk::Result> {
     asked(function).map(|what| code(&what))
 }
 
-/// The code of that name.
+/// The code with this name.
 pub(crate) fn code(name: &str) -> vk::Result {
     let found = RESULTS.iter().find(|(known, _)| *known == name);
     found.unwrap_or_else(|| panic!("faults: no such code: {name}")).1
 }
 
-/// Counts a call. What is asked of it, in words.
+/// Counts a call. Returns the text of its fault, if it has one.
 pub(crate) fn asked(function: &'static str) -> Option<String> {
     let mut faults = FAULTS.lock().expect("no holder panics");
     let Faults { file, faults, calls, all_calls } = &mut *faults;
@@ -76,12 +76,12 @@ pub(crate) fn asked(function: &'static str) -> Option<String> {
     *count += 1;
     let is_due = |fault: &&Fault| fault.call == *count || fault.and_later && fault.call < *count;
     let fault = faults.iter().filter(|fault| fault.function == function).find(is_due)?;
-    // There may be nobody to hear of it.
+    // stderr may be closed.
     let _ = writeln!(std::io::stderr(), "faults: {function}, call {count}: {}", fault.what);
     Some(fault.what.clone())
 }
 
-/// Writes how often each function was called, where that is wanted.
+/// Writes the number of calls of each function, if a file is named.
 pub(crate) fn write_calls() {
     let Some(file) = std::env::var_os("LIGHTPATHS_CALLS") else { return };
     let faults = FAULTS.lock().expect("no holder panics");

@@ -1,6 +1,6 @@
-//! Another screen: `vkGetPhysicalDeviceSurfaceFormatsKHR:1+:UNORM` leaves only formats that do not
-//! encode sRGB, `SRGB` only those that do, `REVERSED` has them in the other order. The function can
-//! fail as others do.
+//! Simulates another screen. `vkGetPhysicalDeviceSurfaceFormatsKHR:1+:UNORM` leaves only formats
+//! that do not encode sRGB, `SRGB` only formats that encode it, and `REVERSED` reverses their
+//! order. The function can also fail like the others.
 
 use ash::vk;
 

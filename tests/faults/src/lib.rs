@@ -1,15 +1,15 @@
-//! A Vulkan layer that lets calls fail: the driver never hears of those, so that they
-//! leave nothing behind.
+//! A Vulkan layer that makes calls fail. The driver does not receive these calls, so they have no
+//! effect.
 //!
-//! `LIGHTPATHS_FAULTS` says which, with commas between them:
-//! `vkAcquireNextImageKHR:5:VK_ERROR_SURFACE_LOST_KHR` lets the fifth call fail,
-//! `vkAllocateMemory:3+:VK_ERROR_OUT_OF_DEVICE_MEMORY` the third and all that follow. `@FILE` says
-//! that they are in a file: calls are counted from when it was written last. Each fault is said on
-//! stderr. Surface formats can be other ones, too (`formats.rs`), and so can devices (`devices.rs`)
-//! and how much memory there is (`memory.rs`).
+//! `LIGHTPATHS_FAULTS` lists the faults, separated by commas.
+//! `vkAcquireNextImageKHR:5:VK_ERROR_SURFACE_LOST_KHR` makes the fifth call fail,
+//! `vkAllocateMemory:3+:VK_ERROR_OUT_OF_DEVICE_MEMORY` the third and all later ones. With `@FILE`,
+//! a file holds the list, and calls count from its last change. Each fault is printed on stderr.
+//! The layer can also change surface formats (`formats.rs`), devices (`devices.rs`) and the
+//! available memory (`memory.rs`).
 //!
-//! `LIGHTPATHS_CALLS` names a file into which the layer writes how often each function was called,
-//! when the instance goes.
+//! `LIGHTPATHS_CALLS` names a file. When the instance is destroyed, the layer writes the number of
+//! calls of each function there.
 
 mod chain;
 mod devices;
@@ -21,7 +21,7 @@ use std::ffi::{CStr, c_char, c_void};
 
 use ash::vk;
 
-/// A pointer that is handed on.
+/// A pointer that is passed on unchanged.
 type Any = *mut c_void;
 
 /// Declares functions that return a `VkResult` and can fail, and finds them by name. Their first
@@ -44,7 +44,7 @@ macro_rules! can_fail {
             }
         )*
 
-        /// The function of that name, if it can fail.
+        /// The function with this name, if it can fail.
         fn wrapped(name: &CStr) -> vk::PFN_vkVoidFunction {
             $(
                 if name.to_bytes() == stringify!($name).as_bytes() {
@@ -106,8 +106,7 @@ can_fail! {
     vkWaitForFences(device: vk::Device, count: u32, fences: Any, all: vk::Bool32, timeout: u64);
 }
 
-/// Declares functions that destroy an object of a device, which are counted, and finds
-/// them by name.
+/// Declares functions that destroy an object of a device and are counted, and finds them by name.
 macro_rules! destroys {
     ($($name:ident)*) => {
         $(
@@ -126,7 +125,7 @@ macro_rules! destroys {
             }
         )*
 
-        /// The function of that name, if it destroys.
+        /// The function with this name, if it destroys an object.
         fn destroying(name: &CStr) -> vk::PFN_vkVoidFunction {
             $(
                 if name.to_bytes() == stringify!($name).as_bytes() {
@@ -158,7 +157,7 @@ destroys! {
     vkDestroySwapchainKHR
 }
 
-/// What the loader fills in and reads (`VkNegotiateLayerInterface`).
+/// The structure that the loader fills in and reads (`VkNegotiateLayerInterface`).
 #[repr(C)]
 pub struct Negotiation {
     kind: i32,
@@ -169,7 +168,7 @@ pub struct Negotiation {
     get_physical_device_proc_addr: Any,
 }
 
-/// Where the loader begins.
+/// Entry point for the loader.
 ///
 /// # Safety
 /// As the loader calls it.
@@ -215,13 +214,13 @@ unsafe extern "system" fn get_device_proc_addr(
 ) -> vk::PFN_vkVoidFunction {
     // SAFETY: names end in NUL.
     unsafe {
-        // What the device does not have it does not have with us.
+        // The layer adds no functions to a device.
         let next = chain::next(device, CStr::from_ptr(name).to_str().ok()?)?;
         ours(CStr::from_ptr(name)).or(Some(next))
     }
 }
 
-/// A function of devices that we have.
+/// A function of devices that this layer implements.
 fn ours(name: &CStr) -> vk::PFN_vkVoidFunction {
     let found = match name.to_bytes() {
         b"vkAllocateMemory" => memory::allocate as *const (),

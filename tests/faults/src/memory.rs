@@ -1,5 +1,5 @@
-//! Less memory: `vkAllocateMemory:1+:MAX=BYTES` fails where more than that would be held. It can
-//! fail as others do.
+//! Simulates less memory: `vkAllocateMemory:1+:MAX=BYTES` fails if more than that would be
+//! allocated. It can also fail like the others.
 
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex};
@@ -16,7 +16,7 @@ type Allocate = unsafe extern "system" fn(
 ) -> vk::Result;
 type Free = unsafe extern "system" fn(vk::Device, vk::DeviceMemory, Any);
 
-/// Bytes of what is held.
+/// Bytes of each allocation.
 static HELD: LazyLock<Mutex<HashMap<vk::DeviceMemory, u64>>> = LazyLock::new(Mutex::default);
 
 pub(crate) unsafe extern "system" fn allocate(

@@ -1,46 +1,46 @@
-//! A light while it is dragged.
+//! The drag of a light's handle.
 
 use glam::{DQuat, DVec3, Vec2, Vec3};
 
 use super::{AIM, Lens, Part, RIM, aim, rim_side, scale};
 use crate::scene::LightKind;
 
-/// How far a drag moves things at most, in distances from the camera.
+/// Longest movement of a drag, in distances from the camera.
 const REACH: f32 = 100.0;
-/// Shortest edge a drag makes, metres.
+/// Shortest edge that a drag makes, metres.
 const SHORTEST: f32 = 1e-3;
-/// Steps of a snapped aim, degrees.
+/// Step of a snapped aim, degrees.
 const AIM_STEP: f64 = 15.0;
-/// Steps of a snapped cone, degrees.
+/// Step of a snapped cone, degrees.
 const CONE_STEP: f32 = 5.0;
-/// Half-angles of cones, degrees: those of a scene file, less what rounding to radians may add.
+/// Range of cone half-angles, degrees: that of a scene file, narrowed by the rounding to radians.
 const CONE: [f32; 2] = [0.010_001, 89.999_99];
 
-/// What was taken hold of, and where.
+/// The dragged part and the state at the start of the drag.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::app::demo) struct Drag {
     kind: LightKind,
     part: Part,
-    /// Of the movement: the far end of an edge, else where the light's handles are.
+    /// Origin of the movement: the far end of an edge, else the origin of the light's handles.
     origin: Vec3,
-    /// Of the pointer.
+    /// Pointer at the start, points.
     start: Vec2,
     /// From the handle to the pointer at the start, points.
     grab: Vec2,
-    /// What [`Drag::movement`] gives at the start.
+    /// The value of [`Drag::movement`] at the start.
     before: Vec3,
-    /// Farthest movement, metres.
+    /// Longest movement, metres.
     reach: f32,
-    /// Metres that a point of the handles is.
+    /// Metres that one point on the screen covers at the handles.
     metres: f32,
-    /// The rim of a cone.
+    /// Direction to the handle on the cone's rim.
     side: Vec3,
     /// Whether the aim points away from the viewer.
     is_far: bool,
 }
 
 impl Drag {
-    /// Takes hold of a part of a light; `anchor` as for [`super::handles`].
+    /// Starts the drag of a part of a light; `anchor` as for [`super::handles`].
     pub(in crate::app::demo) fn begin(
         lens: &Lens,
         kind: &LightKind,
@@ -63,7 +63,7 @@ impl Drag {
             start: pointer,
             grab: Vec2::ZERO,
             before: Vec3::ZERO,
-            // What is behind the camera stays.
+            // A part behind the camera does not move.
             reach: lens.project(origin).map_or(0.0, |_| REACH * origin.distance(lens.eye())),
             metres,
             side: rim_side(lens, place, aim),
@@ -79,17 +79,17 @@ impl Drag {
         drag
     }
 
-    /// What was taken.
+    /// The dragged part.
     pub(in crate::app::demo) fn part(&self) -> Part {
         self.part
     }
 
-    /// The light with the pointer there: what was taken stays under it as far as the part's freedom
-    /// allows. Depends on the start and on `pointer` alone, and where that is the start, gives the
-    /// light that was taken, to the bit.
+    /// Returns the dragged light for a pointer position. The part stays under the pointer as far as
+    /// its freedom allows. The result depends on the start and `pointer` alone. At the start
+    /// position it is the original light, bit for bit.
     ///
-    /// `snap` rounds movements along each axis and lengths of edges to multiples of so many metres,
-    /// aims to steps of 15° of longitude and latitude around y, and cones to steps of 5°.
+    /// `snap` rounds axis movements and edge lengths to multiples of that many metres. Aims then
+    /// snap to 15° of longitude and latitude around y, and cones to 5°.
     pub(in crate::app::demo) fn to(&self, lens: &Lens, pointer: Vec2, snap: Option<f32>) -> LightKind {
         if pointer == self.start || !pointer.is_finite() {
             return self.kind;
@@ -122,13 +122,13 @@ impl Drag {
         kind
     }
 
-    /// How far the light moves.
+    /// The light's movement, metres.
     fn moved(&self, lens: &Lens, pointer: Vec2, snap: Option<f32>) -> Vec3 {
         let movement = (self.movement(lens, pointer) - self.before).clamp_length_max(self.reach);
         movement.map(|metres| snapped(metres, snap))
     }
 
-    /// From the origin to where the pointer is, within the part's freedom.
+    /// Vector from the origin to the pointer, within the part's freedom.
     fn movement(&self, lens: &Lens, pointer: Vec2) -> Vec3 {
         let mut movement = match (self.part, self.kind) {
             (Part::Middle, _) => self.in_plane(lens, pointer, lens.forward()),
@@ -141,14 +141,14 @@ impl Drag {
             _ => Vec3::ZERO,
         };
         if let Part::Plane(axis) = self.part {
-            // Not nearly but exactly none.
+            // Exactly zero, without rounding errors.
             movement[axis as usize] = 0.0;
         }
         if movement.is_finite() { movement } else { Vec3::ZERO }
     }
 
-    /// To where the pointer's ray meets the plane through the origin; beyond the horizon, the
-    /// farthest point that way.
+    /// Vector to the point where the pointer's ray meets the plane through the origin. Beyond the
+    /// horizon, the farthest point in that direction.
     fn in_plane(&self, lens: &Lens, pointer: Vec2, normal: Vec3) -> Vec3 {
         let (eye, ray) = lens.ray(pointer);
         let (away, slope) = ((self.origin - eye).dot(normal), ray.dot(normal));
@@ -159,8 +159,8 @@ impl Drag {
         self.reach * (ray - slope * normal).normalize_or_zero()
     }
 
-    /// To where the pointer is on a line through the origin, in the plane of that line that faces
-    /// the viewer most.
+    /// Vector to the pointer along a line through the origin. It is found in the plane of the line
+    /// that faces the viewer most.
     fn along(&self, lens: &Lens, pointer: Vec2, way: Vec3) -> Vec3 {
         let sight = self.origin - lens.eye();
         match (sight - sight.dot(way) * way).try_normalize() {
@@ -169,8 +169,8 @@ impl Drag {
         }
     }
 
-    /// Where the light is aimed at: the tip stays on a sphere around the light, and comes back on
-    /// its other side when the pointer is pulled past its rim.
+    /// Direction of the dragged aim. The tip stays on a sphere around the light. A pointer beyond
+    /// the sphere's rim moves it onto the other side.
     fn aimed(&self, lens: &Lens, pointer: Vec2, snap: Option<f32>) -> Option<DVec3> {
         let radius = f64::from(AIM * self.metres);
         if radius <= 0.0 {
@@ -180,8 +180,8 @@ impl Drag {
         let ray = ray.as_dvec3().normalize();
         let sight = self.origin.as_dvec3() - eye.as_dvec3();
         let across = ray * sight.dot(ray) - sight;
-        // A ray that leads away from the sphere is two radii off it at least: the scale of the
-        // handles sees to that.
+        // The scale of the handles guarantees that a ray away from the sphere misses it by two
+        // radii or more.
         let off = across.length() / radius;
         let (off, is_far) = if off > 1.0 { ((2.0 - off).max(0.0), !self.is_far) } else { (off, self.is_far) };
         let depth = if is_far { 1.0 } else { -1.0 } * (1.0 - off * off).max(0.0).sqrt();
@@ -192,13 +192,12 @@ impl Drag {
         let step = |angle: f64| ((angle.to_degrees() / AIM_STEP).round() * AIM_STEP).to_radians().sin_cos();
         let (sin, cos) = step(aimed.y.clamp(-1.0, 1.0).asin());
         let (east, south) = step(aimed.x.atan2(aimed.z));
-        // Whole multiples of right angles are to be whole.
+        // Multiples of a right angle give exact 0 and 1.
         let whole = |x: f64| if x.abs() < 1e-9 { 0.0 } else { x };
         Some(DVec3::new(cos * east, sin, cos * south).map(whole))
     }
 
-    /// Half-angle of the cone, radians, at which the handle on its rim is nearest to the pointer
-    /// on the screen.
+    /// Half-angle of the cone, radians, whose rim handle is nearest to the pointer on the screen.
     fn opened(&self, lens: &Lens, pointer: Vec2, direction: Vec3, before: f32, snap: Option<f32>) -> f32 {
         let away = |degrees: f32| {
             let seen = lens.project(self.rim(direction, degrees.to_radians()));
@@ -215,13 +214,13 @@ impl Drag {
         degrees.clamp(CONE[0], CONE[1]).to_radians()
     }
 
-    /// Where the handle on the rim of a cone of that half-angle, radians, is.
+    /// Position of the rim handle for a cone's half-angle, radians.
     fn rim(&self, direction: Vec3, angle: f32) -> Vec3 {
         let (sin, cos) = angle.sin_cos();
         self.origin + RIM * self.metres * (cos * direction + sin * self.side)
     }
 
-    /// An edge as long as the pointer makes it.
+    /// The edge with the length that the pointer sets.
     fn resized(&self, lens: &Lens, pointer: Vec2, edge: Vec3, snap: Option<f32>) -> Vec3 {
         let (length, way) = (edge.length(), edge.normalize_or_zero());
         let longer = (self.movement(lens, pointer) - self.before).dot(way);
@@ -230,7 +229,7 @@ impl Drag {
     }
 }
 
-/// Whether it moves a light as a whole.
+/// Whether the part moves the whole light.
 fn moves(part: Part) -> bool {
     matches!(part, Part::Middle | Part::Axis(_) | Part::Plane(_))
 }

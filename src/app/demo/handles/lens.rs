@@ -1,34 +1,34 @@
-//! Between the scene and the picture on the screen.
+//! Projection between the scene and the picture on the screen.
 
 use glam::{Vec2, Vec3};
 
 use crate::scene::Camera;
 use crate::types::View;
 
-/// Nearest depth that has a place in the picture, metres.
+/// Nearest depth with a position in the picture, metres.
 const NEAREST: f32 = 1e-6;
-/// Lines end at this share of the depth of their farther end.
+/// Lines are clipped at this fraction of the depth of their farther end.
 const NEAR_SHARE: f32 = 1e-3;
-/// How far out of the picture rays are told apart, in half pictures.
+/// Rays are distinguished up to this distance from the picture, in half pictures.
 const FARTHEST: f32 = 1e4;
 
-/// A camera and where its picture is on the screen: y down, points.
+/// A camera and its picture's rectangle on the screen: y down, points.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::app::demo) struct Lens {
     view: View,
-    /// Of the picture, points.
+    /// Upper left corner of the picture, points.
     min: Vec2,
-    /// Of the picture, points; at least 1.
+    /// Size of the picture, points; at least 1.
     size: Vec2,
 }
 
 impl Lens {
-    /// A picture with its upper left corner at `min`.
+    /// The lens of a picture with its upper left corner at `min`.
     pub(in crate::app::demo) fn new(camera: &Camera, min: Vec2, size: Vec2) -> Self {
         Self { view: View::from(camera), min, size: size.max(Vec2::ONE) }
     }
 
-    /// The centre of projection.
+    /// Centre of projection.
     pub(in crate::app::demo) fn eye(&self) -> Vec3 {
         self.view.position
     }
@@ -38,8 +38,8 @@ impl Lens {
         self.view.forward
     }
 
-    /// Where a point is seen, and its depth along the viewing direction, metres; none
-    /// behind the camera.
+    /// Screen position of a point, and its depth along the viewing direction, metres. `None` if the
+    /// point is behind the camera.
     pub(in crate::app::demo) fn project(&self, point: Vec3) -> Option<(Vec2, f32)> {
         let View { position, right, up, forward, .. } = self.view;
         let away = point - position;
@@ -49,7 +49,7 @@ impl Lens {
         (depth > NEAREST && seen.is_finite()).then_some((seen, depth))
     }
 
-    /// Origin and unit direction of the ray seen at a point of the screen.
+    /// Origin and unit direction of the ray through a screen position.
     pub(in crate::app::demo) fn ray(&self, seen: Vec2) -> (Vec3, Vec3) {
         let View { position, right, up, forward, .. } = self.view;
         let place = 2.0 * (seen - self.min) / self.size - 1.0;
@@ -57,24 +57,25 @@ impl Lens {
         (position, (forward + place.x * right - place.y * up).normalize())
     }
 
-    /// The pixel of a picture of that size that fills the rectangle.
+    /// The pixel at a screen position, for a picture of that size.
     pub(in crate::app::demo) fn pixel(&self, seen: Vec2, size: [u32; 2]) -> [u32; 2] {
         let place = (seen - self.min) / self.size * Vec2::new(size[0] as f32, size[1] as f32);
-        // Conversion keeps to the range of numbers, and what is beyond the picture is at its rim.
+        // The conversion clamps to the integer range, and pixels outside the picture move
+        // to its rim.
         [(place.x as u32).min(size[0] - 1), (place.y as u32).min(size[1] - 1)]
     }
 
-    /// How much a point of the screen covers at a depth, metres.
+    /// Metres that one point on the screen covers at a depth.
     pub(in crate::app::demo) fn metres_per_point(&self, depth: f32) -> f32 {
         2.0 * self.view.up.length() * depth / self.size.y
     }
 
-    /// A line's ends on the screen without the part that is behind the camera; none where
-    /// that is all.
+    /// Screen positions of a line's ends, clipped behind the camera. `None` if the whole line
+    /// is behind it.
     pub(in crate::app::demo) fn segment(&self, a: Vec3, b: Vec3) -> Option<[Vec2; 2]> {
         let depth = |point: Vec3| (point - self.view.position).dot(self.view.forward);
         let depths = [depth(a), depth(b)];
-        // A share of the depth rather than a depth: scenes are of any size.
+        // The clip depth is relative because scenes have any size.
         let near = (NEAR_SHARE * depths[0].max(depths[1])).max(2.0 * NEAREST);
         let clipped = |end: usize| {
             let ([from, to], [d, other]) =
@@ -94,7 +95,7 @@ mod tests {
     use crate::app::demo::navigate;
     use crate::cpu::sampling::sample_3d;
 
-    /// One that leans, for a picture twice as wide as high.
+    /// A camera that leans, for a picture twice as wide as high.
     fn camera() -> Camera {
         Camera { up: Vec3::new(0.1, 2.0, 0.3), size: [1200, 600], ..navigate::tests::camera() }
     }
@@ -143,7 +144,7 @@ mod tests {
         let [ahead, behind] = [eye + 4.0 * forward + side, eye - 2.0 * forward + side];
         let [from, to] = lens.segment(ahead, behind).unwrap();
         assert_eq!(from, lens.project(ahead).unwrap().0);
-        // On the line still, far out of the picture.
+        // Still on the line, far outside the picture.
         let (between, _) = lens.project(ahead.lerp(behind, 0.4)).unwrap();
         assert!((between - from).normalize().dot((to - from).normalize()) > 0.99999);
         assert!(to.distance(from) > 1e4);

@@ -1,6 +1,5 @@
-//! Handles of lights: drawn over the picture, taken hold of, dragged. All are as large on
-//! the screen wherever the light is, but for the ends of an area light's edges, which are
-//! where they are.
+//! Handles of lights, drawn over the picture and dragged by the pointer. Their size on the screen
+//! is constant. The handles at the ends of an area light's edges lie at their true positions.
 
 mod drag;
 mod lens;
@@ -11,27 +10,26 @@ use crate::scene::LightKind;
 pub(super) use drag::Drag;
 pub(super) use lens::Lens;
 
-/// Where the arrows of the axes start and end, points from the middle.
+/// Distances from the light at which axis arrows start and end, points.
 const ARROW: [f32; 2] = [14.0, 70.0];
 /// Length and half the width of an arrow's head, points.
 const HEAD: [f32; 2] = [12.0, 5.0];
-/// Near and far side of the squares between the axes, points from the middle.
+/// Near and far side of the plane squares, distances from the light in points.
 const SQUARE: [f32; 2] = [24.0, 40.0];
-/// How far ahead of the light its aim is, points.
+/// Distance of the aim handle ahead of the light, points.
 const AIM: f32 = 110.0;
-/// How far from the light the rim of its cone is drawn, points.
+/// Distance of the drawn cone rim from the light, points.
 const RIM: f32 = 84.0;
-/// Radius of the middle, points.
+/// Radius of the middle disc, points.
 const MIDDLE_RADIUS: f32 = 9.0;
 /// Radius of the other discs, points.
 const KNOB_RADIUS: f32 = 6.0;
-/// Sine of the angle to the line of sight below which an axis or a plane is neither
-/// shown nor taken.
+/// Sine of the angle to the line of sight below which an axis or a plane has no handle.
 const EDGE_ON: f32 = 0.15;
-/// Edges shorter than this have no handles: the middle would be under them, points.
+/// Edges shorter than this have no handles, points: they would overlap the middle disc.
 const SHORTEST_EDGE: f32 = 36.0;
 
-/// Of the scene.
+/// An axis of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Axis {
     X,
@@ -46,20 +44,20 @@ impl Axis {
         Vec3::AXES[self as usize]
     }
 
-    /// The two others.
+    /// The other two axes.
     fn others(self) -> [Self; 2] {
         [Self::ALL[(self as usize + 1) % 3], Self::ALL[(self as usize + 2) % 3]]
     }
 }
 
-/// What of a light can be taken hold of.
+/// The draggable parts of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
-    /// Moves it in the plane that faces the camera.
+    /// Moves the light in the plane that faces the camera.
     Middle,
-    /// Moves it along an axis.
+    /// Moves the light along an axis.
     Axis(Axis),
-    /// Moves it in the plane across an axis.
+    /// Moves the light in the plane across an axis.
     Plane(Axis),
     /// Turns the light's direction.
     Aim,
@@ -67,35 +65,35 @@ pub(super) enum Part {
     Cone,
     /// Lengthens and shortens an area's first edge.
     EdgeU,
-    /// The second one.
+    /// Lengthens and shortens an area's second edge.
     EdgeV,
 }
 
-/// Something to draw; points of the screen.
+/// A drawn shape; points of the screen.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Shape {
-    /// Can be taken.
+    /// A filled disc that can be dragged.
     Disc { centre: Vec2, radius: f32 },
-    /// An open polyline that can be taken.
+    /// An open polyline that can be dragged.
     Line(Vec<Vec2>),
-    /// A filled convex polygon that can be taken.
+    /// A filled convex polygon that can be dragged.
     Fill(Vec<Vec2>),
-    /// An open polyline that only shows how things lie.
+    /// An open polyline that is only drawn.
     Guide(Vec<Vec2>),
 }
 
-/// What can be taken hold of, and how it looks.
+/// A draggable part and its shapes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Handle {
     pub(super) part: Part,
-    /// Which axis' colour it has: the one it moves along or across.
+    /// Axis that gives the colour: the part moves along or across it.
     pub(super) axis: Option<Axis>,
-    /// In drawing order.
+    /// Shapes in drawing order.
     pub(super) shapes: Vec<Shape>,
 }
 
-/// The handles of a light, in drawing order; those of a light at infinity are shown at `anchor`.
-/// None where that is behind the camera.
+/// The handles of a light, in drawing order. A light at infinity has its handles at `anchor`. Empty
+/// if the origin of the handles is behind the camera.
 pub(super) fn handles(lens: &Lens, kind: &LightKind, anchor: Vec3) -> Vec<Handle> {
     let origin = kind.position().unwrap_or(anchor);
     let Some((centre, metres)) = scale(lens, origin) else { return Vec::new() };
@@ -123,7 +121,7 @@ pub(super) fn handles(lens: &Lens, kind: &LightKind, anchor: Vec3) -> Vec<Handle
     handles
 }
 
-/// What is taken where the pointer is: the smallest of those under it, else the nearest
+/// The part under the pointer, the smallest of several. Otherwise the nearest part
 /// within `tolerance` points.
 pub(super) fn hit(handles: &[Handle], pointer: Vec2, tolerance: f32) -> Option<Part> {
     let places = handles.iter().flat_map(|handle| handle.shapes.iter().map(|shape| (handle.part, shape)));
@@ -140,14 +138,14 @@ pub(super) fn hit(handles: &[Handle], pointer: Vec2, tolerance: f32) -> Option<P
     near.min_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2))).map(|(part, ..)| part)
 }
 
-/// Where handles around `origin` are seen, and how many metres a point of them is; fewer for one so
-/// near the camera that they would reach behind it.
+/// Screen position of the handles' origin, and metres that one point covers there. The scale is
+/// smaller near the camera, so that no handle reaches behind it.
 fn scale(lens: &Lens, origin: Vec3) -> Option<(Vec2, f32)> {
     let (centre, depth) = lens.project(origin)?;
     Some((centre, lens.metres_per_point(depth).min(0.5 * depth / AIM)))
 }
 
-/// Unit direction of emission; none for a light that emits everywhere.
+/// Unit direction of emission. `None` if the light emits in all directions.
 fn aim(kind: &LightKind) -> Option<Vec3> {
     match *kind {
         LightKind::Point { .. } => None,
@@ -158,14 +156,14 @@ fn aim(kind: &LightKind) -> Option<Vec3> {
     }
 }
 
-/// Direction in which the rim of a spot's cone is held: across both the cone and the line of sight,
-/// where it is seen best.
+/// Direction to the rim handle of a spot's cone: perpendicular to the axis and the line of sight,
+/// where the handle is seen best.
 fn rim_side(lens: &Lens, origin: Vec3, direction: Vec3) -> Vec3 {
     let side = direction.cross((origin - lens.eye()).normalize_or_zero());
     if side.length() > 1e-3 { side.normalize() } else { direction.any_orthonormal_vector() }
 }
 
-/// Whether things along `way` at `origin` point at the viewer.
+/// Whether the direction `way` at `origin` points at the viewer.
 fn points_at_viewer(lens: &Lens, origin: Vec3, way: Vec3) -> bool {
     (origin - lens.eye()).normalize_or_zero().cross(way).length() < EDGE_ON
 }
@@ -177,7 +175,7 @@ fn arrow(lens: &Lens, origin: Vec3, metres: f32, axis: Axis) -> Option<Handle> {
     let at = |points: f32| Some(lens.project(origin + axis.unit() * metres * points)?.0);
     let (from, tip) = (at(ARROW[0])?, at(ARROW[1])?);
     let along = (tip - from).normalize_or_zero();
-    // No longer than half of an arrow that is seen from ahead.
+    // At most half as long as an arrow that is seen from ahead.
     let neck = tip - along * HEAD[0].min(0.5 * from.distance(tip));
     let head = Shape::Fill(vec![tip, neck + HEAD[1] * along.perp(), neck - HEAD[1] * along.perp()]);
     let shapes = vec![Shape::Line(vec![from, neck]), head];
@@ -197,7 +195,7 @@ fn square(lens: &Lens, origin: Vec3, metres: f32, axis: Axis) -> Option<Handle> 
     Some(Handle { part: Part::Plane(axis), axis: Some(axis), shapes })
 }
 
-/// At the far end of an area's edge; shows that edge and the one opposite to it.
+/// Handle at the far end of an area's edge; shows the edge and the opposite one.
 fn edge_end(lens: &Lens, part: Part, [corner, edge, other]: [Vec3; 3]) -> Option<Handle> {
     let (end, _) = lens.project(corner + edge)?;
     let sides = [corner, corner + other].map(|from| lens.segment(from, from + edge));
@@ -210,7 +208,7 @@ fn edge_end(lens: &Lens, part: Part, [corner, edge, other]: [Vec3; 3]) -> Option
     Some(Handle { part, axis: None, shapes })
 }
 
-/// On the rim of a spot's cone, which it shows.
+/// Handle on the rim of a spot's cone; shows the cone.
 fn cone(lens: &Lens, origin: Vec3, reach: f32, direction: Vec3, angle: f32) -> Option<Handle> {
     const CORNERS: u16 = 48;
     let (sin, cos) = angle.sin_cos();
@@ -230,7 +228,7 @@ fn cone(lens: &Lens, origin: Vec3, reach: f32, direction: Vec3, angle: f32) -> O
     Some(Handle { part: Part::Cone, axis: None, shapes })
 }
 
-/// From the nearest point of a polyline.
+/// Distance from the nearest point of a polyline.
 fn away_from(points: &[Vec2], pointer: Vec2) -> f32 {
     let pieces = points.windows(2).map(|piece| {
         let (from, way) = (piece[0], piece[1] - piece[0]);
@@ -243,7 +241,7 @@ fn away_from(points: &[Vec2], pointer: Vec2) -> f32 {
 /// Whether a convex polygon contains the pointer.
 fn contains(points: &[Vec2], pointer: Vec2) -> bool {
     let turn = |i: usize| (points[(i + 1) % points.len()] - points[i]).perp_dot(pointer - points[i]);
-    // Strictly, since one without area contains nothing.
+    // Strict comparison: a polygon without area contains nothing.
     (0..points.len()).all(|i| turn(i) > 0.0) || (0..points.len()).all(|i| turn(i) < 0.0)
 }
 

@@ -1,5 +1,4 @@
-//! The scene's files while the scene is open: they change, and nothing that was edited is
-//! lost for it.
+//! Changes of the scene's files while the scene is open. A reload preserves the user's edits.
 
 use super::WindowState;
 use crate::app::demo::files;
@@ -10,8 +9,8 @@ use crate::app::note;
 use crate::error::{Error, Result};
 
 impl WindowState {
-    /// Looks whether the scene's files have changed. Loads the scene again, or asks where there are
-    /// edits that no file has.
+    /// Checks the scene's files for changes. Reloads the scene, or opens the question if it
+    /// has unsaved edits.
     pub(super) fn glance(&mut self) -> Result<()> {
         // A drag ends first.
         if self.is_held {
@@ -36,7 +35,7 @@ impl WindowState {
     }
 
     fn on_change(&mut self) -> Result<()> {
-        // What a film shows is no edit.
+        // The changes that a film makes are no edits.
         self.plays_when_ready = false;
         if let Some(player) = self.player.take() {
             player.end(&mut self.session);
@@ -58,7 +57,7 @@ impl WindowState {
         Ok(())
     }
 
-    /// Does what the user has chosen. The question stands for as long as that fails.
+    /// Applies the user's answer. The question stays if that fails.
     pub(super) fn answer(&mut self, answer: Answer) -> Result<()> {
         if !self.session.is_asked {
             return Ok(());
@@ -84,7 +83,7 @@ impl WindowState {
         }
     }
 
-    /// Loads the scene again. A film that is being recorded ends, and is saved.
+    /// Reloads the scene. A film recording ends and is saved.
     fn reload(&mut self) -> Result<()> {
         if self.recorder.is_some() {
             self.record();
@@ -105,8 +104,7 @@ impl WindowState {
         Ok(())
     }
 
-    /// Whatever names a light, a material or a place names the same one in the scene
-    /// that was loaded.
+    /// Converts references to lights, materials and positions to the loaded scene.
     fn after_reload(&mut self, rebase: &Rebase) {
         self.viewport.let_go();
         self.ui_state.place = None;
@@ -115,7 +113,7 @@ impl WindowState {
             Chosen::Material(index) => rebase.material(index).map_or(Chosen::Nothing, Chosen::Material),
             Chosen::Nothing => Chosen::Nothing,
         };
-        // Monte Carlo begins anew with the next picture.
+        // Monte Carlo restarts with the next picture.
         self.beside.of = None;
         if let Some(mut reference) = self.reference.take() {
             reference.stop();
@@ -123,14 +121,14 @@ impl WindowState {
         }
     }
 
-    /// A note in the panel, and a line on stderr, for a window that is not looked at.
+    /// Adds a note to the panel, and prints it to stderr in case the window is hidden.
     pub(super) fn tell(&mut self, line: String) {
         self.print(&line);
         self.session.said.push(line);
         self.window.request_redraw();
     }
 
-    /// The same for what nobody must miss.
+    /// Raises the error as an alarm, and prints it to stderr.
     pub(super) fn tell_alarm(&mut self, error: &Error) {
         self.print(&error.to_string());
         self.session.alarm(error.to_string());

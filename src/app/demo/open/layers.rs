@@ -1,4 +1,4 @@
-//! What is shown beside and over the picture.
+//! Pictures beside and over the main picture.
 
 use super::{RETRY, WindowState};
 use crate::app::demo::cells;
@@ -9,7 +9,7 @@ use crate::metrics::{debiased_relmse, half_noise};
 use crate::renderer::Layer;
 
 impl WindowState {
-    /// Monte Carlo, where it is to be seen: for what is shown, and the newest picture of it.
+    /// Shows the newest Monte Carlo picture while the split view is on.
     pub(super) fn follow_reference(&mut self) -> Result<()> {
         self.leaving.take_if(|leaving| leaving.has_ended());
         if self.ui_state.split.is_none() {
@@ -24,7 +24,7 @@ impl WindowState {
             return Ok(());
         }
         if self.leaving.is_some() {
-            // One at a time: both may not fit the device.
+            // One tracer at a time: the device may lack memory for two.
             self.panels.egui_ctx().request_repaint_after(RETRY);
             return Ok(());
         }
@@ -47,7 +47,7 @@ impl WindowState {
         Ok(())
     }
 
-    /// Colours of the cells that the picture's surfaces lie in, where they are to be seen.
+    /// Updates the cell colours if the cell view is on.
     pub(super) fn colour_cells(&mut self) -> Result<()> {
         let (View::Cells(level), Some(renderer)) = (self.ui_state.view, self.session.renderer()) else {
             self.over.of = None;

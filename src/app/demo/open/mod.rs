@@ -1,4 +1,4 @@
-//! An open window: what it shows, frame by frame.
+//! An open window and its frame loop.
 
 mod disk;
 mod layers;
@@ -32,35 +32,34 @@ use crate::error::Result;
 use crate::gpu::Context;
 use crate::gpu::window::{Painting, PictureId, Shown, WindowPainter};
 
-/// When a frame that the system did not take is offered again, and how often the precomputation is
-/// asked whether it is done.
+/// Delay before a frame is presented again that the system did not take. Also the polling period
+/// of the precomputation.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// How often the scene's files are looked at, and how long nothing must happen before work
-/// is done ahead.
+/// Polling period of the scene's files, and the time without events after which idle work starts.
 const GLANCE: Duration = Duration::from_millis(500);
 const REST: Duration = Duration::from_millis(1000);
 
-/// Size of the picture before there is one.
+/// Size of the picture before the first one exists.
 const NO_PICTURE: [u32; 2] = [1, 1];
 
-/// A window with all that it shows. Fields go in this order: what draws to the window
-/// goes before it.
+/// A window with its session, painter and panels. Fields drop in order: the painter goes
+/// before the window.
 pub(super) struct WindowState {
     session: Session,
     painter: WindowPainter,
     picture: PictureId,
-    /// The picture that the painter has.
+    /// Version of the picture that the painter has.
     shown: u64,
-    /// Colours of cells; of which picture and level.
+    /// Colours of cells, with the picture version and the level that they show.
     over: Layered<(u64, u32)>,
     /// The Monte Carlo picture beside ours.
     beside: Layered<()>,
     reference: Option<Reference>,
-    /// One that was told to end and does its last samples.
+    /// A stopped tracer that finishes its last samples.
     leaving: Option<Reference>,
     player: Option<Player>,
-    /// A film begins when the light paths are traced.
+    /// A film starts when the light paths are traced.
     plays_when_ready: bool,
     recorder: Option<Recorder>,
     /// The film that was recorded last.
@@ -70,16 +69,16 @@ pub(super) struct WindowState {
     overlays: Overlays,
     ui_state: UiState,
     panels: egui_winit::State,
-    /// When the panels want to be drawn again although nothing happens.
+    /// When the panels need to be drawn without an event.
     pub(super) again: Option<Instant>,
     last_event: Instant,
     last_glance: Instant,
     is_hidden: bool,
-    /// A button of the pointer is pressed.
+    /// A pointer button is pressed.
     is_held: bool,
     is_quiet: bool,
     was_ready: bool,
-    /// Somebody waits for the window to show all that was asked for.
+    /// A script waits until the window is up to date.
     is_asked_to_settle: bool,
     pub(super) context: Arc<Context>,
     pub(super) window: Arc<Window>,
@@ -100,8 +99,8 @@ impl WindowState {
             .with_inner_size(with_panels(1.0));
         let window = events.create_window(attributes).map_err(|error| no_display(&error.to_string()))?;
         if window.scale_factor() != 1.0 && !args.fullscreen {
-            // How large panels are is known only where the window is. What the system does not
-            // grant stays as it is.
+            // The size of panels depends on the window's scale. If the system refuses the size, the
+            // window keeps its own.
             let _ = window.request_inner_size(with_panels(window.scale_factor()));
         }
         let window = Arc::new(window);
@@ -111,7 +110,7 @@ impl WindowState {
         let picture = painter.add_picture(NO_PICTURE)?;
         let proxy = proxy.clone();
         let wake: Wake = Arc::new(move || {
-            // Where the window is gone, nobody wants to know.
+            // The send fails after the window has closed, which needs no report.
             let _ = proxy.send_event(WakeUp::Shows);
         });
         let mut ui_state = UiState::new(&scene.name);
@@ -119,7 +118,7 @@ impl WindowState {
         let session = Session::new(&context, source, scene, watch, wake.clone())?;
         let egui = egui::Context::default();
         egui.set_theme(egui::Theme::Dark);
-        // egui measures a click in frames: with frames of a second, a short click takes a second.
+        // egui times a click at frame ends: at one frame a second, a short click takes a second.
         egui.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
         let panels = egui_winit::State::new(egui, ViewportId::ROOT, &window, None, window.theme(), None);
         let now = Instant::now();
@@ -154,10 +153,10 @@ impl WindowState {
         })
     }
 
-    /// False where the window is to close.
+    /// Returns false if the window must close.
     pub(super) fn on_event(&mut self, event: &WindowEvent) -> Result<bool> {
         let response = self.panels.on_window_event(&self.window, event);
-        // The panels want to be drawn when they are: that is no event.
+        // A redraw is not a user event.
         if response.repaint && !matches!(event, WindowEvent::RedrawRequested) {
             self.last_event = Instant::now();
             self.window.request_redraw();
@@ -172,7 +171,7 @@ impl WindowState {
         Ok(true)
     }
 
-    /// What is done between events; returns when to look again.
+    /// Does the work between events; returns the time of the next check.
     pub(super) fn idle(&mut self) -> Result<Instant> {
         let now = Instant::now();
         if now >= self.last_glance + GLANCE {
@@ -193,7 +192,7 @@ impl WindowState {
         Ok(again.map_or(next, |again| next.min(again)))
     }
 
-    /// One frame: panels first, for what they change is to be seen in it.
+    /// Draws one frame. Panels run first, so that it shows their changes.
     fn draw(&mut self) -> Result<bool> {
         let input = self.panels.take_egui_input(&self.window);
         let egui = self.panels.egui_ctx().clone();
@@ -224,7 +223,7 @@ impl WindowState {
         });
         self.tolerate(shown)?;
         self.is_held = egui.input(|input| input.pointer.any_down());
-        // A film is no edit.
+        // The changes that a film makes are no edits.
         let is_settled = !self.is_held && !egui.egui_wants_keyboard_input() && self.player.is_none();
         if is_settled && self.session.history.settle(&self.session.document) {
             self.window.request_redraw();
@@ -235,11 +234,11 @@ impl WindowState {
         self.session.shares = self.ui_state.view.shares();
         let is_new = self.session.update()?;
         if is_new {
-            // What it cost can be said in the next frame.
+            // The next frame shows this frame's cost.
             self.window.request_redraw();
         }
         if std::mem::take(&mut self.session.has_gone_back) {
-            // What is being dragged would ask for the same again.
+            // Otherwise the drag would request the refused state again.
             self.viewport.let_go();
         }
         if self.shown != self.session.version {
@@ -263,7 +262,7 @@ impl WindowState {
         self.window.pre_present_notify();
         let shown = self.painter.paint(painting, &self.window)?;
         if shown == Shown::NotNow || self.session.progress().is_some() {
-            // The worker's last word may come before it is done.
+            // The worker may send its last event before its thread ends.
             let soon = Instant::now() + RETRY;
             self.again = Some(self.again.map_or(soon, |again| again.min(soon)));
         }
@@ -284,8 +283,8 @@ impl WindowState {
         Ok(true)
     }
 
-    /// Hands the picture to the painter. One for which there is no room takes the size of
-    /// the one before.
+    /// Gives the picture to the painter. If the device lacks memory for it, the picture returns to
+    /// its previous size.
     fn hang_picture(&mut self) -> Result<()> {
         let (pixels, size) = self.session.picture();
         match self.painter.resize_picture(self.picture, size) {

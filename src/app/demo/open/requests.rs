@@ -1,4 +1,4 @@
-//! What is asked of the window beside its panels, and what becomes of it.
+//! Requests of panels and keys to the window.
 
 use std::time::Instant;
 
@@ -12,7 +12,7 @@ use crate::app::note;
 use crate::error::{Error, Result};
 
 impl WindowState {
-    /// False where the window is to close.
+    /// Returns false if the window must close.
     pub(super) fn fulfil(&mut self, request: Request) -> Result<bool> {
         match request {
             Request::Quit => return Ok(false),
@@ -77,7 +77,7 @@ impl WindowState {
             None => match Player::begin(&self.session, self.recorded.as_deref()) {
                 Ok((player, None)) => self.player = Some(player),
                 Ok((_, Some(scene))) => {
-                    // It plays when its light paths are traced.
+                    // The film starts when its light paths are traced.
                     self.session.prepare_for_film(scene)?;
                     (self.plays_when_ready, self.was_ready) = (true, false);
                 }
@@ -88,7 +88,7 @@ impl WindowState {
         Ok(())
     }
 
-    /// Brings a film that plays to where it is now.
+    /// Applies the current frame of a playing film.
     pub(super) fn play(&mut self) -> Result<()> {
         if self.plays_when_ready && self.was_ready {
             self.plays_when_ready = false;
@@ -103,8 +103,8 @@ impl WindowState {
         }
     }
 
-    /// What the device has no room for is said, and what is shown besides the picture goes;
-    /// other failures remain.
+    /// Handles an out-of-memory error: raises an alarm and hides the additional pictures.
+    /// Returns other errors.
     pub(super) fn tolerate(&mut self, done: Result<()>) -> Result<()> {
         match done {
             Err(error) if error.is_out_of_memory() => {
@@ -117,8 +117,7 @@ impl WindowState {
         }
     }
 
-    /// The program ends by itself: the scene is saved as it was edited, beside where it would be
-    /// saved, and where that is is said.
+    /// Saves the edited scene before the program ends, beside its usual path. Prints the new path.
     pub(in crate::app::demo) fn rescue(&self) {
         if !self.session.has_unsaved_edits() {
             return;
@@ -129,8 +128,8 @@ impl WindowState {
         });
     }
 
-    /// Says that the window shows all that was asked for, where somebody waits for that.
-    /// `is_still`: this frame was shown, and its picture is that of the frame before.
+    /// Prints that the window is up to date, if a script waits for it. `is_still`: the frame was
+    /// shown and its picture did not change.
     pub(super) fn settle(&mut self, is_still: bool) {
         if !self.is_asked_to_settle {
             return;
@@ -148,7 +147,7 @@ impl WindowState {
         }
     }
 
-    /// What became of something that may fail without harm.
+    /// Adds the message or the error to the panel's notes.
     fn say(&mut self, done: Result<String>) {
         self.session.said.push(done.unwrap_or_else(|error| error.to_string()));
     }

@@ -1,10 +1,10 @@
-//! Keys and pointer.
+//! The list of keys and pointer actions.
 
 use egui::Context;
 
 use crate::app::demo::shortcuts::{BINDINGS, POINTER, name};
 
-/// The list, over the picture.
+/// Draws the list over the picture.
 pub(in crate::app::demo) fn help(context: &Context, is_open: &mut bool) {
     egui::Window::new("Keys and pointer").open(is_open).collapsible(false).resizable(true).show(
         context,

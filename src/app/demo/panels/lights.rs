@@ -1,4 +1,4 @@
-//! Lights: which there are, and what the chosen one is.
+//! The list of lights and the editor of the chosen one.
 
 use egui::{Color32, DragValue, Ui};
 use glam::Vec3;
@@ -12,7 +12,7 @@ use crate::scene::{Light, LightKind};
 /// Half-angles of spots, degrees.
 const ANGLES: std::ops::RangeInclusive<f32> = 0.01..=90.0;
 
-/// The list, and below it the chosen light.
+/// Draws the list, and below it the chosen light.
 pub(super) fn lights(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
     let mut removed = None;
     for entry in &mut session.document.lights {
@@ -51,7 +51,7 @@ pub(super) fn lights(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
     }
 }
 
-/// A new light: in the middle of the view, as bright as the scene's first.
+/// A new light in the middle of the view, as bright as the scene's first.
 pub(in crate::app::demo) fn fresh(session: &Session, kind: &str) -> Light {
     let camera = &session.camera;
     let [_, _, forward] = camera.frame();
@@ -62,7 +62,7 @@ pub(in crate::app::demo) fn fresh(session: &Session, kind: &str) -> Light {
     let luminous = session.document.lights.first().map(|entry| entry.light.kind);
     let intensity = match luminous {
         Some(LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. }) => intensity,
-        // About what lights a room of that size.
+        // A typical intensity for a room of that size.
         _ => Vec3::splat(0.1 * size * size),
     };
     let side = 0.1 * size;
@@ -78,7 +78,7 @@ pub(in crate::app::demo) fn fresh(session: &Session, kind: &str) -> Light {
             corner: position - Vec3::new(0.5 * side, 0.0, 0.5 * side),
             edge_u: Vec3::X * side,
             edge_v: Vec3::Z * side,
-            // As bright as the point light, seen face on; edge_u × edge_v looks down.
+            // As bright as the point light, seen face on; `edge_u × edge_v` points down.
             radiance: intensity / (side * side),
             samples: 10,
         },
@@ -115,7 +115,7 @@ fn chosen(ui: &mut Ui, entry: &mut LightEntry, origin: Vec3) {
             place(ui, "Edge u", edge_u, Vec3::ZERO);
             place(ui, "Edge v", edge_v, Vec3::ZERO);
             if edge_u.cross(*edge_v).length() <= 1e-5 * edge_u.length() * edge_v.length() {
-                // Parallel edges make no light.
+                // Parallel edges span no area.
                 (*edge_u, *edge_v) = before;
             }
             row(ui, "Samples", |ui| ui.add(DragValue::new(samples).range(1..=4096)));
@@ -124,7 +124,7 @@ fn chosen(ui: &mut Ui, entry: &mut LightEntry, origin: Vec3) {
     }
 }
 
-/// Its colour, brightest channel 1, and that channel's strength.
+/// Colour with a brightest channel of 1, and the strength of that channel.
 fn emission(ui: &mut Ui, kind: &mut LightKind) {
     let before = kind.emission();
     let strength = before.max_element();
@@ -147,7 +147,7 @@ fn emission(ui: &mut Ui, kind: &mut LightKind) {
     }
 }
 
-/// A point or an edge; points in the coordinates of the scene's file.
+/// A point or an edge; points are in the coordinates of the scene's file.
 fn place(ui: &mut Ui, name: &str, point: &mut Vec3, origin: Vec3) {
     row(ui, name, |ui| {
         for (axis, colour) in AXES.into_iter().enumerate() {
@@ -161,11 +161,11 @@ fn place(ui: &mut Ui, name: &str, point: &mut Vec3, origin: Vec3) {
     });
 }
 
-/// A unit direction, as angles.
+/// A unit direction as two angles.
 fn aim(ui: &mut Ui, direction: &mut Vec3) {
     let mut height = direction.y.clamp(-1.0, 1.0).asin().to_degrees();
     let mut heading = direction.x.atan2(direction.z).to_degrees();
-    // A row each: panels that need more width take it from the picture.
+    // One row per angle: wider panels take width from the picture.
     let mut angle = |name: &str, value: &mut f32, range| {
         row(ui, name, |ui| ui.add(DragValue::new(value).speed(1.0).range(range).suffix("°")).changed())
     };
@@ -177,7 +177,7 @@ fn aim(ui: &mut Ui, direction: &mut Vec3) {
     }
 }
 
-/// Of the axes x, y and z.
+/// Colours of the axes x, y and z.
 pub(in crate::app::demo) const AXES: [Color32; 3] = [
     Color32::from_rgb(0xe8, 0x7d, 0x3e),
     Color32::from_rgb(0xf0, 0xe4, 0x42),

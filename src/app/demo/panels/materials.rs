@@ -1,4 +1,4 @@
-//! The chosen material.
+//! The panel of the chosen material.
 
 use egui::{DragValue, Ui};
 use glam::Vec3;
@@ -7,7 +7,7 @@ use super::row;
 use crate::app::demo::session::Session;
 use crate::app::demo::ui_state::{Chosen, UiState};
 
-/// Which one, and what it reflects.
+/// Draws the choice of the material and its reflectance.
 pub(super) fn materials(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
     let mut chosen = match ui_state.chosen {
         Chosen::Material(index) if index < session.scene.materials.len() => Some(index),
@@ -34,7 +34,7 @@ pub(super) fn materials(ui: &mut Ui, session: &mut Session, ui_state: &mut UiSta
     } else {
         ui.small("Diffuse. To make it glossy, declare `editable = true` in the scene file.");
     }
-    // What is more than what it receives would be scaled down by the renderer: shown as it will be.
+    // The renderer scales down an albedo above 1; the panel shows the scaled value.
     let most = (edit.diffuse + edit.specular).max_element();
     if most > 1.0 {
         edit.diffuse /= most * (1.0 + f32::EPSILON);

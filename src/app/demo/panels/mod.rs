@@ -20,7 +20,8 @@ pub(super) use question::question;
 /// Width of the panels when the window opens, points.
 pub(super) const WIDTH: f32 = 310.0;
 
-/// Colours that differ in lightness as well, for eyes that tell few hues apart. [Okabe & Ito 2008]
+/// Colours that also differ in lightness, for readers with impaired colour vision. [Okabe
+/// & Ito 2008]
 pub(super) const PALETTE: [Color32; 7] = [
     Color32::from_rgb(0x56, 0xb4, 0xe9),
     Color32::from_rgb(0xe6, 0x9f, 0x00),
@@ -31,7 +32,7 @@ pub(super) const PALETTE: [Color32; 7] = [
     Color32::from_rgb(0xcc, 0x79, 0xa7),
 ];
 
-/// All of them, one below the other.
+/// Draws all panels, one below the other.
 pub(super) fn panels(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
     ui.add_space(4.0);
     ui.horizontal(|ui| {
@@ -66,7 +67,7 @@ pub(super) fn panels(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
     });
 }
 
-/// How far the precomputation is.
+/// Draws the progress of the precomputation.
 fn progress(ui: &mut Ui, session: &Session) {
     let Some((progress, seconds)) = session.progress() else { return };
     let share = progress.done as f32 / progress.total.max(1) as f32;
@@ -75,7 +76,7 @@ fn progress(ui: &mut Ui, session: &Session) {
     ui.small("Direct light only until the light paths are traced.");
 }
 
-/// What there is to say.
+/// Draws the notes.
 fn said(ui: &mut Ui, session: &mut Session) {
     if session.said.is_empty() {
         return;
@@ -92,10 +93,10 @@ fn said(ui: &mut Ui, session: &mut Session) {
     }
 }
 
-/// For how long an alarm stands over the picture, seconds.
+/// Time that an alarm stays over the picture, seconds.
 const ALARM_S: f32 = 15.0;
 
-/// A line over the picture's lower edge, for what nobody must miss.
+/// Draws the alarm over the picture's lower edge.
 pub(super) fn alarm(ctx: &egui::Context, session: &mut Session) {
     let Some((line, since)) = &session.alarm else { return };
     let left = ALARM_S - since.elapsed().as_secs_f32();
@@ -113,7 +114,7 @@ pub(super) fn alarm(ctx: &egui::Context, session: &mut Session) {
     ctx.request_repaint_after_secs(left);
 }
 
-/// A row with a name before something.
+/// A row with a name before a widget.
 pub(super) fn row<T>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> T) -> T {
     ui.horizontal(|ui| {
         ui.add_sized([76.0, 18.0], egui::Label::new(name).halign(Align::Min));

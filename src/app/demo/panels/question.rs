@@ -1,4 +1,4 @@
-//! The question that stands while a scene has changed on disk and holds edits that no file has.
+//! The question that is open while a scene with unsaved edits has changed on disk.
 
 use egui::{Align2, Area, Context, Frame, RichText};
 
@@ -6,7 +6,7 @@ use super::PALETTE;
 use crate::app::demo::session::Session;
 use crate::app::demo::ui_state::{Answer, Request, UiState};
 
-/// The answers, with what each does.
+/// The answers and their explanations.
 const ANSWERS: [(&str, Answer, &str); 3] = [
     (
         "Reload (discard my edits)",
@@ -17,8 +17,8 @@ const ANSWERS: [(&str, Answer, &str); 3] = [
     ("Keep both", Answer::KeepBoth, "Saves your edits as another scene beside this one, then loads it again"),
 ];
 
-/// Over the upper edge of the picture. The scene can be looked at, edited and saved
-/// while it stands.
+/// Draws the question over the upper edge of the picture. The scene can still be viewed,
+/// edited and saved.
 pub(in crate::app::demo) fn question(context: &Context, session: &Session, ui_state: &mut UiState) {
     if !session.is_asked {
         return;

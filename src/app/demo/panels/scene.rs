@@ -1,4 +1,4 @@
-//! Files: the scene, pictures of it, films.
+//! The panel of files: the scene, its pictures, films.
 
 use egui::{TextEdit, Ui};
 

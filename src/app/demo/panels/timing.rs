@@ -6,7 +6,7 @@ use super::PALETTE;
 use crate::app::demo::session::{Cost, FRAMES, Session};
 use crate::renderer::Columns;
 
-/// Of the chart, points.
+/// Height of the chart, points.
 const HEIGHT: f32 = 84.0;
 
 /// Name and value of each column.
@@ -15,7 +15,8 @@ fn columns(columns: &Columns) -> [(&'static str, f64); 5] {
     [("Tdi", Tdi), ("Tlpe", Tlpe), ("Thvds", Thvds), ("Tfg", Tfg), ("Tsplat", Tsplat)]
 }
 
-/// The last frame in numbers, the last frames as bars, and what the last one left out.
+/// Draws the numbers of the last frame, recent frames as bars, and the work that the
+/// last frame skipped.
 pub(super) fn timing(ui: &mut Ui, session: &Session) {
     let Some(last) = session.costs.back() else {
         ui.small("No frame yet.");
@@ -60,7 +61,7 @@ pub(super) fn timing(ui: &mut Ui, session: &Session) {
     }
 }
 
-/// A bar a frame, the newest at the right.
+/// Draws a bar per frame, the newest at the right.
 fn chart(ui: &mut Ui, session: &Session) {
     let (area, _) = ui.allocate_exact_size(vec2(ui.available_width().max(60.0), HEIGHT), Sense::hover());
     let painter = ui.painter_at(area);

@@ -1,4 +1,4 @@
-//! What the picture shows.
+//! The panel that selects the picture's content.
 
 use egui::{Slider, Ui};
 

@@ -79,8 +79,8 @@ impl Arches {
         slab([count, detail.cuts(1.6, 1)], face(0.5 * self.wall), face(-0.5 * self.wall))
     }
 
-    /// The same wall as one polygon without cuts between springing line and top: half as many
-    /// triangles, but long ones.
+    /// The wall as one polygon without cuts between springing line and top: half as many triangles,
+    /// but long ones.
     fn plain_wall(self, side: &Side, detail: Detail) -> Solid {
         let (cuts, end) = (detail.cuts(self.cuts, 3), self.end(side));
         let mut outline = vec![dvec2(-end, self.springing)];
@@ -98,8 +98,8 @@ impl Arches {
         (0..(2.0 * half / bay).round() as usize).map(move |number| -half + bay * (number as f64 + 0.5))
     }
 
-    /// Where the wall of a side ends: inside the corner, short of the other side's, so that
-    /// neither shows through.
+    /// End of a side's wall: inside the corner, short of the other side's wall, so that neither
+    /// face is visible there.
     fn end(self, side: &Side) -> f64 {
         side.half + 0.5 * self.wall - 0.01
     }
@@ -125,7 +125,7 @@ impl Arches {
         let section = section.points();
         let cuts = detail.cuts(self.cuts, 3);
         let face = dvec3(0.0, 0.0, -0.5 * self.wall);
-        // Sections go on towards u × v: from right to left on this face.
+        // Sections advance towards u × v: from right to left on this face.
         let frames: Vec<Frame> = self
             .arc(cuts)
             .map(|p| Frame { origin: p.extend(0.0) + face, u: p.extend(0.0) / self.radius, v: DVec3::NEG_Z })

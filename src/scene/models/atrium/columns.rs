@@ -51,14 +51,14 @@ pub(super) fn build(site: &mut Site) {
     }
 }
 
-/// A column on the origin: what is turned, and what is square.
+/// A column on the origin: turned and square parts.
 struct Column {
     shaft: Part,
     square: Part,
 }
 
 impl Column {
-    /// Of that lower radius and height, with base and capital in proportion to `order`.
+    /// A column of that lower radius and height; `order` scales base and capital.
     fn new(detail: Detail, radius: f64, height: f64, order: f64) -> Self {
         if detail.is_below(0.17) {
             return Self::plain(radius, height, order);
@@ -108,7 +108,7 @@ impl Column {
         Self { shaft, square: abacus.smooth() }
     }
 
-    /// The same with fewer members.
+    /// A column with fewer members.
     fn slender(detail: Detail, r: f64, height: f64) -> Self {
         let (foot, neck, top) = (0.08, height - 0.26, height - 0.085);
         if detail.is_below(0.25) {
@@ -167,7 +167,7 @@ pub(super) fn pier(detail: Detail, half: f64, height: f64) -> Part {
     turned(&profile.points(), 4).moved(&quarter).smooth()
 }
 
-/// The same with a splayed foot and head, and no mouldings; `h` is half its diagonal.
+/// A pier with a splayed foot and head, without mouldings; `h` is half its diagonal.
 fn plain_pier(h: f64, height: f64) -> Part {
     let profile = [
         [1.22 * h, -0.002],

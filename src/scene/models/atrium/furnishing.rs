@@ -1,4 +1,4 @@
-//! What people brought in: banners over the balustrade, curtains between columns, plants.
+//! Furnishings: banners over the balustrade, curtains between columns, plants.
 
 use std::f64::consts::PI;
 
@@ -37,7 +37,7 @@ fn middle(side: &Side, bay: usize) -> f64 {
 
 /// Over the rail, over the string course and down the wall.
 fn hang_banner(site: &mut Site, side: &Side, bay: usize, colour: usize, seed: u64) {
-    // Few cells cut the corner over the string course: it must not show through.
+    // Few cells cut the corner over the string course, which must stay hidden.
     let clear = if site.detail.is_below(0.2) { 0.04 } else { 0.0 };
     let path = [
         [0.16, GALLERY + 0.42],

@@ -114,8 +114,8 @@ fn balustrade(site: &mut Site) {
     }
 }
 
-/// What stands for the balusters of a coarse model: a thin wall and its rail, which run around the
-/// court through the columns.
+/// Replaces the balusters of a coarse model: a thin wall and its rail, which run around the court
+/// through the columns.
 fn parapet(site: &mut Site) {
     let path = mitred(&around(0.0, GALLERY), DVec3::Y, true);
     let wall = drawn(&rectangle([-0.025, PLINTH - 0.01], [0.025, PLINTH + 0.67]), &path, true);

@@ -32,7 +32,7 @@ const EAVES: f64 = 9.2;
 /// Level of the court.
 const GROUND: f64 = -0.45;
 
-/// What things are made of.
+/// The materials of the atrium.
 struct Finishes {
     limestone: Finish,
     plaster: Finish,
@@ -73,7 +73,7 @@ impl Finishes {
     }
 }
 
-/// What all parts of the atrium are made with.
+/// The shared context of all parts of the atrium.
 struct Site<'a> {
     model: &'a mut Model,
     detail: Detail,
@@ -91,8 +91,8 @@ pub(super) fn build(model: &mut Model, detail: Detail) {
     furnishing::build(&mut site);
 }
 
-/// One side of the court: its local x runs along it, local z out of the court, the origin is on the
-/// axis of its columns.
+/// One side of the court. Its local x runs along it and local z out of the court; the origin is on
+/// the axis of its columns.
 struct Side {
     place: DAffine3,
     /// Half its length, metres.
@@ -110,7 +110,7 @@ fn sides() -> [Side; 4] {
     ]
 }
 
-/// A loop around the court whose left is the court, so far outside the columns' axes.
+/// A loop around the court, with the court on its left, `outside` metres from the columns' axes.
 fn around(outside: f64, y: f64) -> [DVec3; 4] {
     let [x, z] = COURT.map(|half| half + outside);
     [[-x, z], [x, z], [x, -z], [-x, -z]].map(|[x, z]| DVec3::new(x, y, z))

@@ -125,7 +125,7 @@ fn vaults(site: &mut Site) {
         let Side { place, half } = side;
         let bays = (2.0 * half / BAY).round() as usize;
         for number in 0..=bays {
-            // Those in the corners stand behind the piers and close what the walls leave open
+            // Ribs in the corners stand behind the piers and close the gaps of the walls
             // between the vaults.
             let (rib, shift) = match number {
                 0 => (&wide, -0.25 * WALL),
@@ -147,8 +147,8 @@ fn vaults(site: &mut Site) {
     }
 }
 
-/// Groin vaults over square bays in a row along x, the walk in z. From the corner of the first, the
-/// floor's level is 0.
+/// Groin vaults over square bays in a row along x, the walk in z. The origin is the first corner,
+/// at floor level.
 fn vault(bays: usize, cuts: usize) -> Solid {
     let radius = 0.5 * BAY;
     // Equal angles across the barrel, so that the grid's diagonals are the groins.
@@ -173,7 +173,7 @@ fn vault(bays: usize, cuts: usize) -> Solid {
 /// A transverse arch across the walk, around the middle of its springing line.
 fn rib(site: &Site, width: f64) -> Solid {
     let (half, radius, cuts) = (0.5 * width, 0.5 * WALK, site.detail.cuts(12.0, 5));
-    // Chamfered, where it is not coarse.
+    // Chamfered unless the model is coarse.
     let chamfer = if site.detail.is_below(0.14) { 0.0 } else { 0.05 };
     let section = Outline::from(0.04, half, site.detail)
         .to(-0.07, half)

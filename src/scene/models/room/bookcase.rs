@@ -1,4 +1,4 @@
-//! The bookcase, its books, and what else stands in it.
+//! The bookcase, its books, and other objects in it.
 
 use glam::{DAffine3, DVec3, dvec2, dvec3};
 
@@ -66,14 +66,14 @@ fn carcass(site: &mut Site, place: &DAffine3) {
         .to(-0.01, 0.024);
     let path =
         [[width, 0.0], [width, depth], [0.0, depth], [0.0, 0.0]].map(|[x, z]| dvec3(x, height + 0.015, z));
-    // The way around the front has the bookcase on its right.
+    // The path around the front has the bookcase on its right.
     let frames = mitred(&path.map(|p| dvec3(p.x, p.y, p.z)), DVec3::Y, false);
     let frames: Vec<Frame> = frames.into_iter().map(|f| Frame { u: -f.u, ..f }).rev().collect();
     let cornice = drawn(&cornice.points(), &frames, false).smooth();
     site.model.place(&cornice, place, site.finishes.walnut);
 }
 
-/// Books along x from the origin, over so much width, on a shelf with so much height.
+/// Books along x from the origin, over that width, on a shelf of that height.
 fn row(site: &mut Site, place: &DAffine3, width: f64, room: f64, rng: &mut Rng) {
     let mut x = 0.004;
     let tall = rng.between(0.72, 0.9) * room;
@@ -109,8 +109,8 @@ pub(super) fn book(detail: Detail, size: DVec3) -> Part {
     }
     const BOARD: f64 = 0.0028;
     let (w, d) = (size.x, size.z);
-    // Seen from above, z upwards in the plane: counter-clockwise around the boards and the rounded
-    // spine.
+    // Seen from above, with z upwards in the plane: counter-clockwise around the boards and
+    // the rounded spine.
     let outline = Outline::from(0.0, -d, detail)
         .to(BOARD, -d)
         .to(BOARD, -0.006)
@@ -119,7 +119,7 @@ pub(super) fn book(detail: Detail, size: DVec3) -> Part {
         .to(w, -d)
         .to(w, -0.004)
         .arc(0.0, -0.004, 0.3, 3.0);
-    // The plane's y is -z, which makes it left-handed seen from above: wound the other way round.
+    // The plane's y is -z, so it is left-handed seen from above and needs the opposite winding.
     let outline: Vec<_> = outline.points.into_iter().map(|p| dvec2(p.x, -p.y)).rev().collect();
     let frame = Frame { origin: DVec3::ZERO, u: DVec3::X, v: DVec3::NEG_Z };
     let mut book = plate(&outline, frame, size.y);
@@ -147,7 +147,7 @@ pub(super) fn stack(site: &mut Site, place: &DAffine3, count: usize, rng: &mut R
         let size = dvec3(rng.between(0.02, 0.04), rng.between(0.21, 0.27), rng.between(0.15, 0.18));
         let book = book(site.detail, size);
         let cover = site.finishes.covers[rng.pick(6)];
-        // Laid on its side: what was its width is its height.
+        // Laid on its side: its width becomes its height.
         let lie = turn(rng.between(-16.0, 16.0) + 90.0 * (number % 2) as f64)
             * at(-0.5 * size.y, size.x, 0.5 * size.z)
             * DAffine3::from_rotation_z(-std::f64::consts::FRAC_PI_2);

@@ -19,8 +19,8 @@ pub(super) fn build(site: &mut Site) {
     corridor_lamp(site);
 }
 
-/// A ring with six candles on a stem, above the light: nothing is near that, and the ring's shadow
-/// falls on the ceiling.
+/// A ring with six candles on a stem, above the light. No surface is near the light, and the ring's
+/// shadow falls on the ceiling.
 fn chandelier(site: &mut Site) {
     let detail = site.detail;
     const OVER: f64 = 0.30;

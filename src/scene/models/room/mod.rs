@@ -21,7 +21,7 @@ use super::outline::Detail;
 const HALF: [f64; 2] = [3.5, 2.5];
 const HEIGHT: f64 = 2.75;
 
-/// What things are made of.
+/// The materials of the room.
 struct Finishes {
     wall: Finish,
     ceiling: Finish,
@@ -101,7 +101,7 @@ impl Finishes {
     }
 }
 
-/// What all parts of the room are made with.
+/// The shared context of all parts of the room.
 struct Site<'a> {
     model: &'a mut Model,
     detail: Detail,

@@ -31,8 +31,8 @@ fn walls(site: &mut Site) {
     let ([x, z], [near, far]) = (HALF, CORRIDOR);
     let [low, high] = [-0.15, HEIGHT + 0.15];
     let model = &mut *site.model;
-    // Walls of the room end inside those of the corridor and the other way round: no two faces lie
-    // in one plane.
+    // Walls of the room end inside those of the corridor and vice versa, so that no two
+    // faces are coplanar.
     let [[left, right], [sill, head]] = WINDOW;
     let (xs, ys) = ([-x - 0.16, left, right, near - 0.06], [low, sill, head, high]);
     let window = |i: usize, j: usize| (i != 1 || j != 1).then_some(0);

@@ -1,4 +1,4 @@
-//! What stands on the dining table: plates, cups, a bowl of fruit, candlesticks, an open book.
+//! Objects on the dining table: plates, cups, a bowl of fruit, candlesticks, an open book.
 
 use glam::{DVec3, dvec3};
 
@@ -117,8 +117,8 @@ fn candlestick(detail: Detail) -> Solid {
     turned(&profile.points(), detail.cuts(20.0, 6))
 }
 
-/// Open on the table: two blocks of leaves that curve to the spine, some leaves loose, and the
-/// cover under them.
+/// An open book on the table: two blocks of leaves that curve to the spine, some loose leaves, and
+/// the cover below.
 fn open_book(site: &mut Site, [x, z]: [f64; 2]) {
     let detail = site.detail;
     let place = at(DINING[0] + x, TABLE_HEIGHT + 0.0006, DINING[1] + z) * turn(158.0);

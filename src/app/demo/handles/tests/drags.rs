@@ -11,7 +11,7 @@ fn the_middle_stays_under_the_pointer() {
         let (back, depth) = lens.project(drag.to(&lens, to, None).position().unwrap()).unwrap();
         assert!(back.distance(to) < 0.01, "{seed}: {back} {to}");
         assert!((depth - before).abs() < 1e-4 * before);
-        // Taken beside it, it stays beside.
+        // A drag that starts beside the disc stays beside it.
         let drag = Drag::begin(&lens, &kind, Part::Middle, anchor, from + 5.0);
         let back = seen(&lens, drag.to(&lens, to, None).position().unwrap());
         assert!(back.distance(to - 5.0) < 0.01);
@@ -48,7 +48,7 @@ fn axes_move_one_coordinate() {
     assert!(count > 2500);
 }
 
-/// How far a light was moved, without what rounding of an area's middle would add.
+/// Movement of a light, without the rounding errors of an area's middle.
 fn shift(from: &LightKind, to: &LightKind) -> Vec3 {
     let place = |kind: &LightKind| match *kind {
         LightKind::Area { corner, .. } => corner,
@@ -113,7 +113,7 @@ fn aims_stay_under_the_pointer() {
         let origin = kind.position().unwrap_or(anchor);
         let Some(from) = disc(&lens, &kind, anchor, Part::Aim) else { continue };
         let to = from + 60.0 * (2.0 * sample_3d(seed, 400).truncate() - 1.0);
-        // Taken a little beside it, it stays so.
+        // A drag that starts beside the tip stays beside it.
         let turned = Drag::begin(&lens, &kind, Part::Aim, anchor, from + 4.0).to(&lens, to + 4.0, None);
         let aimed = aim(&turned).unwrap();
         assert!((aimed.length() - 1.0).abs() < 1e-6);
@@ -131,7 +131,7 @@ fn aims_stay_under_the_pointer() {
             assert!(same(u.length_squared(), edge_u.length_squared()));
             assert!(same(v.length_squared(), edge_v.length_squared()) && same(u.dot(v), edge_u.dot(edge_v)));
             assert!(turned.position().unwrap().distance(origin) < 1e-5 && radiance.z == 3.0);
-            // Along the shortest way: not around its normal.
+            // Along the shortest way: no rotation around its normal.
             let (before, axis) = (aim(&kind).unwrap(), aim(&kind).unwrap().cross(aimed).normalize());
             assert!((edge_u.dot(axis) - u.dot(axis)).abs() < 1e-3 * u.length(), "{before}");
         }
@@ -151,7 +151,7 @@ fn aims_pulled_past_the_rim_come_back_on_the_other_side() {
         let mut last = aim(&kind).unwrap();
         for step in 1..4000 {
             let aimed = aim(&drag.to(&lens, pulled(0.1 * step as f32), None)).unwrap();
-            // The rim is where it turns fastest.
+            // At the rim the aim turns fastest.
             assert!(aimed.angle_between(last) < 0.1, "{seed} {step}: {aimed} {last}");
             last = aimed;
         }
@@ -196,7 +196,7 @@ fn edges_end_under_the_pointer() {
             let (changed, kept) = if part == Part::EdgeU { (u, v == edge_v) } else { (v, u == edge_u) };
             assert!(kept && same == corner);
             assert!(seen(&lens, corner + changed).distance(to) < 0.01, "{seed}");
-            // Pulled through the corner, something is left of it.
+            // An edge dragged through its corner keeps a positive length.
             let Some((to, _)) = lens.project(corner - edge) else { continue };
             let LightKind::Area { edge_u: u, edge_v: v, .. } =
                 Drag::begin(&lens, &kind, part, anchor, from).to(&lens, to, None)
@@ -241,7 +241,7 @@ fn no_pointer_breaks_a_light() {
     }
 }
 
-/// Whether a scene file could hold it.
+/// Whether a scene file can hold the light.
 fn is_sane(kind: &LightKind) -> bool {
     let is_unit = |direction: Vec3| (direction.length() - 1.0).abs() < 1e-5;
     let is_near = |place: Vec3| place.is_finite() && place.length() < 1e4;

@@ -36,7 +36,7 @@ fn case(seed: u32, form: u32) -> (Lens, LightKind, Vec3) {
             penumbra: 0.3,
         },
         AREA => {
-            // As large as would be a quarter of the picture.
+            // Edges are relative to half the picture's height at that distance.
             let size = middle.distance(position) * (0.5 * camera.fov_y_degrees).to_radians().tan();
             let u = size * direction * (0.2 + 0.5 * sample.z);
             let v = size * (0.6 * direction.any_orthonormal_vector() + 0.3 * sample.y * direction);
@@ -55,7 +55,7 @@ fn pointer(seed: u32) -> Vec2 {
     Vec2::new(20.0, 40.0) + SIZE * sample_3d(seed, 200).truncate()
 }
 
-/// Where the disc of a part is.
+/// Screen position of a part's disc.
 fn disc(lens: &Lens, kind: &LightKind, anchor: Vec3, requested: Part) -> Option<Vec2> {
     let handle = handles(lens, kind, anchor).into_iter().find(|handle| handle.part == requested)?;
     handle.shapes.iter().find_map(|shape| match shape {
@@ -82,7 +82,7 @@ fn what_is_shown_is_hit() {
                     Shape::Fill(points) => points.iter().sum::<Vec2>() / points.len() as f32,
                     Shape::Guide(_) => continue,
                 };
-                // Others may be over it; alone it is found.
+                // Other handles may cover it; alone it is found.
                 assert!(hit(&handles, place, 5.0).is_some());
                 assert_eq!(hit(std::slice::from_ref(handle), place, 5.0), Some(handle.part));
                 assert_eq!(hit(std::slice::from_ref(handle), place + 2000.0, 5.0), None);
@@ -121,7 +121,7 @@ fn what_points_at_the_viewer_is_hidden() {
     assert_eq!(shown(&camera).len(), 7);
     camera.target = Vec3::splat(6.0);
     assert_eq!(shown(&camera), []);
-    // Nor does what is behind the camera move.
+    // A part behind the camera does not move.
     let lens = Lens::new(&camera, Vec2::ZERO, SIZE);
     for part in parts() {
         for kind in [kind, case(1, SPOT).1.moved_to(Vec3::ZERO)] {
@@ -129,7 +129,7 @@ fn what_points_at_the_viewer_is_hidden() {
             assert_eq!(drag.to(&lens, SIZE / 3.0, None), kind);
         }
     }
-    // In a small picture nothing reaches behind the camera.
+    // In a small picture no handle reaches behind the camera.
     camera.target = Vec3::ZERO;
     let kind = LightKind::Directional { direction: Vec3::ONE.normalize(), irradiance: Vec3::ONE };
     let lens = Lens::new(&camera, Vec2::ZERO, Vec2::new(75.0, 50.0));

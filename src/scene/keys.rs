@@ -1,0 +1,181 @@
+//! The keys of a scene file: what the readers accept, `lightpaths help scene` prints and
+//! `docs/scene-files.md` lists.
+
+use std::fmt::Write as _;
+
+/// A key of a section.
+pub struct Key {
+    /// Section: `model`, `camera`, `light`, `material` or `quality`.
+    pub section: &'static str,
+    /// Kinds of light that have it, separated by blanks. Empty: all.
+    kinds: &'static str,
+    /// Name in the file.
+    pub name: &'static str,
+    /// Type and unit of the value.
+    pub value: &'static str,
+    /// Accepted values. Empty: every value of the type.
+    pub range: &'static str,
+    /// Value if the file states none; `needed` if the file must state one.
+    pub default: &'static str,
+    /// What the key does, one line.
+    pub meaning: &'static str,
+    /// A value that is accepted.
+    pub example: &'static str,
+    /// A value that is refused. Empty: no value of the type is.
+    pub refused: &'static str,
+}
+
+/// Sections in the order of a scene file, and what each holds.
+pub const SECTIONS: [(&str, &str); 5] = [
+    ("model", "[[model]]: a model, in world space; at least one"),
+    ("camera", "[camera], or [[camera]] for several; the first is used unless --camera names another"),
+    ("light", "[[light]]: a light of one of four kinds"),
+    ("material", "[[material]]: replaces properties of the models' material of that name"),
+    ("quality", "[quality]: settings of the precomputation; defaults are those of the preset"),
+];
+
+macro_rules! keys {
+    ($($section:literal $kinds:literal {
+        $($name:ident: $value:literal, $range:literal, $default:literal, $meaning:literal, $example:literal, $refused:literal;)*
+    })*) => {
+        /// All keys, section by section.
+        pub const KEYS: &[Key] = &[$($(Key {
+            section: $section,
+            kinds: $kinds,
+            name: stringify!($name),
+            value: $value,
+            range: $range,
+            default: $default,
+            meaning: $meaning,
+            example: $example,
+            refused: $refused,
+        },)*)*];
+    };
+}
+
+keys! {
+    "model" "" {
+        file: "text", "", "needed, or built_in", "Path of an OBJ file, relative to the scene file", "\"m.obj\"", "";
+        built_in: "text", "box, atrium, room", "none", "A model of the program instead of a file", "\"room\"", "\"house\"";
+        triangles: "integer", "10 000 to 20 000 000", "the model's", "Triangles of atrium or room, approximately", "10000", "9";
+        translate: "3 numbers, m", "±1e12", "[0, 0, 0]", "Offset, applied last", "[1.0, 0.0, 0.0]", "[1e13, 0.0, 0.0]";
+        rotate: "3 numbers, degrees", "±360", "[0, 0, 0]", "Rotation about x, then y, then z", "[0.0, 90.0, 0.0]", "[0.0, 400.0, 0.0]";
+        scale: "1 or 3 numbers", "1e-9 to 1e9, either sign", "1", "Scale, applied first", "2.0", "0.0";
+    }
+    "camera" "" {
+        name: "text", "", "\"camera\"", "Name for --camera", "\"c\"", "";
+        position: "3 numbers, m", "±1e12", "needed", "Centre of projection", "[0.0, 1.0, 3.4]", "[1e13, 0.0, 0.0]";
+        target: "3 numbers, m", "±1e12", "needed", "Point in the middle of the image", "[0.0, 1.0, 0.0]", "[0.0, 1.0, 3.4]";
+        up: "3 numbers", "", "[0, 1, 0]", "Direction that is up in the image", "[0.0, 1.0, 0.0]", "[0.0, 0.0, 1.0]";
+        fov_y: "number, degrees", "0.01 to 179", "40", "Vertical field of view", "50.0", "180.0";
+        size: "2 integers, pixels", "1 to 16 384", "[512, 512]", "Width and height of the image", "[64, 48]", "[0, 48]";
+    }
+    "light" "" {
+        name: "text", "", "none", "Name for --set light.NAME.KEY and for films", "\"l\"", "";
+        kind: "text", "point, spot, area, directional", "needed", "Kind of the light", "", "\"sun\"";
+        on: "true or false", "", "true", "Whether the light emits", "false", "";
+    }
+    "light" "point spot" {
+        position: "3 numbers, m", "±1e12", "needed", "Position of the light", "[0.0, 1.9, 0.0]", "[1e13, 0.0, 0.0]";
+        intensity: "3 numbers, W/sr", "0 to 1e15", "needed", "Radiant intensity, red, green, blue", "[5.0, 5.0, 5.0]", "[-1.0, 0.0, 0.0]";
+    }
+    "light" "spot directional" {
+        direction: "3 numbers", "not zero", "needed", "Direction in which light leaves", "[0.0, -1.0, 0.0]", "[0.0, 0.0, 0.0]";
+    }
+    "light" "spot" {
+        angle: "number, degrees", "0.01 to 90", "needed", "Half of the cone's opening angle", "30.0", "91.0";
+        penumbra: "number", "0 to 1", "0", "Part of the angle over which intensity falls to zero", "0.5", "2.0";
+    }
+    "light" "area" {
+        corner: "3 numbers, m", "±1e12", "needed", "Corner of the parallelogram", "[0.0, 1.9, 0.0]", "[1e13, 0.0, 0.0]";
+        edge_u: "3 numbers, m", "±1e12", "needed", "First edge from the corner", "[0.5, 0.0, 0.0]", "[0.0, 0.0, 0.0]";
+        edge_v: "3 numbers, m", "±1e12", "needed", "Second edge; light leaves towards edge_u × edge_v", "[0.0, 0.0, 0.5]", "[0.5, 0.0, 0.0]";
+        radiance: "3 numbers, W/m²/sr", "0 to 1e15", "needed", "Emitted radiance, red, green, blue", "[4.0, 4.0, 4.0]", "[-1.0, 0.0, 0.0]";
+        samples: "integer", "1 to 4 096", "10", "Point samples of the light for indirect light", "16", "0";
+    }
+    "light" "directional" {
+        irradiance: "3 numbers, W/m²", "0 to 1e15", "needed", "Irradiance of a surface that faces the light", "[1.0, 1.0, 1.0]", "[-1.0, 0.0, 0.0]";
+    }
+    "material" "" {
+        name: "text", "", "needed", "Name of the material in the model", "\"wall\"", "";
+        diffuse: "3 numbers", "0 to 1", "the model's", "Diffuse albedo; replaces an image", "[0.5, 0.5, 0.5]", "[2.0, 0.0, 0.0]";
+        tint: "3 numbers", "0 to 1", "the model's", "Factor beside the model's image; not with diffuse", "", "[2.0, 0.0, 0.0]";
+        specular: "3 numbers", "0 to 1", "the model's", "Albedo of the Phong lobe", "[0.3, 0.3, 0.3]", "[2.0, 0.0, 0.0]";
+        exponent: "number", "1 to 1e6", "the model's", "Exponent of the Phong lobe", "40.0", "0.5";
+        editable: "true or false", "", "false", "Whether the material may become glossy at run time", "true", "";
+    }
+    "quality" "" {
+        preset: "text", "draft, paper, high", "paper", "Where all other settings come from", "\"draft\"", "\"best\"";
+        entry_points: "integer", "1 to 16 777 216", "100 000; 400 000; 1 600 000", "Light paths, one from each entry point", "1000", "0";
+        cache_points: "integer", "1 to 1 000 000", "16 000; 40 000; 80 000", "Cache points at most", "300", "0";
+        gather_rays: "integer, 4·k²", "4 to 65 536", "144; 256; 784", "Gather rays of a cache point", "16", "17";
+        directions: "integer, a square", "1 to 65 536", "144; 256; 256", "Outgoing directions of glossy clusters", "16", "17";
+        gloss_rays: "integer", "1 to 4 096", "32; 32; 64", "Rays of a glossy pixel into its lobe", "4", "0";
+        cells: "integer, a power of two", "8 to 256", "32; 64; 128", "Cells of the hierarchy along the longest axis", "8", "9";
+        occlusion: "true or false", "", "true", "Whether clusters are read through directional proxies", "false", "";
+        gap_rounds: "integer", "0 to 16", "0; 0; 3", "Extra gather iterations in narrow cavities", "1", "17";
+        edge_samples: "integer", "0 to 256", "16; 16; 64", "Samples of a pixel that shows an edge; 0: none", "4", "257";
+        seed: "integer", "0 to 4 294 967 295", "0", "Seed of all sampling; equal seeds give equal bytes", "7", "-1";
+    }
+}
+
+impl Key {
+    /// Whether the section, for lights of that kind, has the key.
+    pub fn belongs_to(&self, section: &str, kind: Option<&str>) -> bool {
+        let has_kind = |kind| self.kinds.split(' ').any(|one| one == kind);
+        self.section == section && (self.kinds.is_empty() || kind.is_none_or(has_kind))
+    }
+}
+
+/// Names of the keys of a section; of a light of that kind.
+pub(super) fn names(section: &str, kind: Option<&str>) -> Vec<&'static str> {
+    KEYS.iter().filter(|key| key.belongs_to(section, kind)).map(|key| key.name).collect()
+}
+
+/// Lists the keys as text for a terminal.
+pub fn help() -> String {
+    let mut text = String::from(
+        "Keys of a scene file (TOML). Any of them can be set on the command line:\n\
+         --set camera.fov_y=50, --set light.NAME.on=false, --set quality.cells=32.\n\
+         Lengths are metres, angles degrees, colours linear Rec.709.\n",
+    );
+    for (section, title) in SECTIONS {
+        let _ = write!(text, "\n{title}\n");
+        let rows: Vec<[String; 5]> = of(section).map(row).collect();
+        let widths = [0, 1, 2, 3].map(|column| {
+            rows.iter().map(|row: &[String; 5]| row[column].chars().count()).max().unwrap_or(0)
+        });
+        for [name, value, range, default, meaning] in rows {
+            let [a, b, c, d] = widths;
+            let _ = writeln!(text, "  {name:a$}  {value:b$}  {range:c$}  {default:d$}  {meaning}");
+        }
+    }
+    text.push_str(
+        "\nWhere the default of a setting has three numbers they are those of draft, paper and high.\n",
+    );
+    text
+}
+
+/// Lists the keys as tables in Markdown.
+pub fn tables() -> String {
+    let mut text = String::new();
+    for (section, title) in SECTIONS {
+        let _ = write!(text, "\n### {}\n\n{}.\n\n", section, title.replace('[', "\\["));
+        text.push_str("| key | value | range | default | meaning |\n|---|---|---|---|---|\n");
+        for [name, value, range, default, meaning] in of(section).map(row) {
+            let _ = writeln!(text, "| `{name}` | {value} | {range} | {default} | {meaning} |");
+        }
+    }
+    text
+}
+
+fn of(section: &str) -> impl Iterator<Item = &'static Key> {
+    KEYS.iter().filter(move |key| key.section == section)
+}
+
+fn row(key: &'static Key) -> [String; 5] {
+    let kinds = key.kinds.replace(' ', ", ");
+    let meaning =
+        if kinds.is_empty() { key.meaning.to_owned() } else { format!("{} ({kinds})", key.meaning) };
+    [key.name, key.value, key.range, key.default, &meaning].map(str::to_owned)
+}

@@ -1,0 +1,88 @@
+//! The list of keys of a scene file against the reader and against the documentation.
+
+use super::load;
+use lightpaths::scene::keys::{self, KEYS, Key, SECTIONS};
+use std::fmt::Write as _;
+
+const KINDS: [&str; 4] = ["point", "spot", "area", "directional"];
+const OBJ: &str = "usemtl wall\nv 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n";
+
+/// A scene file in which every key of every section has its example, and `change` another value.
+/// Left out are keys that exclude others, unless they change.
+fn file(kind: &str, change: Option<(&Key, &str)>) -> String {
+    let mut text = String::new();
+    for (section, _) in SECTIONS {
+        let is_list = ["model", "light", "material"].contains(&section);
+        let _ = writeln!(text, "{}", if is_list { format!("[[{section}]]") } else { format!("[{section}]") });
+        for key in KEYS.iter().filter(|key| key.belongs_to(section, Some(kind))) {
+            let changed = change.filter(|(other, _)| std::ptr::eq(*other, key));
+            let is_left_out = match key.name {
+                "built_in" | "triangles" | "tint" => changed.is_none(),
+                "diffuse" => change.is_some_and(|(other, _)| other.name == "tint"),
+                "file" => change.is_some_and(|(other, _)| ["built_in", "triangles"].contains(&other.name)),
+                _ => false,
+            };
+            let value = match changed {
+                Some((_, value)) => value.to_owned(),
+                None if key.name == "kind" => format!("{kind:?}"),
+                None => key.example.to_owned(),
+            };
+            if !is_left_out {
+                let _ = writeln!(text, "{} = {value}", key.name);
+            }
+        }
+        if section == "model" && change.is_some_and(|(key, _)| key.name == "triangles") {
+            text.push_str("built_in = \"room\"\n");
+        }
+    }
+    text
+}
+
+#[test]
+fn the_reader_takes_every_key_that_is_listed_and_refuses_what_is_out_of_range() {
+    for kind in KINDS {
+        load(&file(kind, None), OBJ).unwrap_or_else(|error| panic!("{kind}: {error}"));
+        for key in KEYS.iter().filter(|key| key.belongs_to(key.section, Some(kind))) {
+            if ["built_in", "triangles", "tint"].contains(&key.name) && !key.example.is_empty() {
+                load(&file(kind, Some((key, key.example))), OBJ)
+                    .unwrap_or_else(|error| panic!("{}: {error}", key.name));
+            }
+            if !key.refused.is_empty() {
+                let error = load(&file(kind, Some((key, key.refused))), OBJ)
+                    .err()
+                    .unwrap_or_else(|| panic!("{}.{} = {} is taken", key.section, key.name, key.refused));
+                assert!(error.to_string().contains(key.name), "{}: {error}", key.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn keys_that_are_not_listed_are_unknown() {
+    for (section, _) in SECTIONS {
+        let header = format!("[{section}]\n");
+        let text = file("point", None).replacen(&header, &format!("{header}nonsense = 1\n"), 1);
+        let text = text.replacen(&format!("[{header}"), &format!("[[{section}]]\n"), 1);
+        let text = match text.contains("nonsense") {
+            true => text,
+            false => text.replacen(&format!("[[{section}]]\n"), &format!("[[{section}]]\nnonsense = 1\n"), 1),
+        };
+        let error = load(&text, OBJ).err().unwrap_or_else(|| panic!("{section}: {text}"));
+        assert!(error.to_string().contains("unknown key `nonsense`"), "{section}: {error}");
+    }
+}
+
+/// `LIGHTPATHS_BLESS=1` writes the tables.
+#[test]
+fn the_documentation_lists_the_keys() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene-files.md");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let (before, rest) = text.split_once("<!-- keys -->\n").expect("where the tables begin");
+    let (tables, after) = rest.split_once("\n<!-- end of keys -->").expect("where they end");
+    if std::env::var_os("LIGHTPATHS_BLESS").is_some() {
+        let text = format!("{before}<!-- keys -->\n{}\n<!-- end of keys -->{after}", keys::tables());
+        std::fs::write(path, text).unwrap();
+    } else {
+        assert!(tables == keys::tables(), "run: LIGHTPATHS_BLESS=1 cargo test --test scene documentation");
+    }
+}

@@ -11,8 +11,8 @@ use std::f64::consts::{PI, SQRT_2};
 
 /// Width of the cells that rays read, in widths of a stratum.
 const SHARE: f64 = 0.25;
-/// Maximum distance between covered and covering surface, in base cells
-/// (`glsl/include/target.glsl`).
+/// Maximum distance between covered and covering surface, in base cells; mirrors
+/// `COVERED_SIGHT` in `glsl/include/target.glsl`.
 pub const COVERED_SIGHT: f32 = 0.5;
 
 /// Inputs of gather rays.

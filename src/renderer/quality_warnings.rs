@@ -81,7 +81,7 @@ pub(super) fn undersampled(
 }
 
 /// Minimum number of entry points that carry a light to the visible clusters. The relative error of
-/// its indirect light is about 1 over the root of this number. Measured (`docs/decisions.md`): with
+/// its indirect light is about 1 over the root of this number. Measured (`docs/decisions/`): with
 /// 16 entry points it was 15 to 48 % off, with 150 3 to 4 %, with 600 as much as other lights.
 pub(super) const FEWEST: f64 = 256.0;
 
@@ -106,7 +106,7 @@ pub(super) fn few_paths(scene: &Scene, light: usize, count: f64) -> String {
 }
 
 /// Minimum median clearance of the surface, in cells of the finest level; below it, cells are too
-/// wide. Measured: a box of two metres, and a speck further and further away (`docs/decisions.md`).
+/// wide. Measured: a box of two metres, and a speck further and further away (`docs/decisions/`).
 const CLEARANCE: f64 = 0.75;
 /// Minimum median clearance of the surface in view, measured with few rays. The built-in scenes
 /// have 0.47 (atrium, `draft`) and more.

@@ -11,7 +11,7 @@ use crate::Result;
 pub(super) const NEUTRAL: Vec3 = Vec3::splat(0.7);
 
 /// Largest albedo of a material, per texel and channel. A path between surfaces of albedo ρ has
-/// 1/(1 − ρ) vertices in the mean, and does not end at ρ = 1. `docs/decisions.md` has the cost
+/// 1/(1 − ρ) vertices in the mean, and does not end at ρ = 1. `docs/decisions/` has the cost
 /// of each bound.
 pub const MAX_ALBEDO: f32 = 0.99;
 

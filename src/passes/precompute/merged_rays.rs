@@ -83,7 +83,7 @@ pub struct MergedRayPart {
     pub merged_ray_offsets: Buffer,
     /// The [`MergedRay`]s of these points.
     pub merged_rays: Buffer,
-    /// Beside each, the packed colour of the image that its rays met; a word that nobody reads in
+    /// For each, the packed colour of the image that its rays met; one unused word in
     /// scenes without images.
     pub colours: Buffer,
 }
@@ -131,8 +131,7 @@ pub struct MergedRayLists {
     pub counts: Vec<u32>,
     /// [`MergedRay`]s of one cache point after the other.
     pub merged_rays: Vec<MergedRay>,
-    /// Beside each, the packed colour of the image that its rays met; none at all in
-    /// scenes without images.
+    /// For each, the packed colour of the image that its rays met; empty in scenes without images.
     pub colours: Vec<u32>,
 }
 

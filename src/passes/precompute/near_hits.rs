@@ -144,8 +144,8 @@ impl NearHits {
         }
     }
 
-    /// Number of patches that the rays before `ray` of the table read. Valid
-    /// until [`Self::redirect`].
+    /// Number of patches read by the rays before `ray` of the table. Call it before
+    /// [`Self::redirect`], which clears the readers.
     pub fn count_before(&self, ray: u32) -> u32 {
         let end = self.readers.partition_point(|reader| reader.ray < ray);
         self.readers[..end].iter().map(|reader| reader.entry + 1).max().unwrap_or(0)

@@ -1,7 +1,7 @@
 // Directional proxies: a coarse cluster that is partly hidden from a direction gets the weighted
 // mean of its visible finer clusters there. [Yue §2, Figure 1] Deterministic. One invocation = one
-// proxy. In: irradiance of clusters, W/m². Out: irradiance of proxies, W/m², behind the clusters in
-// the same buffer.
+// proxy. In: irradiance of clusters, W/m². Out: irradiance of proxies, W/m², behind the clusters
+// in the same buffer.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

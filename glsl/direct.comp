@@ -17,7 +17,7 @@ struct DirectPush {
     uint width;         // points of a row
     uint point_count;
     uint light;
-    uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
+    uint first_sample;  // first point sample of this dispatch; later dispatches add to the first
     uint end_sample;
     uint traces_all;    // 1: rays are traced although they cannot bring light
 };
@@ -30,7 +30,7 @@ layout(binding = 4) uniform usamplerBuffer SeenPoints;
 layout(binding = 5) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 7) buffer LightLayer { float light_layer[]; };
-layout(scalar, binding = 8) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
+layout(scalar, binding = 8) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { DirectPush push; };
 
 #include "include/triangles.glsl"

@@ -20,7 +20,7 @@ struct EdgeLightPush {
     View view;
     EdgeCapacity capacity;
     uint light;
-    uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
+    uint first_sample;  // first point sample of this dispatch; later dispatches add to the first
     uint end_sample;
     uint traces_all;    // 1: rays are traced although they cannot bring light
 };
@@ -35,7 +35,7 @@ layout(binding = 6) uniform usamplerBuffer EdgeSamples;
 layout(binding = 7) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 8) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 9) buffer EdgeLight { float edge_light[]; };
-layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
+layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/triangles.glsl"

@@ -32,7 +32,7 @@ layout(binding = 3) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 4) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 5) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(scalar, binding = 6) writeonly buffer EdgeSamples { EdgeSample edge_samples[]; };
-layout(scalar, binding = 7) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
+layout(scalar, binding = 7) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
 
 #include "include/triangles.glsl"

@@ -15,7 +15,7 @@ struct EntryPoint {
     uint side;  // 2·triangle + (1 if the back side)
 };
 struct EntryBatchesPush {
-    uint first_batch;  // of the bound part of the entry points
+    uint first_batch;  // of the bound buffer of the entry points
     uint point_count;  // in it
 };
 

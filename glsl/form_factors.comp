@@ -14,13 +14,13 @@
 layout(local_size_x = 64) in;
 
 struct FormFactorsPush {
-    uint first_point;   // of the bound part of the entry points
+    uint first_point;   // of the bound buffer of the entry points
     uint point_count;   // in it
     uint light;
-    uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
+    uint first_sample;  // first point sample of this dispatch; later dispatches add to the first
     uint end_sample;
     uint traces_all;    // 1: rays are traced although they cannot bring light
-    uint first_batch;   // of the part
+    uint first_batch;   // of the bound buffer
     float area_m2;      // of an entry point
 };
 
@@ -32,7 +32,7 @@ layout(binding = 4) uniform usamplerBuffer EntryPoints;
 layout(binding = 5) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 7) buffer FormFactors { float form_factors[]; };
-layout(scalar, binding = 8) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
+layout(scalar, binding = 8) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { FormFactorsPush push; };
 
 #include "include/triangles.glsl"

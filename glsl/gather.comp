@@ -1,5 +1,5 @@
-// Final gathering, step 2: irradiance of cache points and its gradients, from merged rays. [Yue §3;
-// Krivanek] Deterministic. RECORD_LANES invocations = one listed cache point. In: merged rays,
+// Final gathering, step 2: irradiance of cache points and its gradients, from merged rays. [Yue
+// §3; Krivanek] Deterministic. RECORD_LANES invocations = one listed cache point. In: merged rays,
 // radiance of gather targets (W/m²/sr). Out: records.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -15,7 +15,7 @@ layout(local_size_x = RECORD_GROUP) in;
 layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: some targets are glossy
 
 struct GatherPush {
-    uint first_point;      // of the bound part of the merged rays
+    uint first_point;      // of the bound buffer of the merged rays
     uint end_point;        // its end
     uint target_bits;   // width of the gather target field in a merged ray
     float min_distance;  // unit of gradients under movement, metres

@@ -39,7 +39,7 @@ layout(scalar, binding = 6) readonly buffer UnweightedClusters { uint unweighted
 layout(scalar, binding = 7) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 8) writeonly buffer GatherRays { GatherRay gather_rays[]; };
 layout(scalar, binding = 9) writeonly buffer RayColours { uint ray_colours[]; };  // of the image at the hit, packed
-layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
+layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, binding = 11) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 12) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 13) readonly buffer Texels { uint texels[]; };
@@ -72,8 +72,8 @@ float ring_sin2(uint ring) { return float(ring) / float(RINGS); }
 // cos²θ sinθ on the lower edge of a ring.
 float ring_edge(uint ring) { return (1.0 - ring_sin2(ring)) * sqrt(ring_sin2(ring)); }
 
-// Weight of the ray's radiance in ∂E/∂(tangent, bitangent): the change of its stratum's solid angle
-// as the edges to its four neighbours move. The gradient of stratified hemisphere sampling
+// Weight of the ray's radiance in ∂E/∂(tangent, bitangent): the change of its stratum's solid
+// angle as the edges to its four neighbours move. The gradient of stratified hemisphere sampling
 // [Krivanek], with its terms regrouped by ray.
 vec2 gradient_weight(Stratum s) {
     uint here = s.ring * SECTORS + s.sector;
@@ -116,7 +116,7 @@ void main() {
         uint target = NO_TARGET;
         float distance = FAR;
         Hit hit;
-        // Where the shading normal leans away from the geometric one, part of its hemisphere lies
+        // If the shading normal leans away from the geometric one, part of its hemisphere lies
         // inside the surface.
         if (dot(direction, normal) > 0.0 && trace(Ray(origin, direction, FAR), false, hit)) {
             distance = hit.t;

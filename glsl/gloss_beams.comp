@@ -1,7 +1,7 @@
 // Beams of one light at the entry points that may be glossy, one for each point sample of the
 // light. The first reflection depends on the direction of incidence, so it cannot be a constant of
-// the path. [Yue §1] Deterministic. One invocation = one point sample at one entry point. In: entry
-// points, a light. Out: beams per unit emission.
+// the path. [Yue §1] Deterministic. One invocation = one point sample at one entry point. In:
+// entry points, a light. Out: beams per unit emission.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -28,7 +28,7 @@ layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Lights;
 layout(scalar, binding = 3) readonly buffer GlossEntries { GlossEntry gloss_entries[]; };
 layout(scalar, binding = 4) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // for each entry point, one a point sample
-layout(scalar, binding = 5) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
+layout(scalar, binding = 5) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { GlossBeamsPush push; };
 
 #include "include/triangles.glsl"

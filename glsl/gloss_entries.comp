@@ -1,6 +1,6 @@
 // First reflection of one light at the entry points that may be glossy: the outgoing flux after the
-// first bounce. [Yue §1] Deterministic. One invocation = one such entry point. In: beams. Out: flux
-// per unit of the light's emission and of the mean area of an entry point.
+// first bounce. [Yue §1] Deterministic. One invocation = one such entry point. In: beams. Out:
+// flux per unit of the light's emission and of the mean area of an entry point.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

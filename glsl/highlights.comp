@@ -24,7 +24,7 @@ struct HighlightsPush {
     uint max_samples;   // of a pixel
     uint capacity;       // of the list of samples
     uint light;
-    uint first_sample;   // of the light, in this dispatch; later ones add to what the first wrote
+    uint first_sample;   // first point sample of this dispatch; later dispatches add to the first
     uint end_sample;
     uint seed;           // of the directions
     uint traces_all;     // 1: rays are traced although they cannot bring light
@@ -39,7 +39,7 @@ layout(scalar, binding = 5) readonly buffer GlossOffsets { uint gloss_offsets[];
 layout(scalar, binding = 6) readonly buffer GlossSamples { PixelSurface gloss_samples[]; };
 layout(scalar, binding = 7) readonly buffer GlossPixels { uint gloss_pixels[]; };
 layout(scalar, binding = 8) buffer HighlightLayer { float highlight_layer[]; };
-layout(scalar, binding = 9) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
+layout(scalar, binding = 9) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { HighlightsPush push; };
 
 #include "include/triangles.glsl"

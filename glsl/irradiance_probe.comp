@@ -97,8 +97,8 @@ void main() {
             path.origin = offset_origin(point.position, normal);
             path.direction = frame_around(point.normal) * stratum_direction(stratum_of(ray), name, seed);
             path.throughput = vec3(1.0);
-            // Where the shading normal leans away from the geometric one, part of its hemisphere
-            // lies inside the surface.
+            // If the shading normal leans away from the geometric one, part of its hemisphere lies
+            // inside the surface.
             alive = dot(path.direction, normal) > 0.0;
         }
         Hit hit;

@@ -25,7 +25,7 @@ layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Points { MapEntry points[]; };
 layout(scalar, binding = 3) writeonly buffer Reaches { uvec4 reaches[]; };
-layout(scalar, binding = 4) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
+layout(scalar, binding = 4) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { PhotonReachPush push; };
 
 #include "include/triangles.glsl"

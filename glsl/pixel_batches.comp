@@ -1,5 +1,5 @@
-// Batches of pixels, a tile of 8×8 each: bounds of the origins of their shadow rays. Deterministic.
-// One invocation = one batch. In: surfaces at the pixels. Out: batches (metres).
+// Batches of pixels, a tile of 8×8 each: bounds of the origins of their shadow rays.
+// Deterministic. One invocation = one batch. In: surfaces at the pixels. Out: batches (metres).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

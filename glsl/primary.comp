@@ -18,7 +18,7 @@ layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) writeonly buffer Pixels { PixelSurface pixels[]; };
-layout(scalar, binding = 4) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
+layout(scalar, binding = 4) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { PrimaryPush push; };
 
 #include "include/triangles.glsl"

@@ -25,7 +25,7 @@ struct EdgeLightPush {
     View view;
     EdgeCapacity capacity;
     uint light;
-    uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
+    uint first_sample;  // first point sample of this dispatch; later dispatches add to the first
     uint end_sample;
     uint traces_all;    // 1: rays are traced although they cannot bring light, and start at the tree's root
 };
@@ -42,7 +42,7 @@ layout(binding = 8) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 9) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
 layout(scalar, binding = 10) readonly buffer EdgeNeeds { uint edge_needs[]; };
 layout(scalar, binding = 11) buffer LightLayer { float light_layer[]; };
-layout(scalar, binding = 12) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
+layout(scalar, binding = 12) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/triangles.glsl"
@@ -78,7 +78,7 @@ PixelSurface seen_in(uint place, View view, vec2 point) {
     Shear shear = shear_along(without_zeros(ray.direction));
     Hit hit = Hit(ray.t_max, 0u, vec3(0.0));
     for (uint i = 0u; i < (counts & 0xffffu); ++i) intersect_triangle(word_at(ShaftRoots, first + 1u + i), ray.origin, shear, hit);
-    // Nodes stand at the end.
+    // Nodes are stored at the end.
     uint nodes = counts >> 16;
     uint last = first + MAX_ROOTS;
     for (bool is_due = nodes != 0u; is_due; is_due = false) {

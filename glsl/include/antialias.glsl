@@ -4,8 +4,8 @@
 
 // The surface at a sample of an edge pixel. Its position follows from its index and the side.
 struct EdgeSample {
-    uint side;  // NO_SIDE where none of its points met a surface
-    uint what;  // bits 0-2: which of its points it shows; 3-6: eighths of them that met a surface; 7-10: place of the pixel whose
+    uint side;  // NO_SIDE if none of its image points met a surface
+    uint what;  // bits 0-2: image point that it shows; 3-6: eighths of its image points that met one; 7-10: position of the pixel whose
                 // indirect light it takes among the nine around, row by row; 11-12: its slot
 };
 

@@ -23,8 +23,8 @@ float phong_lobe(vec3 mirror, vec3 direction, float exponent) {
 
 bool has_lobe(Reflectance material) { return any(greaterThan(material.specular, vec3(0.0))); }
 
-// π times the BRDF, for a direction whose 1 - cosα off the mirror direction is x: the albedo, where
-// there is no lobe.
+// π times the BRDF, for a direction whose 1 - cosα off the mirror direction is x: the albedo,
+// where there is no lobe.
 vec3 reflected_share(Reflectance material, float x) {
     return material.diffuse + material.specular * (0.5 * (material.exponent + 2.0) * phong_lobe(x, material.exponent));
 }
@@ -59,7 +59,7 @@ BrdfSample sample_brdf(Reflectance material, vec3 normal, vec3 outgoing, vec2 u)
     if (total <= 0.0) return BrdfSample(normal, 1.0 / PI, vec3(0.0));
     float share = gloss / total;  // of the Phong lobe
     bool is_phong = u.x < share;
-    // The part of the unit interval that chose the lobe, stretched to all of it.
+    // Rescales the subinterval that selected the lobe to the unit interval.
     float v = is_phong ? u.x / share : (u.x - share) / (1.0 - share);
     vec3 mirror = reflect(-outgoing, normal);
     vec3 incident = is_phong ? sample_phong_lobe(mirror, material.exponent, vec2(v, u.y))

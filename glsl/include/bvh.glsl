@@ -1,5 +1,5 @@
 // Ray traversal of the compressed wide BVH, closest hit and any hit. [Ylitie], triangle test [Woop]
-// The including shader binds the texels `Nodes`. Include behind texels.glsl and triangles.glsl.
+// The including shader binds the texels `Nodes`. Include after texels.glsl and triangles.glsl.
 
 Node node_at(uint index) {
     if (USE_BUFFER_DEVICE_ADDRESS != 0u) return NodeList(texelFetch(Nodes, 0).xy).items[index];

@@ -24,7 +24,8 @@ uvec2 in_rows(uint place, uint width) {
     return uvec2(column - last * int(width), row + uint(last));
 }
 
-// The invocation's position in its tile of side × side points, row by row; a workgroup is one tile.
+// The invocation's position in its tile of side × side points, row by row; a workgroup
+// is one tile.
 uvec2 place_in_tile(uint side) { return uvec2(gl_LocalInvocationIndex % side, gl_LocalInvocationIndex / side); }
 
 // Tile order: tiles of 8×8 pixels, row by row, with a Morton curve in each, so that neighbours in

@@ -14,8 +14,7 @@ EmittedRay emit(LightSource light, vec3 scene_centre, float scene_radius, vec2 u
     vec2 around = vec2(cos(azimuth), sin(azimuth));
     if (light.kind == LIGHT_DIRECTIONAL) {
         vec3 on_disc = frame_around(light.axis) * vec3(sqrt(u.x) * around, -1.0);
-        // The power of a directional light is what passes through the disc of the
-        // scene's bounding sphere.
+        // The power of a directional light passes through the disc of the scene's bounding sphere.
         vec3 flux = PI * scene_radius * scene_radius * light.emission;
         return EmittedRay(scene_centre + scene_radius * on_disc, light.axis, flux);
     }

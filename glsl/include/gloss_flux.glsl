@@ -65,7 +65,7 @@ GlossFlux gloss_flux_below(uint cluster, vec3 toward, GlossPart part, uint seed)
     uint step = 1u;
     if (part.most != 0u) {
         base_step = max(1u, (bases.y - bases.x) / (BASES * part.most));
-        // Contributions stand in the order of their base clusters.
+        // Contributions are in the order of their base clusters.
         uint contribution_count = contribution_ranges[bases.y - 1u].end - contribution_ranges[bases.x].first;
         step = max(1u, contribution_count / (base_step * part.most));
     }

@@ -1,5 +1,5 @@
 // Detects truncated loops. lavapipe (Mesa 22.3.6) ends every loop of an invocation silently after
-// 65 535 iterations in total, and each later loop after one iteration. Includes nothing.
+// 65 535 iterations in total, and each later loop after one iteration. Needs no other include.
 
 // A kernel writes this instead of a count, or as a bit of it, if its loops were truncated;
 // as in src/types.rs.

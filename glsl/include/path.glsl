@@ -48,7 +48,7 @@ vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint ray
 bool reflect_path(Vertex vertex, vec3 u, float roulette_threshold, inout vec3 throughput, out vec3 direction) {
     BrdfSample next = sample_brdf(vertex.material, vertex.shading, vertex.outgoing, u.xy);
     direction = next.incident;
-    // Where the shading normal leans away from the geometric one, part of its hemisphere lies
+    // If the shading normal leans away from the geometric one, part of its hemisphere lies
     // inside the surface.
     throughput *= dot(vertex.geometric, next.incident) > 0.0 ? next.weight : vec3(0.0);
     // Russian roulette: the survival probability falls with the throughput; dividing by it keeps

@@ -6,7 +6,7 @@ const uint BLOCK_STEPS = 1024u;  // per workgroup, whose invocations share them
 // One step of a light path: the factor from the energy of the vertex before to that of this one.
 struct PathStep {
     uint material;  // that reflected the path towards this vertex; HEAD where the path starts here, FROM_ENTRY where an entry
-                    // point that may be glossy did: what it reflects depends on the light
+                    // point that may be glossy did: its reflection depends on the light
     float weight;   // cosθ/(π·pdf) over the survival probability; at the head, the path's own weight
     uint slot;      // index of the vertex's contribution
 };

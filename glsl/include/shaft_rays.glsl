@@ -1,4 +1,4 @@
-// Shadow rays that start from the roots of a shaft. Include behind texels.glsl, shafts.glsl,
+// Shadow rays that start from the roots of a shaft. Include after texels.glsl, shafts.glsl,
 // light_kind.glsl and direct.glsl. The including shader binds the texels `ShaftRoots` and `uint
 // shaft_list[]`.
 //
@@ -27,7 +27,7 @@ bool is_lit_in(uint shaft, vec3 position, vec3 normal, LightSample light) {
     for (uint i = 0u; i < (counts & 0xffffu) && !is_hidden; ++i) is_hidden = intersect_triangle(word_at(ShaftRoots, first + i), ray.origin, shear, hit);
     uint nodes = counts >> 16;
     if (OPENS_NODES == 0u || is_hidden || nodes == 0u) return !is_hidden;
-    // Nodes stand at the end.
+    // Nodes are stored at the end.
     uint last = first + MAX_ROOTS - 1u;
     return !trace_from(word_at(ShaftRoots, last), ShaftRoots, last + 1u - nodes, nodes - 1u, ray, true, hit);
 }

@@ -58,5 +58,5 @@ struct SplatTally {
 struct SortPush {
     uint shift;        // of the eight-bit digit
     uint block_count;
-    uint record_count; // where the pair count stands in the running counts
+    uint record_count; // index of the pair count in `pair_offsets`
 };

@@ -10,7 +10,7 @@ const float COVERED_SIGHT = 0.5;
 
 // The cluster whose size fits a footprint of that width (metres, before projection to the surface),
 // or a coarser one that reaches the minimum sample count. NO_CLUSTER on an inactive side, and on
-// covered surface seen from beside it.
+// covered surface within COVERED_SIGHT.
 uint cluster_for(Hit hit, vec3 direction, float footprint) {
     Surface surface = surface_at(hit.triangle);
     float facing = dot(surface.normal, direction);

@@ -15,7 +15,7 @@ struct Identity {
 }
 
 impl Identity {
-    fn of(path: &Path) -> Self {
+    fn from_path(path: &Path) -> Self {
         let folder = match path.parent() {
             Some(folder) if folder != Path::new("") => folder,
             _ => Path::new("."),
@@ -50,9 +50,10 @@ pub(super) fn refuse_inputs<'a>(
     outputs: impl IntoIterator<Item = &'a Path>,
     inputs: &[impl AsRef<Path>],
 ) -> Result<()> {
-    let inputs: Vec<_> = inputs.iter().map(|input| (input.as_ref(), Identity::of(input.as_ref()))).collect();
+    let inputs: Vec<_> =
+        inputs.iter().map(|input| (input.as_ref(), Identity::from_path(input.as_ref()))).collect();
     for output in outputs {
-        let own = Identity::of(output);
+        let own = Identity::from_path(output);
         if let Some((input, _)) = inputs.iter().find(|(_, input)| input.is(&own)) {
             let what = match *input == output {
                 true => "is read as an input".to_owned(),
@@ -74,7 +75,7 @@ pub(super) fn refuse_inputs<'a>(
 pub(super) fn refuse_repeated<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result<()> {
     let mut known: Vec<(&Path, Identity)> = Vec::new();
     for output in outputs {
-        let own = Identity::of(output);
+        let own = Identity::from_path(output);
         if let Some((first, _)) = known.iter().find(|(_, first)| first.is(&own)) {
             let message = match *first == output {
                 true => format!("{} is named for two outputs", output.display()),

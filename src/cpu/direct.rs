@@ -63,8 +63,8 @@ pub fn sample_weight(light: &LightSource, position: DVec3, shading: DVec3, area_
     afar + share * (whole / (sum * (1.0 + whole * area_m2 / (PI * area))) - afar)
 }
 
-/// Point samples of a light that illuminate a surface point of that area (m²). Each has its number,
-/// the unit direction towards it and its irradiance per unit of the light's emission.
+/// Point samples of a light that illuminate a surface point of that area (m²). Each has its
+/// number, the unit direction towards it and its irradiance per unit of the light's emission.
 pub fn lit_samples(
     geometry: Geometry<'_>,
     light: &LightSource,

@@ -23,8 +23,8 @@ pub fn reflected_flux(material: &Reflectance, colour: DVec3, beams: &[Beam], dep
     beams.iter().map(|beam| beam.flux * share(beam)).sum()
 }
 
-/// π times the flux that the Phong lobes at vertices send in a unit direction, W; each vertex has a
-/// material and a beam.
+/// π times the flux that the Phong lobes at vertices send in a unit direction, W; each vertex has
+/// a material and a beam.
 pub fn lobe_sum<'a>(vertices: impl IntoIterator<Item = (&'a Reflectance, Beam)>, toward: DVec3) -> DVec3 {
     vertices.into_iter().map(|(material, beam)| beam.flux * lobe_share(material, beam.mirror, toward)).sum()
 }

@@ -108,8 +108,8 @@ pub fn inverse_area(hvds: &Hvds, cluster: usize, min_area_m2: f32) -> f64 {
     if area_m2 > 0.0 { 1.0 / area_m2 } else { 0.0 }
 }
 
-/// Irradiance of every cluster, W/m²: its own direct flux and the indirect flux of its source, each
-/// over its area.
+/// Irradiance of every cluster, W/m²: its own direct flux and the indirect flux of its source,
+/// each over its area.
 pub fn irradiance(hvds: &Hvds, flux: &[[DVec3; 2]], sources: &[u32], min_area_m2: f32) -> Vec<DVec3> {
     let inverse = |cluster: usize| inverse_area(hvds, cluster, min_area_m2);
     let of_cluster = |(cluster, &source): (usize, &u32)| {

@@ -29,7 +29,7 @@ pub struct Gather<'a> {
     pub points: &'a [IrradiancePoint],
     /// The cells of the points.
     pub cells: Cells,
-    /// Of the density estimate, metres.
+    /// Radius of the density estimate, metres.
     pub radius: f64,
     /// Camera that the rays start from.
     pub view: View,

@@ -88,13 +88,13 @@ mod tests {
 
     #[test]
     fn a_facet_has_no_height_over_itself_however_its_normals_lean() {
-        // Two places near one vertex of a coarse mesh: both normals lean the same way, by 10°.
+        // Two points near one vertex of a coarse mesh: both normals lean the same way, by 10°.
         let leaning = Vec3::new(0.17, 0.98, 0.0).normalize();
         let there = Vec3::new(-0.3, 0.0, 0.0);
         assert!(
             (record_weight(there, leaning, Vec3::Y, &record(leaning), Tolerance::VALID) - 0.7).abs() < 1e-6
         );
-        // The table under the rim of a plate is no part of it.
+        // The table under the rim of a plate is another surface.
         assert_eq!(
             record_weight(there - 0.03 * Vec3::Y, Vec3::Y, Vec3::Y, &record(Vec3::Y), Tolerance::VALID),
             0.0
@@ -116,17 +116,16 @@ mod tests {
         let weight = |record: &CachePoint, height: f32| {
             splat_weight(Vec3::new(0.4, height, 0.0), Vec3::Y, Vec3::Y, record, Tolerance::VALID)
         };
-        // Under cloth 10 cm away, and between two books: over more than half of the way, and over
-        // less.
+        // Under cloth 10 cm away, and between two books: beyond half the distance, and within it.
         for wall in [Vec3::Y / 0.1, Vec3::NEG_X / 0.1] {
             let narrow = CachePoint { wall, ..record(Vec3::Y) };
             assert_eq!(weight(&narrow, 0.06), 0.0);
             assert!(weight(&narrow, 0.04) > 0.5);
-            // Placement lets the record speak for both.
+            // Placement accepts the record for both.
             let outside = Vec3::new(0.4, 0.06, 0.0);
             assert!(record_weight(outside, Vec3::Y, Vec3::Y, &narrow, Tolerance::VALID) > 0.5);
         }
-        // Where the wall is a millimetre away, what is flat is still one surface.
+        // With the wall a millimetre away, flat surface is still one surface.
         let narrow = CachePoint { wall: Vec3::NEG_X / 0.001, ..record(Vec3::Y) };
         assert!(weight(&narrow, 0.005) > 0.5);
         assert_eq!(weight(&narrow, 0.01), 0.0);

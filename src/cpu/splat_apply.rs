@@ -5,8 +5,9 @@ use glam::{DMat3, DVec3};
 
 /// Indirect irradiance at a pixel, W/m²: the weighted mean of its extrapolated records. The
 /// gradient along each offset is the mean of those at the record and at the pixel, so that
-/// curvature terms cancel; the latter is the records' own mean. A negative weight marks a record
-/// that does not cover the pixel: its change is clamped between half of it and its double.
+/// curvature terms cancel; the latter is the records' own mean. A negative weight marks a
+/// record that does not cover the pixel: its extrapolated value is clamped between half and
+/// double its irradiance.
 pub fn splat_apply(pixel: &PixelSurface, shares: &[(Record, f32)]) -> DVec3 {
     let (mut irradiance, mut offset, mut translation) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
     for (record, share) in shares {

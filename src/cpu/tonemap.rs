@@ -130,8 +130,7 @@ mod tests {
         let mut before = 0.0;
         for x in 0..WIDTH {
             let (codes, code) = (column(x), display_code(linear(x)));
-            // Where all rows had one code there would be a band, and a border where they all change
-            // at once.
+            // Without dithering all rows have one code, and all change at once at a border.
             if code >= 1.0 {
                 let same = codes.iter().filter(|&&found| found == display_value(linear(x))).count();
                 assert!(same < HEIGHT * 9 / 10, "{same} of {HEIGHT} rows have one code at {x}");

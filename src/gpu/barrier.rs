@@ -112,7 +112,7 @@ impl Places {
         Self(self.0 | other.0)
     }
 
-    fn of(stages: vk::PipelineStageFlags2) -> Self {
+    fn from_stages(stages: vk::PipelineStageFlags2) -> Self {
         [(COMPUTE, Self::COMPUTE), (INDIRECT, Self::INDIRECT), (TRANSFER, Self::TRANSFER)]
             .into_iter()
             .filter(|(stage, _)| stages.contains(*stage))
@@ -124,13 +124,13 @@ impl Barrier {
     /// The accesses that the barrier waits for. A compute source includes the fetch of indirect
     /// group counts, an earlier pipeline stage of a dispatch.
     pub(super) fn places_before(self) -> Places {
-        let places = Places::of(self.source.0);
+        let places = Places::from_stages(self.source.0);
         if places.meets(Places::COMPUTE) { places.with(Places::INDIRECT) } else { places }
     }
 
     /// The accesses that wait for the barrier.
     pub(super) fn places_after(self) -> Places {
-        Places::of(self.destination.0)
+        Places::from_stages(self.destination.0)
     }
 
     pub(super) fn memory_barrier(self) -> vk::MemoryBarrier2<'static> {

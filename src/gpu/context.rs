@@ -126,7 +126,7 @@ impl Context {
         let chosen = device::choose(&summaries, options.device.as_deref())?;
         let device::Candidate { handle, summary, queue_family } = candidates.swap_remove(chosen);
 
-        let offers = Offers::of(&instance, handle, options.statistics)?;
+        let offers = Offers::from_device(&instance, handle, options.statistics)?;
         let device = create_device(&instance.raw, handle, queue_family, shows.is_some(), &offers)?;
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.raw.clone(),
@@ -158,7 +158,7 @@ impl Context {
             allocator: Mutex::new(Some(allocator)),
             submissions: Mutex::default(),
             redundant_barriers: Mutex::default(),
-            tuning: Tuning::of(summary.kind, &summary.limits, Tuning::cores()),
+            tuning: Tuning::from_device(summary.kind, &summary.limits, Tuning::cores()),
             summary,
             #[cfg(feature = "window")]
             physical_device: handle,

@@ -56,7 +56,7 @@ pub struct Statistic {
 impl Offers {
     /// Queries the abilities of a device. Statistics are queried only if they are wanted: drivers
     /// may store more for each pipeline then.
-    pub(super) fn of(
+    pub(super) fn from_device(
         instance: &Instance,
         device: vk::PhysicalDevice,
         wants_statistics: bool,

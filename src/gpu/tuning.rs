@@ -69,7 +69,7 @@ const RECORD_GROUP: u32 = 64;
 
 impl Tuning {
     /// Tuning for a device of this kind, on a machine with `cores` cores.
-    pub(super) fn of(kind: &str, limits: &Limits, cores: u32) -> Self {
+    pub(super) fn from_device(kind: &str, limits: &Limits, cores: u32) -> Self {
         let [.., others] = &CLASSES;
         let class = CLASSES.iter().find(|class| class.kind == Some(kind)).unwrap_or(others);
         Self {
@@ -120,7 +120,7 @@ mod tests {
     fn all_records_are_gathered_by_no_more_workgroups_than_it_takes() {
         for (kind, groups) in [(CPU, [0, 1, 1, 2]), ("discrete GPU", [0, 1, 64, 65])] {
             assert_eq!(
-                [0, 1, 64, 65].map(|records| Tuning::of(kind, &limits(), 6).record_groups(records)),
+                [0, 1, 64, 65].map(|records| Tuning::from_device(kind, &limits(), 6).record_groups(records)),
                 groups
             );
         }
@@ -130,7 +130,7 @@ mod tests {
     fn each_kind_has_its_class_and_limits_bound_it() {
         let tuning = |kind, limits| {
             let Tuning { strip, layers, waiting_group, scan_group, record_lanes } =
-                Tuning::of(kind, &limits, 6);
+                Tuning::from_device(kind, &limits, 6);
             [strip, layers, waiting_group, scan_group, record_lanes]
         };
         assert_eq!(tuning(CPU, limits()), [16, 6, 8, 8, 1]);
@@ -143,7 +143,7 @@ mod tests {
     #[test]
     fn all_workgroups_are_dealt() {
         for (kind, most) in [(CPU, 6_000_000), ("discrete GPU", 4_000_000_000_u32)] {
-            let tuning = Tuning::of(kind, &limits(), 6);
+            let tuning = Tuning::from_device(kind, &limits(), 6);
             for groups in [0, 1, 2, 95, 96, 97, 5000, most] {
                 let [x, y, z] = tuning.swizzled(groups);
                 let swizzled = u64::from(x) * u64::from(y) * u64::from(z);

@@ -124,7 +124,7 @@ pub(super) fn reads(made: &Precomputed, proxies: &Proxies, pyramid: &Pyramid) ->
     }
     let sources = pyramid.indirect_sources.read::<u32>()?;
     let targets = made.merged_rays.targets.read::<u32>()?;
-    Ok(Reads::of(&made.hvds, targets, made.packing, proxies.tables(), &made.near_patches, &sources))
+    Ok(Reads::from_targets(&made.hvds, targets, made.packing, proxies.tables(), &made.near_patches, &sources))
 }
 
 /// Fractions of the hierarchy outside the live set, 0..=1.

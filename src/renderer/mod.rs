@@ -120,13 +120,18 @@ impl Renderer {
         let make = || {
             let (start, mut scene) = (Instant::now(), scene);
             let made = precompute::precompute(context, &mut scene, progress)?;
-            Self::of(context, scene, made, start)
+            Self::from_precomputed(context, scene, made, start)
         };
         make().map_err(memory_hint::with_hint)
     }
 
     /// Builds the renderer from the results of a precomputation that began at `start`.
-    fn of(context: &Arc<Context>, mut scene: Scene, mut made: Precomputed, start: Instant) -> Result<Self> {
+    fn from_precomputed(
+        context: &Arc<Context>,
+        mut scene: Scene,
+        mut made: Precomputed,
+        start: Instant,
+    ) -> Result<Self> {
         let reach = seen::paths_to_view(&mut scene, &made)?;
         let size = scene.cameras[0].size;
         let pixels = size[0] * size[1];
@@ -244,7 +249,7 @@ impl Renderer {
             self.edge_count = self.antialias.edge_count()?;
         }
         let gathered = self.needs.settle(stages, gathering)?;
-        let columns = Columns::of(&passes);
+        let columns = Columns::from_passes(&passes);
         let (bytes, rays) = self.accounts(&passes)?;
         let lights_unchanged = self.lights.unchanged();
         self.lights.settle();

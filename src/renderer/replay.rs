@@ -74,7 +74,7 @@ impl Renderer {
         })?;
         let [frame_ms, pipelines_ms] = watch.stop(&self.context);
         let (bytes, rays) = self.accounts(&passes)?;
-        let (columns, lights_unchanged) = (Columns::of(&passes), [0.0, 0.0]);
+        let (columns, lights_unchanged) = (Columns::from_passes(&passes), [0.0, 0.0]);
         Ok(FrameReport {
             passes,
             frame_ms,

@@ -45,7 +45,7 @@ pub struct Columns {
 
 impl Columns {
     /// Sums passes by the column they belong to.
-    pub fn of(passes: &[PassTiming]) -> Self {
+    pub fn from_passes(passes: &[PassTiming]) -> Self {
         let mut columns = Self::default();
         for pass in passes {
             *match pass.name {

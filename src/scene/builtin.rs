@@ -52,7 +52,7 @@ impl Files {
     }
 
     /// The source of the files that a user's file may name; built-in files have their own.
-    pub(super) fn of(file: &Path, options: &LoadOptions) -> Self {
+    pub(super) fn from_options(file: &Path, options: &LoadOptions) -> Self {
         match &options.memory {
             Some(files) => Self::Memory(files.clone()),
             None if options.allow_outside => Self::Disk(None),

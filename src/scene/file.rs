@@ -134,7 +134,7 @@ impl Source {
     fn open(spec: &str, options: &LoadOptions) -> Result<Self> {
         let extension = Path::new(spec).extension().map(|extension| extension.to_ascii_lowercase());
         let (files, file) = match extension.as_deref().and_then(|extension| extension.to_str()) {
-            Some("toml" | "obj") => (Files::of(Path::new(spec), options), PathBuf::from(spec)),
+            Some("toml" | "obj") => (Files::from_options(Path::new(spec), options), PathBuf::from(spec)),
             _ if builtin::NAMES.contains(&spec) => (Files::Embedded, PathBuf::from(format!("{spec}.toml"))),
             _ => return Err(kinds::no_scene(spec)),
         };

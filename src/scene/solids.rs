@@ -29,17 +29,17 @@ impl Solids {
     /// Finds the solids. A closed surface around a viewpoint is not one: its inside is part
     /// of the scene.
     pub fn new(triangles: &[Triangle], viewpoints: &[Vec3]) -> Self {
-        let closed = Self::of(triangles, parts(triangles));
+        let closed = Self::from_parts(triangles, parts(triangles));
         let entered: Vec<u32> = viewpoints.iter().flat_map(|&point| closed.solids_around(point)).collect();
         if entered.is_empty() {
             return closed;
         }
         let is_left = |part: &u32| !entered.contains(part);
-        Self::of(triangles, closed.parts.into_iter().map(|part| part.filter(is_left)).collect())
+        Self::from_parts(triangles, closed.parts.into_iter().map(|part| part.filter(is_left)).collect())
     }
 
     /// The solids of the given triangles.
-    fn of(triangles: &[Triangle], parts: Vec<Option<u32>>) -> Self {
+    fn from_parts(triangles: &[Triangle], parts: Vec<Option<u32>>) -> Self {
         let of_solids: Vec<(u32, &Triangle)> =
             parts.iter().zip(triangles).filter_map(|(part, triangle)| Some(((*part)?, triangle))).collect();
         let points =

@@ -29,7 +29,7 @@ struct Span {
 }
 
 impl Span {
-    fn of(event: &Value) -> Self {
+    fn from_event(event: &Value) -> Self {
         let number = |key: &str| event[key].as_f64().unwrap();
         let track = (event["pid"].as_u64().unwrap(), event["tid"].as_u64().unwrap());
         Self { track, begin: number("ts"), end: number("ts") + number("dur") }
@@ -46,8 +46,11 @@ const NANOSECOND: f64 = 0.0015;
 /// The first fault of a trace, if there is one.
 fn fault(trace: &Value) -> Result<(), String> {
     let events: Vec<&Value> = trace["traceEvents"].as_array().unwrap().iter().collect();
-    let complete: Vec<(&Value, Span)> =
-        events.iter().filter(|event| event["ph"] == "X").map(|event| (*event, Span::of(event))).collect();
+    let complete: Vec<(&Value, Span)> = events
+        .iter()
+        .filter(|event| event["ph"] == "X")
+        .map(|event| (*event, Span::from_event(event)))
+        .collect();
     if !complete.is_sorted_by(|a, b| a.1.begin <= b.1.begin) {
         return Err("not sorted".into());
     }

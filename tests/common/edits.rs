@@ -88,7 +88,7 @@ pub struct State {
 }
 
 impl State {
-    pub fn of(renderer: &Renderer) -> Self {
+    pub fn from_renderer(renderer: &Renderer) -> Self {
         let scene = renderer.scene();
         Self {
             may_be_glossy: scene.materials.iter().any(Material::may_be_glossy),

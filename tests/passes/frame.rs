@@ -28,7 +28,7 @@ fn scene() -> Scene {
     scene.quality =
         Quality { entry_points: 3_000, cache_points: 300, gather_rays: 64, cells: 8, ..Quality::DRAFT };
     scene.cameras[0].size = [33, 17];
-    // Without this wall, shadows have edges.
+    // Without the last two triangles, shadows have edges.
     scene.triangles.truncate(scene.triangles.len() - 2);
     scene
 }

@@ -155,8 +155,8 @@ fn gather_rays_meet_the_clusters_that_merged_rays_name() {
 /// sum over its rays.
 #[test]
 fn gather_rays_bring_what_records_gathered() {
-    // Cells so coarse for the scene that surfaces hide each other in some, and so near to cache
-    // points.
+    // Fine settings: in a cell of some level surfaces hide each other, and some surfaces are near
+    // cache points.
     let quality = Quality { entry_points: 60_000, cells: 64, gap_rounds: 2, ..SMALL };
     for (what, mut scene) in [("diffuse", the_box()), ("glossy", glossy_box())] {
         scene.quality = quality.clone();

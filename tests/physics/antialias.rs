@@ -1,4 +1,5 @@
-//! Antialiasing: the picture of a scene with edges comes close to what many times the pixels show.
+//! Antialiasing: the picture of a scene with edges is close to a downscaled picture with many times
+//! the pixels.
 
 use crate::common::{assert_silent, context};
 use crate::render;
@@ -18,7 +19,7 @@ fn quality() -> Quality {
     }
 }
 
-/// The Box with as many pixels along each edge, and samples on its edges.
+/// The Box with `pixels` pixels along each edge, and samples of edge pixels.
 fn picture(pixels: u32, edge_samples: u32) -> Renderer {
     let set = vec![format!("camera.size=[{pixels},{pixels}]")];
     let scene = Scene::load("box", &LoadOptions { set, ..LoadOptions::default() }).unwrap();
@@ -31,14 +32,14 @@ const LAYERS: [Layer; 3] = [Layer::Beauty, Layer::Direct, Layer::Indirect];
 /// The layers of [`LAYERS`].
 type Layers = [Vec<[f32; 3]>; 3];
 
-/// What both tests look at, of two precomputations.
+/// The pictures of both tests, from two precomputations.
 struct Pictures {
-    /// Eight times the pixels along each edge, no samples on edges.
+    /// Eight times the pixels along each edge, no samples of edge pixels.
     large: Layers,
     plain: Layers,
     smooth: Layers,
     fine: Layers,
-    /// The samples of `smooth` again, after others.
+    /// As `smooth`, rendered after other numbers of samples.
     again: Layers,
     plain_counts: BTreeMap<String, u64>,
     smooth_counts: BTreeMap<String, u64>,

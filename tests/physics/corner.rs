@@ -7,17 +7,17 @@ use lightpaths::renderer::Layer;
 use lightpaths::scene::{LightKind, Material, Quality, Scene, Triangle, shapes};
 use std::f64::consts::PI;
 
-/// Albedos: so dark a floor that what it sends back to the wall does not count, 0.01·0.8·0.2 of
-/// its own light.
+/// Albedos: the floor is so dark that its light on the wall does not count, 0.01·0.8·0.2 of its own
+/// light.
 const FLOOR: f64 = 0.01;
 const WALL: f64 = 0.8;
 const LIGHT: DVec3 = DVec3::new(0.1, 0.6, 0.3);
 
-/// The floor at y = 0 is seen from above; the wall stands on its edge at z = -1/2.
+/// The camera sees the floor at y = 0 from above; the wall stands on its edge at z = -1/2.
 pub(crate) fn scene() -> Scene {
     let mut scene = shapes::facing_squares(1.0, 0.0, FLOOR as f32);
     scene.triangles.truncate(2);
-    // Green keeps the paths going.
+    // The green channel keeps the paths alive.
     scene.materials[0].diffuse = Vec3::new(FLOOR as f32, 0.9, 0.0);
     scene.materials.push(Material { diffuse: Vec3::splat(WALL as f32), ..scene.materials[0].clone() });
     let corners = [(-0.5, 0.0), (0.5, 0.0), (0.5, 1.0), (-0.5, 1.0)].map(|(x, y)| Vec3::new(x, y, -0.5));
@@ -32,7 +32,7 @@ pub(crate) fn scene() -> Scene {
     scene
 }
 
-/// Radiance in red of a point of the floor by light of the wall, W/m²/sr.
+/// Red radiance of a point of the floor by light of the wall, W/m²/sr.
 fn radiance(at: DVec3) -> f64 {
     const STEPS: u32 = 100;
     let mut irradiance = 0.0;
@@ -47,7 +47,7 @@ fn radiance(at: DVec3) -> f64 {
     FLOOR / PI * irradiance / f64::from(STEPS * STEPS)
 }
 
-/// Ratio of a picture's indirect light to what the integral over the wall says, over all pixels.
+/// Ratio of a picture's indirect light to the integral over the wall, over all pixels.
 pub(crate) fn ratio(positions: &[Option<DVec3>], indirect: &[[f32; 3]]) -> f64 {
     let (mut value, mut expected) = (0.0, 0.0);
     for (position, pixel) in positions.iter().zip(indirect) {

@@ -16,7 +16,7 @@ fn irradiance(renderer: &Renderer) -> Vec<f64> {
     radiance.iter().map(|pixel| f64::from(pixel[0]) * PI / albedo.x).collect()
 }
 
-/// Where each pixel's ray hits the scene, from its depth; none where it left.
+/// Hit of each pixel's ray, from its depth. `None` if the ray left the scene.
 pub(crate) fn positions(renderer: &Renderer) -> Vec<Option<DVec3>> {
     let camera = &renderer.scene().cameras[0];
     let [right, up, forward] = camera.frame().map(Vec3::as_dvec3);
@@ -33,7 +33,7 @@ pub(crate) fn positions(renderer: &Renderer) -> Vec<Option<DVec3>> {
     depths.iter().enumerate().map(position).collect()
 }
 
-/// A unit square seen from above, alone in the world, under a light of 1 W/sr.
+/// A unit square seen from above, without other surface, under a light of 1 W/sr.
 fn square() -> Scene {
     let mut scene = shapes::facing_squares(1.0, 0.0, 0.5);
     scene.triangles.truncate(2);
@@ -79,8 +79,8 @@ fn lights_on_surfaces_are_bounded_and_leave_the_far_field_alone() {
         renderer.frame().unwrap();
         let direct = irradiance(&renderer);
         assert!(direct.iter().all(|value| value.is_finite() && *value >= 0.0), "light at {light}");
-        // In a black room, what enters the paths is all that they contribution; clusters near edges
-        // hold some of it twice.
+        // In a black room, the flux that enters the paths equals the sum of all contributions;
+        // clusters near edges hold some of it twice.
         black.move_light(0, light).unwrap();
         black.frame().unwrap();
         let flux = black.path_flux().unwrap();

@@ -1,5 +1,5 @@
-//! Energy balance: what a closed sphere absorbs is what the light emits, at every level
-//! of the hierarchy.
+//! Energy balance: a closed sphere absorbs the power that the light emits, at every level of the
+//! hierarchy.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_close, render};
@@ -17,30 +17,30 @@ fn sphere() -> Renderer {
     render(shapes::integrating_sphere(0.8, 3, ALBEDO, Vec3::new(0.1, -0.2, 0.3), FLUX_W), SMALL)
 }
 
-/// The hierarchy that the precomputation must have made of a scene without unreachable corners.
+/// The hierarchy that the precomputation builds of a scene without unreachable corners.
 fn hierarchy(renderer: &Renderer) -> Hvds {
     let scene = renderer.scene();
     let sees = surfaces::sides_that_see_something(&scene.triangles);
     let surfaces: Vec<_> =
         scene.triangles.iter().zip(sees).map(|(t, sees)| surfaces::surface(t, sees)).collect();
     let (low, high) = scene.bounds();
-    // The finest level is finer than what was asked for.
+    // The finest level is finer than the requested cells.
     let cells = 2 * scene.quality.cells;
     Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells)
 }
 
-/// Flux that all vertices contribution, summed in f64.
+/// Flux of the contributions of all vertices, summed in f64.
 fn contributed(renderer: &Renderer) -> DVec3 {
     let path_flux = renderer.path_flux().unwrap();
     let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
-    // The last one is there for vertices that no cluster holds.
+    // The last contribution is for vertices outside all clusters.
     let (spare, contributions) = contributions.split_last().unwrap();
     assert_eq!(spare.throughput, Vec3::ZERO, "no vertex is outside all clusters");
     let flux = |d: &Contribution| d.throughput.as_dvec3() * path_flux[d.path() as usize].as_dvec3();
     renderer.stages().emission_scale.as_dvec3() * contributions.iter().map(flux).sum::<DVec3>()
 }
 
-/// Direct and indirect flux that clusters receive, whether it shows or not.
+/// Direct and indirect flux of the clusters' contributions, whatever their accessibility.
 fn received(renderer: &Renderer) -> [DVec3; 2] {
     let path_flux = renderer.path_flux().unwrap();
     let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
@@ -69,7 +69,7 @@ fn cluster_flux(renderer: &Renderer) -> Vec<[DVec3; 2]> {
         .collect()
 }
 
-/// Direct and indirect flux that the coarsest level holds.
+/// Direct and indirect flux of the coarsest level.
 fn held(renderer: &Renderer, hvds: &Hvds) -> [DVec3; 2] {
     let roots = hvds.levels.last().unwrap();
     let flux = cluster_flux(renderer);
@@ -91,8 +91,7 @@ fn all_light_enters_the_paths_and_is_absorbed_in_the_end() {
     assert_silent(&context());
 }
 
-/// In a wedge, entry points stand the denser the lower it is: what they stand for must add up
-/// all the same.
+/// In a wedge, entry points are denser where it is lower: their areas must still add up.
 #[test]
 fn unequally_dense_entry_points_take_in_all_light() {
     let mut scene = shapes::closed_box(Vec3::new(1.0, 0.2, 1.0), ALBEDO);
@@ -127,7 +126,7 @@ fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
     let area = |cluster: usize| {
         let is_root = hvds.parents[cluster] == NO_CLUSTER;
         match hvds.areas_m2[cluster].max(if is_root { entry_area } else { 0.0 }) {
-            // What lies on none counts for nothing.
+            // Without an area, the irradiance does not count.
             0.0 => f64::INFINITY,
             area_m2 => f64::from(area_m2),
         }
@@ -141,15 +140,15 @@ fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
         let sum: DVec3 = flux[clusters.clone()].iter().map(|[direct, indirect]| *direct + *indirect).sum();
         assert_all_close(&format!("level {depth}"), sum, whole.x, 1e-5);
         for cluster in clusters {
-            // No root is divided by less than the area of an entry point; indirect light may be
-            // that of a cluster around.
+            // A root cluster's flux is divided by at least the area of an entry point; indirect
+            // light may be that of a cluster around it.
             let irradiance = irradiance[cluster].as_dvec3();
             let mut source = cluster;
             let stored = |source: usize| flux[cluster][0] / area(cluster) + flux[source][1] / area(source);
             while !irradiance.abs_diff_eq(stored(source), 2e-6 * irradiance.x) {
                 if hvds.parents[source] == NO_CLUSTER {
-                    // Then it is small, near others, and has the light of a record: everywhere the
-                    // same in here.
+                    // Then the cluster is small, near others, and has the irradiance of a record,
+                    // which is the same everywhere here.
                     let lent = irradiance - flux[cluster][0] / area(cluster);
                     assert!(depth < 2, "cluster {cluster} of level {depth}: {irradiance} of no source");
                     assert!(lent.abs_diff_eq(everywhere, 0.1 * everywhere.x), "{lent} where {everywhere} is");
@@ -172,7 +171,7 @@ fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
             }
         }
     }
-    // 50 000 vertices on some thousands of clusters: the smallest hold too few of them.
+    // 50 000 vertices on some thousands of clusters: the smallest have too few of them.
     println!("{borrowing} of {} clusters borrow, {lent_by_records} from records", flux.len());
     assert!(lent_by_records > 0);
     assert!(borrowing > 0 && borrowing < flux.len());
@@ -182,7 +181,8 @@ fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
 #[test]
 fn an_edited_albedo_reweights_the_paths_exactly() {
     let mut renderer = sphere();
-    // Paths end with the odds of the albedo they were traced for: far above it, few carry much.
+    // Paths end with the probability of the albedo at tracing: far above it, few paths carry much
+    // flux.
     for (albedo, tolerance) in [(0.1_f32, 2e-3), (0.3, 2e-3), (0.6, 1e-2)] {
         renderer.set_diffuse(0, Vec3::splat(albedo)).unwrap();
         renderer.frame().unwrap();

@@ -1,4 +1,4 @@
-//! Surfaces of many flat facets, as meshes without normals are: their direct light is the path
+//! Surfaces of many flat facets, as in meshes without normals: their direct light equals the path
 //! tracer's, also where facets meet.
 
 use crate::common::{assert_silent, context};
@@ -12,7 +12,7 @@ use lightpaths::scene::{LightKind, Quality, Scene, Triangle, shapes};
 
 const SIDE: u32 = 40;
 
-/// A square of 2·[`SIDE`]² facets seen from above, as high as `height` at each place of -1..1.
+/// A square of 2·[`SIDE`]² facets seen from above, with height `height` over -1..1.
 fn relief(height: impl Fn(f32, f32) -> f32) -> Scene {
     let mut scene = shapes::facing_squares(1.0, 0.0, 0.5);
     scene.triangles.clear();
@@ -31,7 +31,8 @@ fn relief(height: impl Fn(f32, f32) -> f32) -> Scene {
     }
     let camera = &mut scene.cameras[0];
     (camera.position, camera.target, camera.up) = (Vec3::new(0.0, 6.0, 0.01), Vec3::ZERO, Vec3::NEG_Z);
-    // No outline, along which sixteen samples tell how much of a pixel is covered.
+    // No outline is in view: along one, sixteen samples resolve the covered fraction of a pixel
+    // only roughly.
     camera.fov_y_degrees = 11.0;
     scene.lights[0].kind =
         LightKind::Point { position: Vec3::new(0.8, 3.0, 0.5), intensity: Vec3::splat(10.0) };

@@ -1,12 +1,12 @@
-//! Settings that are too coarse for a light are told, and others are not.
+//! The renderer warns of settings that are too coarse for a light, and of no others.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, render};
 use glam::Vec3;
 use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
 
-/// A room of 5 × 2.6 × 4 m whose wall has a square window of that width, through which the sun
-/// falls; on a ground of that width, if any.
+/// A room of 5 × 2.6 × 4 m. The sun shines through a square window of width `window`. Around it is
+/// a ground of width `ground`, if not zero.
 fn room(window: f32, ground: f32) -> Scene {
     let mut scene = shapes::closed_box(Vec3::new(5.0, 2.6, 4.0), 0.75);
     scene.triangles.retain(|triangle| !triangle.positions.iter().all(|corner| corner.x < -2.49));
@@ -55,7 +55,7 @@ fn a_light_that_few_entry_points_carry_is_told() {
     let told = warnings(room(0.1, 0.0), &quality);
     assert!(told.len() == 1 && told[0].contains("--set quality.entry_points="), "{told:?}");
     assert_eq!(warnings(room(1.2, 0.0), &quality), Vec::<String>::new());
-    // Of many more a small window is right, too.
+    // With the suggested number, a small window is right, too.
     let value = told[0].rsplit('=').next().unwrap().trim_end_matches(')').parse().unwrap();
     assert!((800_000..4_000_000).contains(&value), "{told:?}");
     // Entry points outside do not help a camera inside.
@@ -64,7 +64,7 @@ fn a_light_that_few_entry_points_carry_is_told() {
     assert_silent(&context());
 }
 
-/// The room stands beside a box that holds the camera and a light. The box opens away from the sun.
+/// The room stands beside a box with the camera and a light. The box opens away from the sun.
 #[test]
 fn what_few_entry_points_carry_where_no_camera_looks_is_not_told() {
     let mut scene = room(0.1, 0.0);
@@ -91,7 +91,7 @@ fn what_few_entry_points_carry_where_no_camera_looks_is_not_told() {
 
 #[test]
 fn built_in_scenes_are_resolved() {
-    // Neither pixels nor records have a part in it.
+    // Neither pixels nor records affect the result.
     let set = vec!["camera.size=[16,16]".to_owned()];
     let scene = Scene::load("box", &LoadOptions { set, ..LoadOptions::default() }).unwrap();
     assert_eq!(warnings(scene, &Quality { cache_points: 100, ..Quality::DRAFT }), Vec::<String>::new());

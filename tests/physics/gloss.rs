@@ -1,5 +1,5 @@
-//! Glossy surfaces, against the path tracer: seen by the camera, by other surfaces, and
-//! by each other.
+//! Glossy surfaces against the path tracer: seen by the camera, by other surfaces, and by each
+//! other.
 
 use crate::common::{assert_silent, context};
 use crate::lights::room;
@@ -15,10 +15,10 @@ use std::sync::LazyLock;
 const QUALITY: Quality =
     Quality { edge_samples: 16, cache_points: 2_000, gather_rays: 144, gloss_rays: 32, ..SMALL };
 
-/// Where light need not be right, only the same.
+/// Settings for tests that compare pictures with each other only.
 const SKETCH: Quality = Quality { entry_points: 2_000, cache_points: 100, gather_rays: 36, ..QUALITY };
 
-/// The room with a block and a floor that are glossy, lit by a lamp and a panel.
+/// The room with a glossy block and a glossy floor, lit by a point light and an area light.
 fn glossy(exponent: f32, editable: bool) -> Scene {
     let lamp = LightKind::Point { position: Vec3::new(0.2, 0.3, 0.1), intensity: Vec3::splat(0.5) };
     let mut scene = room(lamp);
@@ -108,13 +108,13 @@ impl Case {
     }
 }
 
-/// Cases of several tests.
+/// Cases that several tests use.
 static CASES: LazyLock<[Case; 3]> =
     LazyLock::new(|| [1.0, 40.0, 200.0].map(|exponent| Case::new(glossy(exponent, false), 256, QUALITY)));
 
-/// [Yue §5]: up to 40 without a visible difference. Sharper lobes show an error that grows:
-/// what they send to other surfaces is blurred, and the reference's own noise with it; their
-/// energy is right.
+/// [Yue §5]: exponents up to 40 have no visible difference. Sharper lobes have a growing error:
+/// their light on other surfaces is blurred, and so is the reference's own noise. Their energy is
+/// right.
 #[track_caller]
 fn check_lobe(case: &Case, tolerance: f64) {
     let exponent = case.exponent;
@@ -133,7 +133,7 @@ fn lobes_broad_and_sharp_hold_against_the_path_tracer() {
     assert_silent(&context());
 }
 
-/// What glossy surfaces send to diffuse ones, in as many directions as its lobe asks for.
+/// Light of glossy surfaces on diffuse ones, in as many direction bins as the lobe needs.
 #[track_caller]
 fn check_sent_on(case: &Case, directions: u64, bound: f64, tolerance: f64) {
     let exponent = case.exponent;
@@ -143,8 +143,8 @@ fn check_sent_on(case: &Case, directions: u64, bound: f64, tolerance: f64) {
     assert!(relmse < bound && (energy - 1.0).abs() < tolerance, "{exponent}: {relmse:.2e}, {energy}");
 }
 
-/// Over three seeds relMSE at an exponent of 200 is 3e-4 to 5e-4. The number of directions
-/// shows a blur.
+/// Over three seeds, relMSE at an exponent of 200 is 3e-4 to 5e-4. The number of direction bins
+/// would show a blur.
 #[test]
 fn light_sent_on_is_as_sharp_as_its_lobe() {
     check_sent_on(&CASES[1], 144, 5e-4, 0.02);
@@ -165,8 +165,8 @@ fn sharp_lobes_hold_against_the_path_tracer() {
     assert_silent(&context());
 }
 
-/// The sharper the lobe, the more directions; an editable one has to do with those of the settings,
-/// and that is told.
+/// A sharper lobe gets more direction bins. An editable one gets the number of the settings, with a
+/// warning.
 #[test]
 fn directions_follow_the_sharpest_lobe() {
     for (exponent, editable, directions) in [(1000.0, false, 2916), (200.0, true, 144)] {
@@ -175,14 +175,13 @@ fn directions_follow_the_sharpest_lobe() {
         let is_blurred = renderer.scene().warnings.iter().any(|warning| warning.contains("blurred"));
         assert_eq!(is_blurred, editable);
     }
-    // Without cache points no surface reads the outgoing light of another, so that nothing is
-    // blurred.
+    // Without cache points, no surface reads the outgoing light of another, so nothing is blurred.
     let renderer = render(glossy(200.0, true), Quality { cache_points: 0, ..SKETCH });
     assert_eq!(renderer.scene().warnings, [""; 0]);
     assert_silent(&context());
 }
 
-/// Paths that are cosine sampled, so that materials may be edited, carry the same light.
+/// Cosine-sampled paths, as editable materials need them, carry the same light.
 fn check_editable(entry_points: u32, tolerance: f64) {
     let case = Case::new(glossy(20.0, true), 192, Quality { entry_points, ..QUALITY });
     let [relmse, direct, indirect] = case.errors();
@@ -216,14 +215,14 @@ fn surfaces_edited_from_diffuse_to_glossy_are_as_good_as_loaded() {
     }
     edited.frame().unwrap();
     assert!(edited.layer(Layer::Beauty).unwrap() == glossy.layer(Layer::Beauty).unwrap());
-    // What was not declared editable cannot become glossy.
+    // A material that is not editable cannot become glossy.
     let refused = edited.set_material(0, Vec3::splat(0.5), Vec3::splat(0.2), 10.0).unwrap_err();
     assert!(refused.to_string().contains("editable = true"), "{refused}");
     assert_silent(&context());
 }
 
-/// Without light paths nothing is known of what surfaces send to each other: highlights are all
-/// that a glossy surface adds, and they are those of the whole picture.
+/// Without light paths there is no light between surfaces. A glossy surface adds only highlights,
+/// and they equal those of the whole picture.
 #[test]
 fn direct_light_alone_is_that_of_the_whole_picture() {
     for case in &*CASES {

@@ -1,4 +1,4 @@
-//! Parts that reach into each other: interior surface is no surface. And what is small.
+//! Interpenetrating solids: interior surface does not count as surface. And very small clusters.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_close, render};
@@ -8,8 +8,8 @@ use lightpaths::renderer::{Exact, Layer, Stage};
 use lightpaths::scene::{Quality, Scene, Triangle, shapes};
 use lightpaths::types::Record;
 
-/// A cube of 2 m from inside, on whose floor a slab of 2 cm lies, sunk to half its height: nearly
-/// all of the floor is inside, in the same cells as the slab's top.
+/// A cube of 2 m seen from inside, with a slab of 2 cm sunk into its floor to half its height.
+/// Nearly all of the floor is interior, in the same cells as the slab's top.
 fn tiled_room() -> Scene {
     let mut scene = shapes::closed_box(Vec3::splat(2.0), 0.5);
     let slab = shapes::closed_box(Vec3::new(1.9, 0.02, 1.9), 0.5).triangles;
@@ -20,8 +20,8 @@ fn tiled_room() -> Scene {
     scene
 }
 
-/// The same with another slab inside the first: what lies under both sees the outside of the
-/// inner one first.
+/// The same with another slab inside the first: surface under both sees the outer side of the inner
+/// slab first.
 fn nested_room() -> Scene {
     let mut scene = tiled_room();
     let inner = shapes::closed_box(Vec3::new(1.88, 0.004, 1.88), 0.5).triangles;
@@ -32,7 +32,7 @@ fn nested_room() -> Scene {
     scene
 }
 
-/// A slab that lies on the floor, but for a gap, metres: no solid holds the floor under it.
+/// A slab over the floor with a gap, metres: the floor under it is not in a solid.
 fn covered_room(gap: f32) -> Scene {
     let mut scene = tiled_room();
     for corner in scene.triangles[12..].iter_mut().flat_map(|triangle| &mut triangle.positions) {
@@ -41,7 +41,7 @@ fn covered_room(gap: f32) -> Scene {
     scene
 }
 
-/// Share by which the irradiance of all records is off.
+/// Relative error of the irradiance of all records.
 fn error(scene: Scene, quality: Quality) -> f32 {
     let renderer = render(scene, quality);
     let exact = Exact { stage: Stage::Clusters, samples: 4, sequence: 0 };
@@ -53,7 +53,7 @@ fn error(scene: Scene, quality: Quality) -> f32 {
 
 #[test]
 fn what_is_inside_a_solid_takes_no_light_away() {
-    // Few entry points to a cell: what a cell holds must not be judged by their paths.
+    // Cells have few entry points: their paths must not decide whether a cell is read.
     let rooms = [
         ("one slab", tiled_room(), 16),
         ("nested", nested_room(), 16),
@@ -68,11 +68,11 @@ fn what_is_inside_a_solid_takes_no_light_away() {
     assert_silent(&context());
 }
 
-/// Records on a floor say nothing about the top of a slab that covers it.
+/// Records on a floor do not count for the top of a slab that covers it.
 #[test]
 fn what_is_covered_does_not_speak_for_what_covers_it() {
-    // Too wide for its floor to count as covered; so many records that the corner around the slab
-    // is well resolved.
+    // The gap is too wide for its floor to count as covered. There are enough records to resolve
+    // the corner around the slab.
     let mut scene = covered_room(0.012);
     scene.cameras[0].target = Vec3::new(0.0, -1.0, 0.2);
     let renderer =
@@ -86,8 +86,7 @@ fn what_is_covered_does_not_speak_for_what_covers_it() {
     assert_silent(&context());
 }
 
-/// However small the clusters are beside what an entry point stands for, they hold all light
-/// that there is.
+/// Clusters hold all light, even if they are small beside the area of an entry point.
 #[test]
 fn irradiance_times_area_is_the_flux_of_every_cluster() {
     let scene = shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.0);
@@ -99,7 +98,7 @@ fn irradiance_times_area_is_the_flux_of_every_cluster() {
     let mut lit = 0;
     for (cluster, flux) in flux.iter().enumerate() {
         let [found, inverse] = [irradiance[cluster].x, inverse_areas[cluster]].map(f64::from);
-        // What has flux has an area.
+        // A cluster with flux has an area.
         if flux.direct.x > 0.0 {
             lit += 1;
             assert_close(&format!("flux of cluster {cluster}"), found / inverse, flux.direct.x.into(), 1e-5);

@@ -1,6 +1,5 @@
-//! Every kind of light in the light paths' method: direct light against closed forms and the path
-//! tracer, form factors by the power that enters a closed sphere, and all light of a room against
-//! the path tracer.
+//! Every kind of light: direct light against closed forms and the path tracer, form factors by the
+//! power that enters a closed sphere, and all light of a room against the path tracer.
 
 use crate::common::{assert_silent, context};
 use crate::path_tracer::{square, trace};
@@ -19,8 +18,8 @@ const AREA: LightKind = LightKind::Area {
     samples: 10,
 };
 
-/// Direct irradiance of each pixel of the square of albedo 1/2, first channel, W/m², and
-/// where it is.
+/// Direct irradiance of each pixel of the square of albedo 1/2, first channel, W/m², and the
+/// pixel's position.
 fn direct(kind: LightKind) -> Vec<(DVec3, f64)> {
     let mut scene = square(kind);
     scene.cameras[0].size = [48, 32];
@@ -55,7 +54,7 @@ fn spots_and_parallel_light_follow_closed_forms() {
     assert_silent(&context());
 }
 
-/// More samples come closer to the integral over the light.
+/// The error falls with the number of samples.
 #[test]
 fn area_lights_converge_to_the_integral() {
     let LightKind::Area { corner, edge_u, edge_v, radiance, .. } = AREA else { unreachable!() };
@@ -74,20 +73,20 @@ fn area_lights_converge_to_the_integral() {
         errors.fold(0.0, f64::max)
     });
     println!("largest errors of 1, 10, 40 and 100 samples: {errors:.5?}");
-    // Midpoint rules: four times the points, a quarter of the error, at least.
+    // Midpoint rules: four times the points give at most a quarter of the error.
     assert!(errors[0] < 0.2 && errors[1] < 0.02 && errors[2] < 0.005 && errors[3] < 0.002, "{errors:?}");
     let turned = LightKind::Area { corner, edge_u: edge_v, edge_v: edge_u, radiance, samples: 10 };
     assert!(direct(turned).iter().all(|(_, value)| *value == 0.0), "one side only");
     assert_silent(&context());
 }
 
-/// Flux that enters the paths of a closed sphere: all that the light emits.
+/// Flux that enters the paths of a closed sphere: the whole power of the light.
 #[test]
 fn form_factors_take_in_the_power_of_each_kind() {
     let (position, direction) = (Vec3::new(0.1, -0.2, 0.2), Vec3::new(0.48, 0.6, 0.64));
     let spot =
         |penumbra| LightKind::Spot { position, direction, intensity: Vec3::splat(2.0), angle: 0.8, penumbra };
-    // ∫ sin θ dθ of the cone; with a penumbra of 1, of a falloff 1 - θ/0.8.
+    // ∫ sin θ dθ over the cone; with a penumbra of 1, with the falloff 1 - θ/0.8.
     let cone = 2.0 * PI * (1.0 - 0.8_f64.cos());
     let soft = 2.0 * PI * (1.0 - 0.8_f64.sin() / 0.8);
     let area = LightKind::Area {
@@ -101,7 +100,7 @@ fn form_factors_take_in_the_power_of_each_kind() {
     for (kind, power) in [(spot(0.0), 2.0 * cone), (spot(1.0), 2.0 * soft), (area, 5.0 * PI * extent)] {
         let mut scene = shapes::integrating_sphere(0.8, 3, 0.5, Vec3::ZERO, 1.0);
         scene.lights[0].kind = kind;
-        // Records have no part in it.
+        // Records do not affect the result.
         let renderer = render(scene, Quality { cache_points: 50, gather_rays: 16, ..SMALL });
         let stages = renderer.stages();
         let flux = renderer.path_flux().unwrap();
@@ -111,7 +110,7 @@ fn form_factors_take_in_the_power_of_each_kind() {
     assert_silent(&context());
 }
 
-/// A room of 1.2×1×1.4 m with a block in it; open above where the light is parallel.
+/// A room of 1.2×1×1.4 m with a block in it; without a ceiling if the light is directional.
 pub(crate) fn room(kind: LightKind) -> Scene {
     let mut scene = shapes::closed_box(Vec3::new(1.2, 1.0, 1.4), 0.6);
     if matches!(kind, LightKind::Directional { .. }) {
@@ -119,7 +118,7 @@ pub(crate) fn room(kind: LightKind) -> Scene {
     }
     let block =
         shapes::closed_box(Vec3::new(0.35, 0.3, 0.3), 0.6).triangles.into_iter().map(|mut triangle| {
-            // The box's fronts are inside; a block's are outside.
+            // The fronts of the box are inside; those of a block are outside.
             let [a, b, c] = triangle.positions.map(|p| p + Vec3::new(-0.2, -0.35, -0.2));
             (triangle.positions, triangle.normals) = ([a, c, b], triangle.normals.map(|n| -n));
             triangle

@@ -33,13 +33,13 @@ const SMALL: Quality = Quality {
     cache_points: 400,
     gather_rays: 64,
     cells: 16,
-    // Closed forms are evaluated at the middles of pixels.
+    // Closed forms are evaluated at the centres of pixels.
     edge_samples: 0,
     ..Quality::DRAFT
 };
 
-/// A renderer after its first frame. It leaves nothing out, so that all that is between the stages
-/// can be asked about.
+/// A renderer after its first frame. It skips no work, so that all buffers between the stages are
+/// complete.
 fn render(mut scene: Scene, quality: Quality) -> Renderer {
     scene.quality = quality;
     let mut renderer = Renderer::new(&context(), scene, &mut Silent).unwrap();
@@ -48,7 +48,7 @@ fn render(mut scene: Scene, quality: Quality) -> Renderer {
     renderer
 }
 
-/// Asserts that a number is within a share of what it should be.
+/// Asserts that a number is within a relative tolerance of the expected one.
 #[track_caller]
 fn assert_close(what: &str, value: f64, expected: f64, tolerance: f64) {
     let error = value / expected - 1.0;

@@ -18,7 +18,7 @@ pub(crate) fn trace(mut scene: Scene, size: [u32; 2], samples: u32) -> PathTrace
     tracer
 }
 
-/// Where each pixel's central ray meets the scene, by its depth; none where it leaves.
+/// Hit of each pixel's central ray, from its depth. `None` if the ray left the scene.
 pub(crate) fn positions(scene: &TracedScene) -> Vec<Option<DVec3>> {
     let view = &scene.view;
     let [right, up, forward] = [view.right, view.up, view.forward].map(Vec3::as_dvec3);
@@ -33,7 +33,7 @@ pub(crate) fn positions(scene: &TracedScene) -> Vec<Option<DVec3>> {
     (0..).zip(&depths).map(position).collect()
 }
 
-/// A unit square of albedo 1/2 that fills the image seen from above, under one light.
+/// A unit square of albedo 1/2 that fills the image, seen from above under one light.
 pub(crate) fn square(kind: LightKind) -> Scene {
     let mut scene = shapes::facing_squares(1.0, 0.0, 0.5);
     scene.triangles.truncate(2);
@@ -43,14 +43,14 @@ pub(crate) fn square(kind: LightKind) -> Scene {
     scene
 }
 
-/// Compares the direct light of all pixels of [`square`] with an irradiance, to `tolerance`
-/// of the largest.
+/// Compares the direct light of all pixels of [`square`] with an irradiance. `tolerance` is
+/// relative to the largest value.
 fn check_direct(kind: LightKind, samples: u32, tolerance: f64, irradiance: impl Fn(DVec3) -> f64) {
     let tracer = trace(square(kind), [32, 32], samples);
     compare_direct(kind, &tracer.picture().unwrap(), tracer.traced_scene(), tolerance, irradiance);
 }
 
-/// The same of a picture of 32×32 pixels that some method made.
+/// The same for a picture of 32×32 pixels of any method.
 pub(crate) fn compare_direct(
     kind: LightKind,
     picture: &Picture,
@@ -135,19 +135,18 @@ fn area_light_follows_the_polygon_formula_and_emits_on_one_side() {
     let light =
         |edge_u, edge_v| LightKind::Area { corner, edge_u, edge_v, radiance: Vec3::splat(2.0), samples: 1 };
     check_direct(light(edge_u, edge_v), 256, 4e-3, |x| 2.0 * polygon_irradiance(x, &corners));
-    // Its back is dark, and it stands in nobody's way: the camera looks through it.
+    // The back of the light is dark, and the camera looks through it.
     check_direct(light(edge_v, edge_u), 4, 0.0, |_| 0.0);
 }
 
-/// Mean of a channel over pixels, and the standard deviation of that mean that the variances of
-/// the pixels state.
+/// Mean of a channel over pixels, and its standard deviation from the variances of the pixels.
 fn mean_and_noise(values: &[[f32; 3]], variance: &[[f32; 3]]) -> [f64; 2] {
     let count = values.len() as f64;
     let sum = |of: &[[f32; 3]]| of.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>();
     [sum(values) / count, sum(variance).sqrt() / count]
 }
 
-/// Spheres of albedo, pixels along an edge, samples of a pixel, and how close the mean comes.
+/// Cases are albedo, pixels along an edge, samples of a pixel, and the tolerance of the mean.
 fn check_sphere(cases: &[(f32, u32, u32, f64)]) {
     let (radius, flux) = (1.5, 10.0);
     for &(albedo, size, samples, tolerance) in cases {
@@ -174,8 +173,8 @@ fn check_sphere(cases: &[(f32, u32, u32, f64)]) {
     assert_silent(&context());
 }
 
-/// Stated noise: 0.4 % at an albedo of one half, 0.8 % at 0.99. The bounds are three and two and a
-/// half times that.
+/// Estimated noise: 0.4 % at an albedo of one half, 0.8 % at 0.99. The bounds are 3 and 2.5 times
+/// that.
 #[test]
 fn indirect_light_of_the_integrating_sphere() {
     check_sphere(&[(0.0, 8, 4, 0.0), (0.5, 32, 16, 0.012), (0.99, 16, 16, 0.02)]);
@@ -197,8 +196,8 @@ fn light_bounces_between_two_plates() {
     assert_silent(&context());
 }
 
-/// Form factor from a surface element to a rectangle that stands upright on its plane at a distance
-/// of `a`, `height` tall, from the foot of the perpendicular to `b` aside.
+/// Form factor from a surface element to a rectangle perpendicular to its plane, at distance `a`,
+/// of height `height`, from the foot of the perpendicular to `b` aside.
 fn upright(a: f64, b: f64, height: f64) -> f64 {
     let slant = a.hypot(height);
     ((b / a).atan() - a / slant * (b / slant).atan()) / (2.0 * PI)
@@ -206,13 +205,12 @@ fn upright(a: f64, b: f64, height: f64) -> f64 {
 
 #[test]
 fn a_wall_lights_the_floor_beside_it() {
-    // The floor is seen; the wall at z = -1/2 has the light of a sun along the floor and straight
-    // on it.
+    // The floor is in view; the sun shines along the floor, perpendicular to the wall at z = -1/2.
     let irradiance = Vec3::ONE;
     let mut scene = square(LightKind::Directional { direction: Vec3::NEG_Z, irradiance });
     scene.materials.push(Material { diffuse: Vec3::splat(0.8), ..scene.materials[0].clone() });
-    // In red so dark that what it sends back to the wall does not count: 0.01·0.8·0.2. Green keeps
-    // the paths going.
+    // In red, the floor is so dark that its light on the wall does not count: 0.01·0.8·0.2. The
+    // green channel keeps the paths alive.
     scene.materials[0].diffuse = Vec3::new(0.01, 0.9, 0.0);
     let corners = [(-0.5, 0.0), (0.5, 0.0), (0.5, 1.0), (-0.5, 1.0)].map(|(x, y)| Vec3::new(x, y, -0.5));
     for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
@@ -291,8 +289,8 @@ fn albedo(material: &Reflectance, outgoing: DVec3) -> f64 {
     2.0 * PI * sum / f64::from(steps * steps)
 }
 
-/// Nothing ends paths between walls that absorb nothing: the clock does. Every pixel has something
-/// to show by then.
+/// Between walls that absorb nothing, only the deadline ends paths. Every pixel has a sample by
+/// then.
 #[test]
 fn a_deadline_ends_paths_that_never_end() {
     for albedo in [1.0, 0.5] {
@@ -306,15 +304,15 @@ fn a_deadline_ends_paths_that_never_end() {
         let is_lit = |pixel: &[f32; 3]| pixel.iter().all(|value| value.is_finite() && *value > 0.0);
         assert!(picture.beauty.iter().all(is_lit), "{:?}", picture.beauty);
         assert_eq!(tracer.noise().unwrap(), None);
-        // The time stays up.
+        // The deadline stays in the past.
         tracer.add_samples(1).unwrap();
         assert_eq!(tracer.picture().unwrap(), picture);
     }
     assert_silent(&context());
 }
 
-/// A deadline that comes while samples are taken leaves pixels with different numbers of them, each
-/// of which is right in the mean.
+/// A deadline between samples leaves pixels with different numbers of samples; each pixel is right
+/// in the mean.
 #[test]
 fn a_deadline_between_samples_keeps_the_mean() {
     let mut scene = shapes::closed_box(Vec3::ONE, 0.5);

@@ -24,13 +24,13 @@ fn mean(layer: &[[f32; 3]]) -> f64 {
     layer.iter().flatten().map(|value| f64::from(*value)).sum::<f64>() / (3 * layer.len()) as f64
 }
 
-/// What arrives in a closed sphere is the light's flux, and each bounce's share of it: Φ/(1-ρ).
-/// Spheres by albedo and tolerance. The mean of a map's flux is as noisy as the lengths of its
-/// paths are: 0.2 %, 0.4 % and 0.8 % at albedos of 0.5, 0.9 and 0.99.
+/// The flux that arrives in a closed sphere is the light's flux and a fraction of it at each
+/// bounce: Φ/(1-ρ). Cases are albedo and tolerance. The noise of a map's flux is that of the
+/// lengths of its paths: 0.2 %, 0.4 % and 0.8 % at albedos of 0.5, 0.9 and 0.99.
 fn check_sphere(cases: &[(f32, f64)]) {
     let (radius, flux) = (1.5, 10.0);
     for &(albedo, tolerance) in cases {
-        // Black but for a trace of green: where nothing is reflected, no photon is kept.
+        // Black with a trace of green: a black surface would store no photon.
         let mut scene = shapes::integrating_sphere(radius, 3, albedo, Vec3::new(0.3, 0.2, 0.1), flux);
         if albedo == 0.0 {
             scene.materials[0].diffuse = Vec3::new(0.0, 1e-9, 0.0);
@@ -75,7 +75,7 @@ fn photons_in_a_sphere_carry_all_flux_at_every_albedo() {
     check_sphere(&[(0.5, 0.006), (0.99, 0.02)]);
 }
 
-/// Direct light is no photon map's business, but part of the picture.
+/// The photon map does not hold direct light, but the picture does.
 #[test]
 fn direct_light_follows_inverse_square_and_cosine() {
     for position in [[0.3, 0.6, -0.1], [-3.0, 1.0, 4.0]] {
@@ -98,7 +98,7 @@ fn a_wall_lights_the_floor_beside_it() {
     assert_silent(&context());
 }
 
-/// The plates by three maps, the third of which goes on with the first one's sequence.
+/// The plates with three maps; the third continues the first one's sequence.
 fn map_plates(rounds: &[u32]) -> PhotonMapper {
     let mut mapper = map_photons(plates::scene(), [49, 47], 0);
     assert_eq!(mapper.picture().unwrap().beauty, [[0.0; 3]; 49 * 47]);
@@ -109,20 +109,20 @@ fn map_plates(rounds: &[u32]) -> PhotonMapper {
     mapper
 }
 
-/// All samples at once: positions of pixels, and what they show.
+/// All samples in one call: positions of pixels, and the picture.
 static PLATES: LazyLock<(Vec<Option<DVec3>>, Picture)> = LazyLock::new(|| {
     let mapper = map_plates(&[70]);
     (positions(mapper.traced_scene()), mapper.picture().unwrap())
 });
 
-/// The photon map ends at the plates' edges: a kernel that reached past them would lose a tenth of
-/// the light there.
+/// The density estimate ends at the plates' edges: a kernel that reaches past them would lose a
+/// tenth of the light there.
 #[test]
 fn light_bounces_between_two_plates() {
     let (positions, picture) = &*PLATES;
     let (ratio, pixels) = plates::ratio(positions, &picture.indirect);
     assert!(pixels > 600, "{pixels}");
-    // Half of a percent is noise: three gather rays in four leave the plates. Two seeds were off by
+    // Noise is half a percent: three of four gather rays leave the plates. Two seeds were off by
     // -0.3 % and 0.6 %.
     assert_close("mean indirect light", ratio, 1.0, 0.015);
     assert_silent(&context());
@@ -135,8 +135,8 @@ fn the_same_samples_give_the_same_bytes_however_they_are_asked_for() {
     assert_silent(&context());
 }
 
-/// Light stays on its side of a wall of a millimetre, though the photons beyond are well
-/// within the kernel.
+/// Light stays on its side of a wall of one millimetre, although the photons beyond are well within
+/// the kernel.
 #[test]
 fn no_light_leaks_past_a_thin_wall() {
     let scene = shapes::thin_wall();
@@ -152,8 +152,8 @@ fn no_light_leaks_past_a_thin_wall() {
     assert_silent(&context());
 }
 
-/// Compares the mean of both layers with the path tracer's. Returns relative differences of direct
-/// and indirect light.
+/// Compares the mean of both layers with the path tracer's. Returns the relative differences of
+/// direct and indirect light.
 fn differences(scene: Scene, size: u32, samples: [u32; 2]) -> [f64; 2] {
     let mut scene = scene;
     scene.cameras[0].size = [size; 2];
@@ -203,14 +203,14 @@ fn glossy_walls_and_all_lights_have_the_energy_of_the_path_tracer() {
         scene.lights =
             kinds.iter().map(|&kind| Light { name: kind.word().to_owned(), kind, is_on: true }).collect();
         let [direct, indirect] = differences(scene.clone(), 48, [96, 32]);
-        // Both are noisy: some 0.6 % of the photon mapper's indirect light, and 0.4 % of the path
+        // Both are noisy: about 0.6 % of the photon mapper's indirect light, and 0.4 % of the path
         // tracer's.
         assert!(direct.abs() < 0.01 && indirect.abs() < 0.02, "direct {direct}, indirect {indirect}");
     }
     assert_silent(&context());
 }
 
-/// All photons of a narrow beam arrive in a few cells, more than an estimate looks at. They carry a
+/// All photons of a narrow beam arrive in a few cells, more than one estimate reads. They carry a
 /// tenth of the light.
 #[test]
 fn a_narrow_beam_keeps_its_energy() {

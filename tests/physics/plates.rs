@@ -22,7 +22,8 @@ const QUALITY: Quality = Quality {
     ..Quality::DRAFT
 };
 
-/// Unit squares half a metre above and below the origin, the lower one seen between them.
+/// Unit squares half a metre above and below the origin. The camera sees the lower one between
+/// them.
 pub(crate) fn scene() -> Scene {
     let mut scene = shapes::facing_squares(1.0, 1.0, ALBEDO as f32);
     scene.lights[0].kind = LightKind::Point { position: LIGHT.as_vec3(), intensity: Vec3::ONE };
@@ -31,14 +32,14 @@ pub(crate) fn scene() -> Scene {
     scene
 }
 
-/// Ratio of a picture's indirect light on the lower plate to what it should be, and over
-/// how many pixels.
+/// Ratio of a picture's indirect light on the lower plate to the expected one, and the number of
+/// pixels.
 pub(crate) fn ratio(positions: &[Option<DVec3>], indirect: &[[f32; 3]]) -> (f64, u32) {
     let plates = [-0.5, 0.5].map(middles);
     let [_, upper] = radiosities(&plates);
     let (mut value, mut expected, mut pixels) = (0.0, 0.0, 0);
     for (position, indirect) in positions.iter().zip(indirect) {
-        // Well inside, so that no part of the pixel looks past the plate.
+        // Well inside, so that the whole pixel shows the plate.
         let Some(position) = position.filter(|p| p.y < 0.0 && p.x.abs().max(p.z.abs()) < 0.45) else {
             continue;
         };
@@ -50,13 +51,14 @@ pub(crate) fn ratio(positions: &[Option<DVec3>], indirect: &[[f32; 3]]) -> (f64,
     (value / expected, pixels)
 }
 
-/// Middles of a plate's patches.
+/// Centres of a plate's patches.
 fn middles(height: f64) -> Vec<DVec3> {
     let along = |i: usize| (i as f64 + 0.5) / PATCHES as f64 - 0.5;
     (0..PATCHES * PATCHES).map(|i| DVec3::new(along(i % PATCHES), height, along(i / PATCHES))).collect()
 }
 
-/// Irradiance at a point by a plate of given radiosities (W/m²) that is parallel to its surface.
+/// Irradiance at a point by a plate of given radiosities (W/m²) that is parallel to the point's
+/// surface.
 fn gathered(point: DVec3, plate: &[DVec3], radiosity: &[f64]) -> f64 {
     let area = 1.0 / (PATCHES * PATCHES) as f64;
     let kernel = |patch: &DVec3| {
@@ -66,7 +68,7 @@ fn gathered(point: DVec3, plate: &[DVec3], radiosity: &[f64]) -> f64 {
     plate.iter().zip(radiosity).map(|(patch, radiosity)| kernel(patch) * radiosity).sum()
 }
 
-/// Radiosity of the lower and the upper plate, all bounces.
+/// Radiosity of the lower and the upper plate, with all bounces.
 fn radiosities(plates: &[Vec<DVec3>; 2]) -> [Vec<f64>; 2] {
     let direct = |patch: &DVec3| {
         let d = LIGHT - *patch;
@@ -75,7 +77,7 @@ fn radiosities(plates: &[Vec<DVec3>; 2]) -> [Vec<f64>; 2] {
     let emitted =
         [0, 1].map(|plate: usize| plates[plate].iter().map(|p| ALBEDO * direct(p)).collect::<Vec<_>>());
     let mut radiosities = emitted.clone();
-    // A bounce keeps 12 % at the most: eight leave a ten-millionth.
+    // A bounce keeps at most 12 %: after eight, a ten-millionth is left.
     for _ in 0..8 {
         radiosities = [0, 1].map(|plate: usize| {
             let (other, from) = (&plates[1 - plate], &radiosities[1 - plate]);
@@ -113,7 +115,7 @@ fn bounces_between_plates_equal_their_integral() {
         })
         .collect();
     let indirect = renderer.layer(Layer::Indirect).unwrap();
-    // The plates' outsides get nothing and are seen by nobody.
+    // The outer sides of the plates get no light and are not in view.
     let at_pixels: Vec<f64> = positions(&renderer)
         .into_iter()
         .zip(&indirect)

@@ -11,14 +11,14 @@ use lightpaths::types::Record;
 const FLUX_W: f32 = 10.0;
 const RADIUS_M: f32 = 1.5;
 
-/// The paper's entry points, gather rays and cells; 1 000 cache points are as good a sample of the
-/// wall as 40 000.
+/// The paper's entry points, gather rays and cells; 1 000 cache points sample the wall as well as
+/// 40 000.
 const PAPER: Quality = Quality { cache_points: 1_000, ..Quality::PAPER };
 
-/// Mean error and RMS of the indirect irradiance in all records, relative to the closed
-/// form, all channels.
+/// Mean error and RMS of the indirect irradiance of all records, relative to the closed form, over
+/// all channels.
 fn errors(renderer: &Renderer, records: &Buffer, albedo: f64) -> [f64; 2] {
-    // Flux and albedo are the polyhedron's exactly; so must its area be.
+    // Flux and albedo are exact for the polyhedron, so its area must be, too.
     let expected = f64::from(FLUX_W) / renderer.scene().area_m2() * albedo / (1.0 - albedo);
     let records: Vec<Record> = records.read().unwrap();
     let errors: Vec<f64> = records
@@ -31,8 +31,8 @@ fn errors(renderer: &Renderer, records: &Buffer, albedo: f64) -> [f64; 2] {
     [mean(&|e| e), mean(&|e| e * e).sqrt()]
 }
 
-/// One precomputation, the light at the centre and then half-way to the wall. Mean errors
-/// stay within `tolerance`.
+/// One precomputation, with the light at the centre and then half-way to the wall. Mean errors are
+/// within `tolerance`.
 fn check(albedo: f32, quality: Quality, tolerance: f64) {
     let scene = shapes::integrating_sphere(RADIUS_M, 4, albedo, Vec3::ZERO, FLUX_W);
     let mut renderer = render(scene, quality);
@@ -73,8 +73,8 @@ fn indirect_irradiance_is_uniform_at_the_papers_settings() {
     }
 }
 
-/// Where hardly any cluster holds as many vertices as it takes to reach the minimum count, chance
-/// must not decide which of them are.
+/// If hardly any cluster reaches the minimum number of vertices, chance must not decide which ones
+/// do.
 fn check_few_vertices(entry_points: u32, cells: u32, tolerance: f64) {
     let quality = Quality { entry_points, cells, cache_points: 400, ..PAPER };
     let scene = shapes::integrating_sphere(RADIUS_M, 4, 0.5, Vec3::ZERO, FLUX_W);
@@ -98,8 +98,7 @@ fn clusters_of_few_vertices_bring_no_bias_in_small_cells() {
     check_few_vertices(100_000, 64, 0.003);
 }
 
-/// The ends of the range at a fraction of the cost: where nothing is reflected, and where it takes
-/// a hundred bounces.
+/// The ends of the range at lower cost: black walls, and walls with a hundred bounces.
 fn check_ends(entry_points: u32, tolerance: f64) {
     let quality = Quality { entry_points, cache_points: 400, cells: 16, gather_rays: 144, ..PAPER };
     for albedo in [0.0_f32, 0.99] {
@@ -113,7 +112,7 @@ fn check_ends(entry_points: u32, tolerance: f64) {
         let [mean, rms] = errors(&renderer, renderer.stages().records, f64::from(albedo));
         let figures = format!("albedo {albedo}: mean {:+.3} %, RMS {:.3} %", 100.0 * mean, 100.0 * rms);
         println!("{figures}");
-        // The mean of the flux is as noisy as the lengths of the paths are.
+        // The noise of the mean flux is that of the lengths of the paths.
         assert!(mean.abs() <= tolerance && rms <= tolerance + 0.01, "{figures}");
     }
     assert_silent(&context());
@@ -131,7 +130,7 @@ fn indirect_irradiance_where_walls_are_nearly_white_of_many_paths() {
     check_ends(30_000, 0.02);
 }
 
-/// The wall of a millimetre is open at its ends, so that all of its sides show, and clusters are
+/// The wall of one millimetre is open at its ends, so all of its sides are active. Clusters are
 /// split along it at every setting: hardly any light leaks past it, whatever the cells.
 #[test]
 fn hardly_any_light_leaks_past_a_thin_wall() {
@@ -162,7 +161,7 @@ fn hardly_any_light_leaks_past_a_thin_wall() {
     );
     assert!(coarse < 1.5e-3 && fine < 3e-3, "dark side: {coarse:.2e}, {fine:.2e} of the light");
     assert!(split < 1.5e-3, "dark side: {split:.2e} of the light in split cells");
-    // What comes through is reflected to and fro where clusters take the light of records.
+    // Leaked light is reflected to and fro where clusters take the light of records.
     assert!(shadows < 2e-3, "dark side: {shadows:.2e} of the light with shadows");
     assert_silent(&context());
 }

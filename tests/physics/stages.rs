@@ -1,4 +1,4 @@
-//! Stages replaced by exact references.
+//! Ablation: stages replaced by exact references.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, render};
@@ -26,8 +26,8 @@ fn exact_irradiance_in_the_integrating_sphere_is_the_closed_form() {
             let mean = errors.iter().sum::<f64>() / count;
             let rms = (errors.iter().map(|error| error * error).sum::<f64>() / count).sqrt();
             println!("{stage:?}: mean {:+.3} %, RMS {:.3} %", 100.0 * mean, 100.0 * rms);
-            // The mean of some hundred points' estimates, by the spread of one; at most a tenth off
-            // in each.
+            // The error of the mean of some hundred points, by the spread of one; each point is
+            // within a tenth.
             assert!(mean.abs() <= 4.0 * rms / count.sqrt() && rms <= 0.1, "{stage:?}: {mean}, {rms}");
             mean
         });
@@ -58,7 +58,7 @@ fn the_frame_stays_as_it_was() {
     assert_silent(&context());
 }
 
-/// A frame sums the clusters only that something reads, and rays of an exact stage meet others.
+/// A frame sums only the clusters of the live set, and rays of an exact stage meet others.
 #[test]
 fn exact_stages_work_out_what_frames_leave_out() {
     let mut scene = shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.7);

@@ -1,5 +1,5 @@
-//! Images on walls: all methods against a closed form, and ours against the path tracer where
-//! borders of an image must stay sharp.
+//! Images on walls: all methods against a closed form, and light paths against the path tracer
+//! where borders of an image must stay sharp.
 
 use crate::common::{assert_silent, context};
 use crate::path_tracer::trace;
@@ -19,7 +19,7 @@ fn image(size: [u32; 2], codes: Vec<[u8; 3]>) -> Option<Texture> {
 
 const TINT: Vec3 = Vec3::new(0.9, 0.8, 0.95);
 
-/// A sphere lit from its centre, its wall a patchwork of eight colours.
+/// A sphere lit from its centre. Its wall is a patchwork of eight colours.
 fn patchwork() -> Scene {
     let mut scene = shapes::integrating_sphere(1.5, 3, 0.5, Vec3::ZERO, 10.0);
     let code =
@@ -34,12 +34,12 @@ fn patchwork() -> Scene {
     scene
 }
 
-/// Mean albedo by area: what a sphere's wall makes of light that is the same everywhere.
+/// Mean albedo by area, which uniform light in a sphere depends on.
 fn mean_albedo(scene: &Scene) -> DVec3 {
     const STEPS: usize = 16;
     let textures = Textures { materials: &scene.materials, coordinates: &scene.texture_coordinates };
     let of_triangle = |(index, triangle): (usize, &Triangle)| {
-        // The middles of small triangles, those that point up and those that point down.
+        // The centres of small triangles that point up, and of small triangles that point down.
         let mut sum = DVec3::ZERO;
         for i in 0..STEPS {
             for j in 0..STEPS - i {
@@ -61,7 +61,7 @@ fn sum(layer: &[[f32; 3]]) -> DVec3 {
     layer.iter().map(|pixel| DVec3::from(pixel.map(f64::from))).sum()
 }
 
-/// A layer holds the reference's energy within 1 %, and its relMSE is within a bound.
+/// Asserts that a layer has the reference's energy within 1 %, and a relMSE within a bound.
 #[track_caller]
 fn assert_layer(renderer: &Renderer, layer: Layer, expected: &[[f32; 3]], bound: f64) {
     let found = renderer.layer(layer).unwrap();
@@ -74,8 +74,8 @@ fn assert_layer(renderer: &Renderer, layer: Layer, expected: &[[f32; 3]], bound:
     assert!(relmse <= bound, "{layer:?}: {relmse:.2e}");
 }
 
-/// Light that is reflected more than once against light that is reflected once: ρ/(1−ρ) for the
-/// mean albedo ρ, in every pixel.
+/// Compares the ratio of indirect to direct light with ρ/(1−ρ) for the mean albedo ρ, in every
+/// pixel.
 #[track_caller]
 fn check_ratio(what: &str, layers: [&[[f32; 3]]; 2], albedo: DVec3, tolerance: f64) {
     let [direct, indirect] = layers.map(sum);
@@ -102,7 +102,7 @@ fn a_sphere_of_many_colours_reflects_by_their_mean() {
     let picture = mapper.picture().unwrap();
     check_ratio("photon mapper", [&picture.direct, &picture.indirect], albedo, 0.01);
 
-    // A gather ray sees one texel: so many that their noise is no part of the question.
+    // A gather ray sees one texel. With this number of rays, their noise does not matter.
     let mut renderer = render(small, Quality { gather_rays: 256, ..SMALL });
     let layers =
         |renderer: &Renderer| [Layer::Direct, Layer::Indirect].map(|layer| renderer.layer(layer).unwrap());
@@ -116,7 +116,8 @@ fn a_sphere_of_many_colours_reflects_by_their_mean() {
         assert_close("records", mean[channel].into(), expected, 0.005);
     }
 
-    // The tint is a factor of its own: half of it is half the albedo, without new paths.
+    // The material's albedo is a separate factor: half of it is half the total albedo, without new
+    // paths.
     renderer.set_diffuse(0, 0.5 * TINT).unwrap();
     renderer.frame().unwrap();
     let [darker, indirect] = layers(&renderer);
@@ -137,7 +138,7 @@ fn room() -> Scene {
     wall.texture = image([16, 1], (0..16).map(stripes).collect());
     scene.materials.extend([floor, wall]);
     let place = |triangle: &Triangle| {
-        // The floor's own plane; on walls, how far round.
+        // Coordinates of the floor's own plane; on walls, the position along the wall.
         triangle.positions.map(|p| match triangle.geometric_normal() {
             normal if normal.y.abs() > 0.5 => Vec2::new(p.x, p.z) + 0.1,
             _ => Vec2::new(1.3 * (p.x + p.z), p.y),
@@ -162,7 +163,7 @@ fn a_room_with_images_equals_the_path_tracer() {
     scene.cameras[0].size = size;
     let quality = Quality { preset: "test", entry_points: 200_000, cache_points: 2_000, ..Quality::DRAFT };
     let mut renderer = render(scene, quality);
-    // The border of an image in a wrong place is a whole pixel between dark and light.
+    // A misplaced border of an image is a whole pixel between dark and light.
     for (layer, expected, bound) in [
         (Layer::Beauty, &expected.beauty, noise + 1e-3),
         (Layer::Direct, &expected.direct, 5e-4),
@@ -170,8 +171,8 @@ fn a_room_with_images_equals_the_path_tracer() {
     ] {
         assert_layer(&renderer, layer, expected, bound);
     }
-    // Colours follow the camera, and the samples of edges the light: there and back again, all is
-    // as before.
+    // Colours depend on the camera, and the samples of edge pixels on the light. After a change and
+    // its reverse, the picture is the same.
     let first = renderer.layer(Layer::Beauty).unwrap();
     let view = renderer.scene().cameras[0].clone();
     renderer.move_camera(Vec3::new(0.3, 0.2, 0.4), Vec3::ZERO);
@@ -185,7 +186,7 @@ fn a_room_with_images_equals_the_path_tracer() {
         renderer.frame().unwrap();
         assert_eq!(renderer.layer(Layer::Beauty).unwrap() == first, light == Vec3::ZERO, "{light}");
     }
-    // Both average the image over the pixel.
+    // Both methods average the image over the pixel.
     let [ours, theirs] =
         [renderer.layer(Layer::Albedo).unwrap(), tracer.traced_scene().first_hits().unwrap().albedo];
     assert!(ours == theirs);
@@ -195,8 +196,7 @@ fn a_room_with_images_equals_the_path_tracer() {
     assert_silent(&context());
 }
 
-/// Images multiply what a wall scatters, and not glossy surfaces on it: every way that light takes
-/// in a glossy room.
+/// Images multiply diffuse reflection, and do not affect lobes: all light paths of a glossy room.
 #[test]
 fn a_glossy_room_with_images_equals_the_path_tracer() {
     let mut scene = room();
@@ -204,7 +204,7 @@ fn a_glossy_room_with_images_equals_the_path_tracer() {
         material.diffuse *= 0.7;
         (material.specular, material.exponent) = (Vec3::new(0.3, 0.25, 0.2), exponent);
     }
-    // Its paths are sampled by other rules.
+    // Paths of editable materials are sampled differently.
     scene.materials[2].editable = true;
     let size = [48, 36];
     let tracer = trace(scene.clone(), size, 256);

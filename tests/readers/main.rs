@@ -1,6 +1,6 @@
-//! Files that are damaged or made up, by the thousand: readers come to an end, let no index out
-//! that leads nowhere, and take memory in proportion to what they are given. The same functions are
-//! fuzzed (`make fuzz`), and what that found is in `fuzz/corpus`.
+//! Thousands of damaged and generated files. Readers terminate, return no index beyond its list,
+//! and take memory in proportion to their input. The same functions are fuzzed (`make fuzz`), and
+//! `fuzz/corpus` holds the finds.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod memory;
@@ -13,7 +13,7 @@ use memory::peak;
 use random::{Random, damaged};
 use std::path::Path;
 
-/// The good and once bad files of a target, by name.
+/// The good files of a target and its former failures, by name.
 fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);
     let files = std::fs::read_dir(folder).unwrap().map(|entry| {
@@ -26,18 +26,18 @@ fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Memory that a reader may take: bytes for each byte of its input, and bytes.
+/// Memory limit of a reader: bytes for each byte of its input, plus bytes.
 type Bound = (usize, usize);
 
-/// Lists that grow by doubling, and are there twice where one is made from another; whatever a
-/// scene has beside what is tried.
+/// Lists grow by doubling, and exist twice if one is made from another; plus the rest of the scene.
 const TEXTS: Bound = (600, 4 << 20);
-/// What the largest growth of an image can be, four times: decoded, as colours, with its
-/// transparency and as the scene has it.
+/// Four times the largest growth of an image: decoded, as colours, with its transparency, and in
+/// the scene.
 const IMAGES: Bound = (4 * 8256, 4 << 20);
 
-/// Reads the corpus of a target, whose files named `good` are good, and files made from it. So many
-/// of a thousand shall be good: with fewer or more the test would try too little.
+/// Reads the corpus of a target, whose files named `good` are good, and files generated from it.
+/// `good_of_thousand` of a thousand must be good: beyond this range the test would cover too
+/// little.
 fn hold(
     target: &str,
     read: impl Fn(&[u8]) -> bool,
@@ -51,7 +51,7 @@ fn hold(
         let (is_taken, peak) = peak(|| read(bytes));
         let most = factor * bytes.len() + more;
         if peak > most {
-            // What is kept for later is made once.
+            // A second run, because caches are filled only once.
             let (_, peak) = memory::peak(|| read(bytes));
             assert!(peak <= most, "{target}: {what}: {} bytes took {peak}, {most} at most", bytes.len());
         }
@@ -111,7 +111,7 @@ fn materials() {
         0 => any(random, corpus),
         _ => random::mtl(random),
     };
-    // Refused are unprintable names alone.
+    // Only unprintable names are refused.
     hold("mtl", readers::mtl, 250, make, TEXTS, 500..990);
 }
 
@@ -124,8 +124,8 @@ fn textures() {
     hold("texture", readers::texture, 400, make, IMAGES, 100..800);
 }
 
-/// A colour profile of zeros, packed a thousandfold, which no pixel needs: as a texture it
-/// takes no memory.
+/// A colour profile of zeros, compressed a thousandfold, which no pixel needs. As part of a texture
+/// it takes no memory.
 #[test]
 fn a_packed_colour_profile_takes_no_memory() {
     let mut info = png::Info::with_size(2, 2);
@@ -155,7 +155,7 @@ fn stored_light_paths() {
     hold("stored", readers::stored, 250, any, (64, 4 << 20), 20..900);
 }
 
-/// Images that other programs write, and that no text can hold.
+/// Writes images in the form of other programs, which text cannot hold.
 #[test]
 #[ignore = "writes into fuzz/corpus"]
 fn make_corpus() {
@@ -217,7 +217,7 @@ fn zeros() -> Vec<u8> {
     chunks(&png).into_iter().filter(|(kind, _)| kind == b"IDAT").flat_map(|(_, data)| data).collect()
 }
 
-/// Nobody looks at colour profiles and texts: they are not decompressed.
+/// The reader ignores colour profiles and texts, and does not decompress them.
 #[test]
 fn what_an_image_has_beside_its_pixels_takes_no_memory() {
     let zeros = zeros();
@@ -233,7 +233,7 @@ fn what_an_image_has_beside_its_pixels_takes_no_memory() {
     }
 }
 
-/// Sizes that a file of that length cannot have are refused before there is memory for them.
+/// Sizes that the length of a file rules out are refused before memory is allocated.
 #[test]
 fn images_that_say_they_are_large_take_no_memory() {
     for (color, depth) in [(0, 1), (0, 16), (2, 8), (3, 8), (6, 16)] {

@@ -1,10 +1,10 @@
-//! How much memory is in use, and was at most.
+//! Counts memory in use, and its peak.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// The system's allocator, counting.
+/// The system's allocator, with a count.
 struct Counting;
 
 #[global_allocator]
@@ -39,10 +39,10 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// One at a time, for all tests share the count.
+/// One at a time, because all tests share the count.
 static TURN: Mutex<()> = Mutex::new(());
 
-/// What `work` returns, and how many bytes it had at most beyond those that were in use before.
+/// The result of `work`, and its peak memory above the memory in use before, bytes.
 pub(super) fn peak<T>(work: impl FnOnce() -> T) -> (T, usize) {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let before = NOW.load(Ordering::Relaxed);

@@ -1,4 +1,4 @@
-//! Files that nobody wrote: good ones with damage, and such as keep the form and make up the rest.
+//! Generated files: damaged good ones, and files of valid form with random contents.
 
 /// A linear congruential generator (Knuth's MMIX constants), its upper bits.
 pub(super) struct Random(pub(super) u64);
@@ -14,7 +14,7 @@ impl Random {
     }
 }
 
-/// What breaks texts.
+/// Tokens that may break readers of texts.
 const TOKENS: [&[u8]; 24] = [
     b"nan",
     b"-1",
@@ -42,7 +42,8 @@ const TOKENS: [&[u8]; 24] = [
     b"\\",
 ];
 
-/// Good bytes with damage in up to four places: bytes changed, left out, put in, doubled, cut off.
+/// Good bytes with damage at up to four positions: bytes changed, left out, inserted, doubled, cut
+/// off.
 pub(super) fn damaged(random: &mut Random, good: &[u8]) -> Vec<u8> {
     let mut bytes = good.to_vec();
     for _ in 0..=random.below(3) {
@@ -78,7 +79,7 @@ fn number(random: &mut Random) -> String {
     }
 }
 
-/// An index that mostly leads somewhere.
+/// An index that is mostly valid.
 fn index(random: &mut Random, count: usize) -> String {
     match random.below(60) {
         0 => random.of(&["0", "", "4294967296", "-2147483649", "9223372036854775807", "x"]).to_owned(),
@@ -95,7 +96,7 @@ fn words(random: &mut Random, count: usize) -> String {
 /// Lines of an OBJ file in any order.
 pub(super) fn obj(random: &mut Random) -> Vec<u8> {
     let mut text = String::new();
-    // Mostly, something stands before faces ask for it.
+    // Mostly, vertices come before the faces that use them.
     for keyword in ["v", "v", "v", "v", "v", "vn", "vt"] {
         text += &format!("{keyword} {} {} {}\n", random.below(9), random.below(9), random.below(9));
     }
@@ -171,8 +172,8 @@ pub(super) fn mtl(random: &mut Random) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// A scene file, or a film, made of `good`'s tables in another order, with some keys of theirs,
-/// and other values.
+/// A scene file or a film, made of `good`'s tables in another order, with some of their keys and
+/// other values.
 pub(super) fn toml(random: &mut Random, good: &str) -> Vec<u8> {
     let tables: Vec<&str> = good.split("\n\n").collect();
     let mut text = String::new();
@@ -211,7 +212,7 @@ pub(super) fn toml(random: &mut Random, good: &str) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// The start of an image: a size that it may not have, and pixels that end early.
+/// The start of an image: a size that may be invalid, and pixels that end early.
 pub(super) fn image(random: &mut Random) -> Vec<u8> {
     let side = |random: &mut Random| match random.below(4) {
         0 => random.below(8),

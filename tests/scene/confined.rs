@@ -1,4 +1,4 @@
-//! What a file from a stranger may read: its own folder.
+//! A scene file may read only files of its own folder.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use tempfile::TempDir;
 use super::refused::message;
 use super::{CAMERA, LIGHT, SQUARE};
 
-/// `scene/` with models and images, and `other/` beside it, with files that are as good.
+/// `scene/` with models and images, and `other/` beside it, with equally good files.
 fn folders() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for place in ["scene/models", "scene/images", "other"] {
@@ -34,8 +34,8 @@ fn at(folder: &TempDir, path: &str) -> String {
     folder.path().join(path).to_str().unwrap().to_owned()
 }
 
-/// What becomes of a scene whose model is that file: nothing where it loads, else what is said.
-/// With leave, all must load.
+/// Loads a scene with this model. Returns the error, or `None` if it loads. With permission, all
+/// scenes must load.
 fn outcome(folder: &TempDir, model: &str) -> Option<String> {
     write(folder, "scene/s.toml", &format!("[[model]]\nfile = {model:?}\n{CAMERA}{LIGHT}"));
     let spec = at(folder, "scene/s.toml");
@@ -69,7 +69,7 @@ fn materials_and_images_lie_in_the_scenes_folder() {
     let obj = |library: &str| {
         format!("mtllib {library}\nusemtl a\nvt 0 0\n{}", SQUARE.replace("f 1 2 3 4", "f 1/1 2/1 3/1 4/1"))
     };
-    // What lies outside is left out, and that is said.
+    // Files outside are left out, with a warning.
     let spec = at(&folder, "scene/s.toml");
     let allowed = LoadOptions { allow_outside: true, ..LoadOptions::default() };
     let holds = |words: &str, is_read: &dyn Fn(&Scene) -> bool, is_inside: bool, what: &str| {
@@ -98,7 +98,7 @@ fn materials_and_images_lie_in_the_scenes_folder() {
         write(&folder, "scene/models/t.mtl", &format!("newmtl a\nmap_Kd -s 2 2 {image}\n"));
         let is_read = |scene: &Scene| scene.materials[0].texture.is_some();
         if image.contains("OTHER") {
-            // Nobody looks for names in a folder outside.
+            // The loader does not search for names in a folder outside.
             let scene = Scene::load(&spec, &LoadOptions::default()).unwrap();
             assert!(!is_read(&scene) && scene.warnings.iter().any(|warning| warning.ends_with(OUTSIDE)));
         } else {
@@ -107,7 +107,7 @@ fn materials_and_images_lie_in_the_scenes_folder() {
     }
 }
 
-/// What the user names may lie anywhere; what that names lies beside it.
+/// Files that the user names may be anywhere; files that these name must be beside them.
 #[test]
 fn users_name_what_they_like() {
     let folder = folders();
@@ -160,9 +160,9 @@ fn links_lead_no_further_than_paths() {
     for outside in ["out.obj", "out/m.obj", "absolute.obj"] {
         assert!(outcome(&folder, outside).unwrap_or_else(|| panic!("{outside} was read")).ends_with(OUTSIDE));
     }
-    // It is where a path ends that counts.
+    // The target of a path counts.
     assert_eq!(outcome(&folder, "out/../scene/m.obj"), None);
-    // The user may name a scene, or its folder, by a link.
+    // The user may name a scene or its folder through a link.
     assert_eq!(outcome(&folder, "models/m.obj"), None);
     link("scene", "linked");
     Scene::load(&at(&folder, "linked/s.toml"), &LoadOptions::default()).unwrap();
@@ -172,7 +172,7 @@ fn links_lead_no_further_than_paths() {
     assert!(refused.ends_with(OUTSIDE), "files lie beside the link: {refused}");
 }
 
-/// Where a file is a pipe or a device, reading it would wait, or never end.
+/// Reading a pipe or a device may wait or never end.
 #[cfg(unix)]
 #[test]
 fn what_is_no_file_is_not_opened() {

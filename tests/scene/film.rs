@@ -1,4 +1,4 @@
-//! Films: what a timeline says of the scene at a frame, and what is refused.
+//! Animation: the state of a scene at a frame, and refused films.
 
 use glam::Vec3;
 use lightpaths::Error;
@@ -7,7 +7,7 @@ use lightpaths::scene::{LightKind, LoadOptions, Scene};
 
 use super::{SQUARE, close, good_toml};
 
-/// A second of a film of the scene with one lamp, four frames.
+/// One second of a film of the scene with one light, four frames.
 const HEAD: &str = "scene = \"s.toml\"\nfps = 4\nduration = 1.0\n";
 const PANEL: &str = "[[light]]\nname = \"panel\"\ntime = 0.5\nkind = \"area\"\ncorner = [0, 1, 0]\nedge_u = [1, 0, 0]\n\
                      edge_v = [0, 0, 1]\nradiance = [4, 2, 1]\nsamples = 7\n";

@@ -1,5 +1,5 @@
-//! What other programs write and read in OBJ and MTL files, whether or not it is right: a picture
-//! and one warning a kind.
+//! OBJ and MTL files as other programs write and read them, valid or not: each gives a picture and
+//! one warning for each kind.
 
 use glam::Vec3;
 use image::{ImageFormat, RgbImage};
@@ -46,8 +46,8 @@ fn faces_without_normals_borrow_none() {
 
 #[test]
 fn faces_lack_what_the_file_does_not_have() {
-    // The first face has a normal that follows, the second none that there is; the last has one of
-    // its own.
+    // The first face has a normal that comes later, the second a normal that does not exist, the
+    // last one a normal of its own.
     let obj = format!(
         "{}f 1//1 2//1 3//1\nf 1/1/2 3/1/2 4/1/2\nv 0 1 0\nf 1//-9 2//-9 5//-9\nf 2/x 3/0 5/7\nvn 0 1 0.5\nvt 0 0\n",
         SQUARE.rsplit_once("f ").unwrap().0
@@ -120,7 +120,7 @@ fn materials_without_a_name_are_the_default() {
 fn what_is_passed_over_in_mtl_files_is_named() {
     let neutral = "newmtl a\nKd 0.5 0.5 0.5\nKa 1 1 1\nKe 0 0 0\nNi 1.45\nd 1.0\nTr 0\nTf 1 1 1\nillum 2\nPr 1\nPm 0\nPs 0\nPc 0\nPcr 0.03\naniso 0\n";
     assert_eq!(with_mtl(neutral).warnings, [""; 0]);
-    // Every statement by itself is named, with file, line and material.
+    // A single statement is named, with file, line and material.
     for (line, named) in [
         ("d 0.05", "`d` is passed over (transparency): surfaces are opaque"),
         ("Tr 0.95", "`Tr` is passed over (transparency): surfaces are opaque"),
@@ -159,7 +159,7 @@ fn what_is_passed_over_in_mtl_files_is_named() {
         let others = scene.warnings.len() - 1;
         assert_eq!(others, usize::from(line.starts_with("Ks inf")), "{:?}", scene.warnings);
     }
-    // Many of a kind are one warning.
+    // Many statements of one kind give one warning.
     let many: String =
         (0..500).map(|number| format!("newmtl m{number}\nd 0.5\nNi 1.5\nfoo{number} 1\n")).collect();
     let scene = with_mtl(&format!("Kd 1 1 1\n{many}newmtl a\n"));
@@ -183,12 +183,12 @@ fn numbers_of_materials_stand_for_what_they_can() {
     assert_eq!(material("Kd -1 0.5 0\nNs -4\n").diffuse, Vec3::new(0.0, 0.5, 0.0));
     assert_eq!(material("Ns -4\n").exponent, 1.0);
     assert_eq!(material("Kd x\nKd 0.1 \\\n0.2 0.3\n").diffuse, Vec3::new(0.1, 0.2, 0.3));
-    // Codes instead of fractions keep their hue.
+    // Codes in place of fractions keep their hue.
     assert!(close(material("Kd 255 51 0\n").diffuse, Vec3::new(0.99, 0.198, 0.0)));
 }
 
-/// The specular albedo gives way, so that exporters' defaults leave light an end and
-/// colours their own.
+/// The specular albedo is lowered, so that light paths end with the defaults of exporters, and
+/// colours stay.
 #[test]
 fn materials_reflect_less_than_they_receive() {
     let scene = with_mtl(
@@ -237,7 +237,7 @@ fn libraries_are_found_where_they_can_be() {
         (grey, &warnings[..]),
         (0.7, &[gone.to_owned(), "m.obj:2: material \"a\" is defined nowhere: taken as grey".to_owned()][..])
     );
-    // One warning for all materials that are defined nowhere.
+    // One warning for all undefined materials.
     let used: String = (0..1449).map(|number| format!("usemtl m{number}\n")).collect();
     let scene = load(format!("mtllib gone.mtl\n{used}{SQUARE}").as_bytes(), &[]);
     assert!(
@@ -312,8 +312,7 @@ fn files_of_other_kinds_are_named() {
     );
 }
 
-/// The face of the letter C, whichever corner comes first; each is closed to a square where it
-/// is a fan.
+/// The face of a letter C, from any first corner; as a fan, each would be closed to a square.
 #[test]
 fn concave_faces_keep_their_notch() {
     let corners = [[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [3, 2], [3, 3], [0, 3]];

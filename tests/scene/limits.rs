@@ -1,5 +1,5 @@
-//! What is too much is refused, in a line that says how much it is, and before there is
-//! memory for it.
+//! Input beyond a limit is refused, in a line that states the number, and before memory is
+//! allocated.
 
 use lightpaths::scene::limits::{
     self, CAMERAS, FILM_KEYS, IMAGE_BYTES, IMAGE_SIDE, LIBRARIES, LIGHTS, MATERIALS, MODELS, MTL_BYTES,
@@ -20,14 +20,14 @@ fn lights(count: usize) -> String {
     (0..count).map(|number| LIGHT.replace("lamp", &format!("lamp {number}"))).collect()
 }
 
-/// Files with a hole in them are as long as they say, and take no room.
+/// Sparse files have any length, and take no space.
 #[test]
 fn files_are_not_too_long() {
     let obj = format!("mtllib m.mtl\nusemtl a\nvt 0 0\n{SQUARE}");
     for (name, most, words) in [
         ("s.toml", TOML_BYTES, "s.toml: "),
         ("m.obj", OBJ_BYTES, "s.toml:2: model.0.file: "),
-        // The rest of the scene can be seen without these.
+        // The rest of the scene is loaded without these.
         ("m.mtl", MTL_BYTES, "m.obj:1: mtllib: libraries that cannot be used are left out"),
         ("i.png", IMAGE_BYTES, "m.mtl:2: material \"a\": images that cannot be used are left out"),
     ] {
@@ -81,7 +81,7 @@ fn names_are_not_too_long() {
             "is no printable name of at most 4096 bytes",
         );
     }
-    // However long a line is, what is said of it is short.
+    // The message about a long line is short.
     let long = "x".repeat(1 << 20);
     for line in ["v 0 0 ", "f 1 2 ", "v "] {
         refuses(&good, &format!("{SQUARE}{line}{long}\n"), "m.obj:6: ");
@@ -98,7 +98,7 @@ fn names_are_not_too_long() {
         SQUARE,
         "three numbers was expected, found the string",
     );
-    // A name is in what is said of another key.
+    // The message about another key contains the name.
     refuses(&good.replace("lamp\"", "la\\nmp\"\nangle = 1"), SQUARE, "light.la mp.");
     let mtl = ["newmtl ", "newmtl a\nKd ", "newmtl a\nmap_Kd -clamp ", "newmtl a\nmap_Kd -", "newmtl a\n"];
     for start in mtl {
@@ -134,14 +134,14 @@ fn materials_are_not_too_many() {
     let files = [("s.toml", good.as_bytes()), ("m.obj", obj.as_bytes()), ("m.mtl", defined.as_bytes())];
     let found = message(load_files(&files, "s.toml", &LoadOptions::default()));
     assert!(found.contains("m.mtl:65537: newmtl: there are more than 65536 materials"), "{found}");
-    // Two models, each with as many as there may be.
+    // Two models, each with the maximum number.
     let two = format!("{HEAD}{good}");
     refuses(
         &two,
         &format!("{}{SQUARE}", used(MATERIALS)),
         "the models have more than 65536 materials together",
     );
-    // A name that is unknown is held against those that are known: not all of them are listed.
+    // An unknown name is compared with the known ones: the message lists only some of them.
     refuses(
         &format!("{good}[[material]]\nname = \"b\"\n"),
         &format!("{}{SQUARE}", used(MATERIALS)),
@@ -149,7 +149,7 @@ fn materials_are_not_too_many() {
     );
 }
 
-/// A PNG whose pixels end where they begin, with checksums that are right.
+/// A PNG without pixel data, with correct checksums.
 fn png_header(width: u32, height: u32) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
@@ -175,7 +175,7 @@ fn images_are_not_larger_than_their_files_can_hold() {
     assert!(found.contains("is no readable Png: "), "{found}");
 }
 
-/// Nine images of the largest size, each of which a small file holds.
+/// Nine images of the largest size, each in a small file.
 #[test]
 fn images_are_not_too_large_together() {
     let mut image = Vec::new();
@@ -210,18 +210,18 @@ fn films_are_not_too_long() {
     refuses((0..=FILM_KEYS).map(key).collect(), "camera: 65537 of them are too many: 65536 at most");
     let light = |number: usize| LIGHT.replace("lamp", &format!("l{number}")) + "time = 0\n";
     refuses((0..LIGHTS).map(light).collect(), "there are 1024 lights: no more can be added");
-    // Speeds between two keys at almost one time are no numbers.
+    // Speeds between two keys at almost the same time are not finite.
     let place =
         |time: &str, x: u32| format!("[[light]]\nname = \"lamp\"\ntime = {time}\nposition = [{x}, 0, 0]\n");
     let three = format!("{}{}{}", place("0", 0), place("1e-320", 1), place("2", 2));
     refuses(three, "there is another key of it at");
 }
 
-/// A transform that leaves no number in any coordinate of a vertex.
+/// A transform that makes all coordinates of a vertex NaN or infinite.
 #[test]
 fn numbers_stay_numbers_under_transforms() {
-    // The others are as large as they may be. What is no number is in no bounding box as long as
-    // others follow, in the order of the faces.
+    // The others have the largest valid size. A NaN does not reach the bounding box as long as
+    // other corners follow, in the order of the faces.
     let huge = "v 1e308 1e308 1e308\nv 0 0 0\nv 1e-9 0 0\nv 0 1e-9 0\nf 1 2 3\nf 2 3 4\n";
     let mut refused = 0;
     for (x, y) in (0..24).flat_map(|x| (0..24).map(move |y| (15 * x, 15 * y))) {
@@ -240,7 +240,7 @@ fn numbers_stay_numbers_under_transforms() {
     assert!(Scene::load("box", &LoadOptions::default()).is_ok());
 }
 
-/// What people are told is what holds.
+/// The limits in the documentation are those of the code.
 #[test]
 fn the_page_states_the_limits() {
     let page = include_str!("../../docs/reliability.md");

@@ -1,4 +1,4 @@
-//! Scene loading: what comes in, what is changed and repaired; `refused` has what is turned away.
+//! Scene loading: results, changes and repairs; `refused` has the errors.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::collections::HashSet;
@@ -100,8 +100,8 @@ fn teapot_is_welded_and_smooth() {
             assert!(edges.insert(edge), "two faces run along one edge in one direction");
         }
     }
-    // Open: rim, lid and base with 48 edges each, spout's mouth and foot with 18, handle's ends
-    // with 16.
+    // Open edges: rim, lid and base with 48 each, the spout's mouth and foot with 18, the handle's
+    // ends with 16.
     let open = edges.iter().filter(|(a, b)| !edges.contains(&(*b, *a))).count();
     assert_eq!(open, 3 * 48 + 2 * 18 + 2 * 16);
 }
@@ -163,7 +163,7 @@ seed = 7
 "#;
     let scene = load(toml, SQUARE).unwrap();
     let (low, high) = scene.bounds();
-    // Turned by 90° about y, x becomes -z and -z becomes -x.
+    // After a turn by 90° about y, x becomes -z and -z becomes -x.
     let [low, high] = [low, high].map(|corner| corner + scene.origin.as_vec3());
     assert!(close(low, Vec3::new(8.0, 0.0, -2.0)) && close(high, Vec3::new(10.0, 0.0, 0.0)), "{low} {high}");
     assert!(scene.triangles.iter().all(|t| close(t.geometric_normal(), Vec3::Y)));
@@ -226,8 +226,8 @@ fn far_away_models_keep_their_shape() {
 
 #[test]
 fn models_are_repaired_and_say_so() {
-    // A sliver, an index twice, a repeated face (turned, then reversed), normals: reversed, zero,
-    // not a number.
+    // A sliver, a repeated index, a repeated face (turned, then reversed); normals: reversed, zero,
+    // NaN.
     let obj = format!(
         "{SQUARE}v 0.5 1e-12 0\nvn 0 -1 0\nvn 0 0 0\nvn nan 0 0\nvn 0 1 1\nv 5 0 0\nv 6 0 0\nv 6 0 -1\nv 5 0 -1\n\
          f 1 2 5\nf 1 1 2\nf 2 3 1\nf 3 2 1\nf 6//1 7//1 8//1\nf 6//2 8//3 9//4\n"
@@ -256,7 +256,7 @@ fn materials_come_from_mtl_with_repairs() {
     let scene = load_files(&files, "s.toml", &LoadOptions::default()).unwrap();
     let [mirror, lost] = &scene.materials[..] else { panic!("{:?}", scene.materials) };
     assert_eq!((mirror.exponent, lost.diffuse, lost.name.as_str()), (96.0, Vec3::splat(0.7), "lost one"));
-    // Highlights give way, all colours of them alike.
+    // The specular albedo is lowered, all channels alike.
     assert_eq!(mirror.diffuse, Vec3::new(0.5, 0.8, 0.1));
     let left = (MAX_ALBEDO - 0.8) / 0.25 * Vec3::new(0.5, 0.25, 0.5);
     assert!(close(mirror.specular, left), "{}", mirror.specular);
@@ -271,7 +271,7 @@ fn materials_come_from_mtl_with_repairs() {
         scaled.contains("material \"mirror\" reflected more than it receives: its highlights are dimmed"),
         "{scaled}"
     );
-    // An override defines what the model does not.
+    // An override defines a material that the model does not define.
     let scene = load_files(&files, "s.toml", &set(&["material.'lost one'.diffuse=[0.1,0.2,0.3]"])).unwrap();
     assert_eq!((scene.materials[1].diffuse, scene.warnings.len()), (Vec3::new(0.1, 0.2, 0.3), 2));
 }
@@ -355,14 +355,14 @@ fn a_model_alone_gets_camera_and_light() {
     let scene = load_files(&files, "box.obj", &set(&["camera.size=[8,8]"])).unwrap();
     let [camera, light] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
     assert!(camera.contains("has no camera") && light.contains("has no light"));
-    // A room that is open to +z: the camera looks in from there, the light is inside.
+    // A room without a wall at +z: the camera looks in from there, the light is inside.
     let origin = scene.origin.as_vec3();
     let position = scene.cameras[0].position + origin;
     assert!(position.z > 2.0 && position.x.abs() < 0.1, "{position}");
     assert_eq!(scene.cameras[0].size, [8, 8]);
     let LightKind::Point { position, .. } = scene.lights[0].kind else { panic!() };
     assert!((1.5..1.99).contains(&(position + origin).y));
-    // An object is seen from outside, and lit from there.
+    // The camera and the light of an object are outside.
     let scene = load_files(&[("m.obj", SQUARE.as_bytes())], "m.obj", &LoadOptions::default()).unwrap();
     let LightKind::Point { position, .. } = scene.lights[0].kind else { panic!() };
     assert!(scene.cameras[0].position.length() > 1.0 && position.y > 0.5);
@@ -381,7 +381,7 @@ fn shapes_have_their_closed_forms() {
             assert!(t.geometric_normal().dot(inward) > 0.999);
             assert!(t.positions.iter().zip(t.normals).all(|(p, n)| close(n, -0.5 * *p)));
         }
-        // Inscribed: the area falls short by a share of the squared edge length.
+        // Inscribed: the area is too small by a fraction of the squared edge length.
         let share = sphere.area_m2() / (16.0 * std::f64::consts::PI);
         let deficit = 0.31 / f64::from(1 << (2 * subdivisions));
         assert!(share < 1.0 && share > 1.0 - deficit, "{subdivisions}: {share}");

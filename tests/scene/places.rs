@@ -1,4 +1,4 @@
-//! The atrium and the room: closed solids, the size class of the paper's scenes, as fine as asked.
+//! The atrium and the room: closed solids of the size of the paper's scenes, at any resolution.
 
 use std::collections::{HashMap, HashSet};
 
@@ -21,7 +21,7 @@ fn bits(p: Vec3) -> [u32; 3] {
     (p + 0.0).to_array().map(f32::to_bits)
 }
 
-/// Every edge must be passed as often one way as the other: then the surface has no border.
+/// Every edge must occur equally often in both directions: then the surface has no border.
 fn open_edges(triangles: &[Triangle]) -> usize {
     let mut passed: HashMap<[[u32; 3]; 2], i32> = HashMap::new();
     for triangle in triangles {
@@ -34,9 +34,10 @@ fn open_edges(triangles: &[Triangle]) -> usize {
     passed.values().filter(|&&balance| balance != 0).count()
 }
 
-/// What must hold at every number of triangles.
+/// Invariants for every number of triangles.
 fn assert_sound(scene: &Scene) {
-    // Triangles without area, repeated ones and normals against their front would be warned of.
+    // The loader would warn of triangles without area, repeated ones, and normals against their
+    // front.
     assert_eq!(scene.warnings, Vec::<String>::new(), "{}", scene.name);
     assert_eq!(open_edges(&scene.triangles), 0, "{}: open edges", scene.name);
     for triangle in &scene.triangles {

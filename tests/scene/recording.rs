@@ -1,4 +1,4 @@
-//! Recordings as films: what was recorded is what the film shows.
+//! Recordings as films: the film shows the recorded states.
 
 use std::path::Path;
 
@@ -11,8 +11,8 @@ use super::{CAMERA, LIGHT};
 
 const FPS: f64 = 30.0;
 
-/// A scene of two materials with a lamp, a spot that is off, and a panel, around an
-/// offset; its folder.
+/// A scene of two materials with a point light, a spot light that is off, and an area light, around
+/// an offset; its folder.
 fn scene(offset: f64) -> (tempfile::TempDir, String, Scene) {
     let folder = tempfile::tempdir().unwrap();
     let corner = |x: f64, z: f64| format!("v {} {} {}\n", x + offset, 0.1 - offset, z + 0.5 * offset);
@@ -31,7 +31,7 @@ fn scene(offset: f64) -> (tempfile::TempDir, String, Scene) {
 
 /// The film of these samples, one each frame.
 fn film_of(spec: &str, base: &Scene, samples: &[Snapshot], folder: &Path) -> (String, Film, Scene) {
-    let mut recording = Recording::new(spec, &Snapshot::of(base), base.origin, FPS);
+    let mut recording = Recording::new(spec, &Snapshot::from_scene(base), base.origin, FPS);
     for (frame, sample) in samples.iter().enumerate() {
         recording.add(frame as f64 / FPS, sample);
     }
@@ -55,8 +55,8 @@ fn expect_camera(wanted: &Camera, found: &Camera) {
     assert!((wanted.fov_y_degrees / found.fov_y_degrees - 1.0).abs() < 1.01e-3);
 }
 
-/// A light that is off may be anywhere; what it was called before a light of another kind got its
-/// name does not matter.
+/// A light that is off may be anywhere. Its old name does not matter if a light of another kind has
+/// taken it.
 fn expect_lights(wanted: &[Light], state: &State, scene: &Scene) {
     let changed = |index: usize| state.lights.iter().find(|(light, ..)| *light == index);
     let as_filmed = |(index, light): (usize, &Light)| match changed(index) {
@@ -121,7 +121,7 @@ fn expect_state(wanted: &Snapshot, state: &State, scene: &Scene) {
     }
 }
 
-/// What hands do in a window: one thing after the other, dragged, set or left alone.
+/// Random actions of a user in a window: one item after the other is dragged, set or left alone.
 fn act(samples: &mut Vec<Snapshot>, dice: &mut Dice) {
     let mut now = samples.last().unwrap().clone();
     let [frames, light] = [1 + dice.below(25), dice.below(now.lights.len().max(1))];
@@ -173,7 +173,7 @@ fn films_show_what_was_recorded() {
     for seed in 0..12 {
         let mut dice = Dice(seed);
         let (folder, spec, scene) = scene([0.0, 33.3, -99_000.1][seed as usize % 3]);
-        let mut first = Snapshot::of(&scene);
+        let mut first = Snapshot::from_scene(&scene);
         if seed % 2 == 1 {
             // Something had been edited before the recording began.
             first.lights[0].kind = dice.kind();
@@ -192,10 +192,10 @@ fn films_show_what_was_recorded() {
 #[test]
 fn what_is_left_alone_has_no_keys() {
     let (folder, spec, scene) = scene(17.1);
-    let samples = vec![Snapshot::of(&scene); 50];
+    let samples = vec![Snapshot::from_scene(&scene); 50];
     let (text, ..) = film_of(&spec, &scene, &samples, folder.path());
     assert_eq!(text, format!("scene = \"s.toml\"\nfps = 30.0\nduration = {:?}\n", 49.0 / FPS + 1.0 / FPS));
-    let mut edited = Snapshot::of(&scene);
+    let mut edited = Snapshot::from_scene(&scene);
     edited.camera.position.x += 1.0;
     edited.lights[0].is_on = false;
     edited.materials[0].exponent = 7.0;
@@ -204,14 +204,14 @@ fn what_is_left_alone_has_no_keys() {
     assert_eq!((text.matches("position").count(), text.matches("on = false").count()), (1, 1), "{text}");
     let (text, ..) = film_of(&spec, &scene, &[], folder.path());
     assert!(!text.contains("[["), "{text}");
-    let elsewhere = Recording::new("box", &Snapshot::of(&scene), scene.origin, FPS);
+    let elsewhere = Recording::new("box", &Snapshot::from_scene(&scene), scene.origin, FPS);
     assert!(elsewhere.finish(Path::new("f.toml")).unwrap().starts_with("scene = \"box\"\n"));
 }
 
 #[test]
 fn holds_do_not_move_and_drags_take_few_keys() {
     let (folder, spec, scene) = scene(0.0);
-    let mut samples = vec![Snapshot::of(&scene); 60];
+    let mut samples = vec![Snapshot::from_scene(&scene); 60];
     let start = samples[0].clone();
     for frame in 1..=120 {
         let mut now = start.clone();

@@ -1,11 +1,11 @@
-//! What is refused, and in which words.
+//! Scenes that are refused, and the messages.
 
 use lightpaths::scene::{LoadOptions, Scene};
 use lightpaths::{Error, Result};
 
 use super::{CAMERA, HEAD, LIGHT, SQUARE, good_toml, load, load_files, set};
 
-/// The one line that a user sees, with the folder's name cut away.
+/// The one line of the error message, without the folder's name.
 pub(super) fn message(result: Result<Scene>) -> String {
     let error = result.unwrap_err();
     assert_eq!(error.exit_code(), 2, "{error}");
@@ -208,7 +208,7 @@ fn bad_settings_are_refused() {
     );
 }
 
-/// Mutated files never panic, and fail in one line where they fail.
+/// Mutated files never panic; an error is one line.
 #[test]
 fn mutated_files_do_not_panic() {
     let toml = format!(

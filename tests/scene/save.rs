@@ -1,5 +1,5 @@
-//! Scenes saved and loaded again: the same to the bit, and the text left alone where
-//! nothing has changed.
+//! Scenes saved and loaded again: equal to the bit, and the text unchanged where nothing has
+//! changed.
 
 use std::path::{Path, PathBuf};
 
@@ -27,7 +27,7 @@ impl Dice {
         Vec3::new(self.unit(), self.unit(), self.unit())
     }
 
-    /// No coordinate is so near zero that f64 could not tell it from its neighbours at 1e5 m.
+    /// A position without coordinates near zero: f64 distinguishes its coordinates at 1e5 m.
     pub(crate) fn place(&mut self) -> Vec3 {
         let place = 8.0 * (self.vector() - 0.5);
         Vec3::select(place.abs().cmplt(Vec3::splat(3e-4)), Vec3::ONE, place)
@@ -60,17 +60,17 @@ impl Dice {
     }
 }
 
-/// Debug output of floats tells all of their bits.
+/// Debug output of floats, which preserves all bits.
 fn exact(value: impl std::fmt::Debug) -> String {
     format!("{value:?}")
 }
 
 fn load(file: &Path) -> Result<Scene> {
-    // A scene that is saved elsewhere leaves its models where they are.
+    // If a scene is saved elsewhere, its models stay.
     Scene::load(file.to_str().unwrap(), &LoadOptions { allow_outside: true, ..LoadOptions::default() })
 }
 
-/// Saves and loads again; the text too.
+/// Saves and loads again, the text included.
 #[track_caller]
 fn again(
     text: &SceneText,
@@ -78,7 +78,7 @@ fn again(
     to: &Path,
     triangles: &[lightpaths::scene::Triangle],
 ) -> (Scene, String) {
-    let written = text.with_edits(&Edited::of(edited), to).unwrap();
+    let written = text.with_edits(&Edited::from_scene(edited), to).unwrap();
     std::fs::write(to, &written).unwrap();
     let scene = load(to).unwrap_or_else(|error| panic!("{error}\n{written}"));
     assert_eq!(exact(&scene.lights), exact(&edited.lights), "{written}");
@@ -125,8 +125,8 @@ fn edit(scene: &mut Scene, dice: &mut Dice) {
     material.bound_albedo();
 }
 
-/// Edits a scene over and over, saving and loading after each time; every other time what was
-/// loaded first is saved again.
+/// Edits a scene again and again, and saves and loads it after each edit. Every second time, the
+/// scene that was loaded first is saved.
 fn edit_often(spec: &str, options: &LoadOptions, times: usize) {
     let folder = tempfile::tempdir().unwrap();
     let to = folder.path().join("saved.toml");
@@ -234,7 +234,7 @@ fn what_is_not_edited_stays_as_it_is_written() {
         )
         .replace("0.2, 0.1] # brown", "0.2, 0.7] # brown");
     assert_eq!(again(&text, &scene, &file, &triangles).1, expected);
-    // What moves up keeps the name that it had by its number.
+    // A light that moves up keeps the name that its old number gave it.
     scene.lights.remove(0);
     let kind = LightKind::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::ONE };
     scene.lights.push(Light { name: "sun".to_owned(), kind, is_on: true });
@@ -361,7 +361,7 @@ fn what_no_file_can_say_is_refused() {
     let refuses = |change: &dyn Fn(&mut Scene), words: &str| {
         let mut edited = scene.clone();
         change(&mut edited);
-        let message = text.with_edits(&Edited::of(&edited), &file).unwrap_err().to_string();
+        let message = text.with_edits(&Edited::from_scene(&edited), &file).unwrap_err().to_string();
         assert!(message.contains(words) && !message.contains('\n'), "{message}");
     };
     refuses(&|scene| scene.lights.clear(), "needs a light");

@@ -1,4 +1,4 @@
-//! Images of materials: formats, options, texture coordinates, and what is refused.
+//! Images of materials: formats, options, texture coordinates, and refused images.
 
 use std::io::Cursor;
 
@@ -68,7 +68,7 @@ fn every_format_is_read_and_multiplies_kd() {
         ("deep.png", encoded(deep, ImageFormat::Png)),
         ("a.bmp", encoded(pixels(), ImageFormat::Bmp)),
         ("a.gif", encoded(DynamicImage::ImageRgb8(pixels()).into_rgba8(), ImageFormat::Gif)),
-        // The contents count, whatever the name says.
+        // The contents determine the format, not the name.
         ("a.jpg", png()),
     ] {
         let scene = load(SQUARE, &format!("newmtl wall\nmap_Kd {name}\nKd 0.5 0.6 0.7\n"), &[(name, &bytes)]);
@@ -133,7 +133,7 @@ fn options_place_the_image() {
         scene.warnings
     );
 
-    // A file may be called like a number; folders may be parted by backslashes.
+    // A file name may be a number; backslashes may separate folders.
     let scene = load(SQUARE, "newmtl wall\nmap_Kd -s 2 7\n", &[("7", &png())]).unwrap();
     assert_eq!(corners(&scene)[2], Vec2::new(2.0, 1.0));
     load(SQUARE, "newmtl wall\nmap_Kd .\\a.png\n", image).unwrap();
@@ -177,8 +177,8 @@ fn a_diffuse_albedo_in_the_scene_file_replaces_an_image() {
     assert_eq!(scene.materials[0].diffuse, Vec3::splat(0.2));
 }
 
-/// What cannot be used of an image leaves the material its `Kd`, and is said with file,
-/// line and reason.
+/// If an image cannot be used, the material keeps its `Kd`, and a warning has file, line and
+/// reason.
 #[test]
 fn images_that_cannot_be_used_are_named() {
     let png = png();
@@ -255,7 +255,7 @@ fn a_jpeg_that_was_cut_is_used_and_said_to_be_damaged() {
 
 #[test]
 fn an_image_is_a_bilinear_function_of_decoded_codes() {
-    // A quarter, half and the ends of the range, by the standard's formula to nine digits.
+    // A quarter, a half and the ends of the range, by the standard's formula to nine digits.
     for (code, expected) in [(0, 0.0), (10, 0.003_035_269_8), (64, 0.051_269_458_4), (128, 0.215_860_500_1)] {
         assert!((linear(code) - expected).abs() < 1e-9, "{code}: {}", linear(code));
     }
@@ -269,7 +269,8 @@ fn an_image_is_a_bilinear_function_of_decoded_codes() {
         let is = |found: DVec3, expected: DVec3| {
             assert!((found - expected).abs().max_element() < 1e-12, "{is_clamped}: {found} {expected}");
         };
-        // The middles of texels, rows from the top; halfway; at the border, with what is beyond it.
+        // The centres of texels, rows from the top; half-way between; at the border, with the
+        // texels beyond it.
         is(at(0.25, 0.75), a);
         is(at(0.75, 0.75), b);
         is(at(0.25, 0.25), c);
@@ -298,8 +299,8 @@ fn packed_colours_are_near_and_exact_at_the_ends() {
     }
 }
 
-/// What reflects all that it receives is bounded where the scene is loaded, whatever states it; an
-/// image counts by its brightest texel.
+/// Albedos that reflect all light are lowered when the scene is loaded, from any source. The
+/// brightest texel of an image counts.
 #[test]
 fn albedos_are_bounded_and_one_warning_names_the_first() {
     let most = MAX_ALBEDO;
@@ -333,7 +334,7 @@ fn albedos_are_bounded_and_one_warning_names_the_first() {
         let scene = load(mtl, more, texel);
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     }
-    // Of several materials the first is named, and the others are counted.
+    // If there are several materials, the warning names the first and counts the others.
     let two = SQUARE.replace("f 1/1", "f 1/1 2/2 3/3\nusemtl other\nf 1/1");
     let mtl = format!("{white}newmtl other\nKd 1 1 1\n");
     let scene = load_with(&good_toml(), &two, &mtl, &[], &LoadOptions::default()).unwrap();

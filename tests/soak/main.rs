@@ -1,5 +1,5 @@
-//! Many at once, and for long. `make soak` takes the full sizes; `LIGHTPATHS_SOAK_SECONDS` says how
-//! long, an hour unless told.
+//! Many renders at once, and long runs. `make soak` runs the full sizes; `LIGHTPATHS_SOAK_SECONDS`
+//! sets the duration, by default an hour.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "../common/mod.rs"]
@@ -20,7 +20,7 @@ fn start(arguments: &[&str], output: &Path) -> Child {
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// Pictures of renders that run at the same time, each of which succeeds and says nothing.
+/// Pictures of renders that run at the same time; each must succeed without output.
 fn pictures(renders: Vec<(Child, PathBuf)>) -> Vec<Vec<u8>> {
     let finish = |(child, path): (Child, PathBuf)| {
         let output = child.wait_with_output().unwrap();
@@ -31,8 +31,8 @@ fn pictures(renders: Vec<(Child, PathBuf)>) -> Vec<Vec<u8>> {
     renders.into_iter().map(finish).collect()
 }
 
-/// Renders at once make the bytes that one makes: each with a file of its own, then twice with one
-/// cache, then all with one file, too. A short test leaves out the first two rounds.
+/// Simultaneous renders give the same bytes as one alone: with their own files, then twice with one
+/// cache, then with one output file, too. A short test skips the first two rounds.
 fn many_at_once(at_once: usize, is_short: bool, arguments: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: String| folder.path().join(name);
@@ -78,7 +78,7 @@ fn resident_bytes() -> u64 {
     4096 * pages.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap()
 }
 
-/// Takes back all that was edited.
+/// Undoes all edits.
 fn go_home(renderer: &mut Renderer, home: &State) {
     while !renderer.scene().lights.is_empty() {
         renderer.remove_light(0).unwrap();
@@ -102,10 +102,9 @@ fn picture(renderer: &mut Renderer) -> Vec<u32> {
     layers.iter().flat_map(|pixels| pixels.as_flattened()).map(|value| value.to_bits()).collect()
 }
 
-/// Edits and takes them back, again and again: picture and memory are as they were. Without
-/// validation layers, as users have it: these take some hundred bytes an edit for themselves. Round
-/// `n` makes the edits of round `n - sequences`. `is_long_enough`: of the rounds so far, and the
-/// time that they took.
+/// Edits and undoes, again and again: picture and memory stay the same. It runs without validation
+/// layers, which allocate some hundred bytes for each edit. Round `n` makes the edits of round `n -
+/// sequences`. `is_long_enough` gets the number of rounds so far and their time.
 fn edit_for(sequences: u64, is_long_enough: impl Fn(usize, Duration) -> bool) {
     const EDITS: usize = 40;
     let context = Context::new(&ContextOptions::default()).unwrap();
@@ -113,12 +112,12 @@ fn edit_for(sequences: u64, is_long_enough: impl Fn(usize, Duration) -> bool) {
     built_in.quality = TINY;
     let mut renderer = Renderer::new(&context, built_in, &mut Silent).unwrap();
     renderer.move_camera(renderer.scene().cameras[0].position, Vec3::ZERO);
-    let home = State::of(&renderer);
+    let home = State::from_renderer(&renderer);
     let expected = picture(&mut renderer);
     let started = Instant::now();
     let mut memory = Vec::new();
     for round in 0_u64.. {
-        let mut state = State::of(&renderer);
+        let mut state = State::from_renderer(&renderer);
         let mut dice = Dice::new(round % sequences);
         for _ in 0..EDITS {
             state.edit(&mut dice, &mut renderer);
@@ -131,7 +130,7 @@ fn edit_for(sequences: u64, is_long_enough: impl Fn(usize, Duration) -> bool) {
             break;
         }
     }
-    // Lists grow to the longest that a view has asked for; that takes some rounds.
+    // Lists grow to the longest of any view; that takes some rounds.
     let half = &memory[memory.len() / 2 - 1];
     let end = memory.last().unwrap();
     println!("{} edits; device and host bytes: {:?}, {half:?}, {end:?}", EDITS * memory.len(), memory[0]);
@@ -146,8 +145,7 @@ fn edit_for(sequences: u64, is_long_enough: impl Fn(usize, Duration) -> bool) {
 
 #[test]
 fn edits_leave_memory_as_it_was() {
-    // The second half repeats the first: it needs no pipeline and no length of a list that was not
-    // there before.
+    // The second half repeats the first, so it needs no new pipeline and no longer list.
     edit_for(4, |rounds, _| rounds == 8);
 }
 

@@ -1,5 +1,5 @@
-//! The light paths that readers are fuzzed with: small, of a scene with everything, and still what
-//! this program would take.
+//! The light paths for fuzzing readers: small, of a scene with every feature, and valid for this
+//! program.
 
 use crate::common::context;
 use lightpaths::renderer::{Renderer, Silent};

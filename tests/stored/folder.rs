@@ -1,11 +1,11 @@
-//! A folder stays within its limit: what was not used for longest goes.
+//! A folder stays within its limit: the least recently used files are removed.
 
 use lightpaths::stored::Folder;
 use std::fs;
 use std::path::Path;
 use std::time::{Duration, SystemTime};
 
-/// A file of that size that was last used so many days ago.
+/// Creates a file of `size` bytes that was last used `days` days ago.
 fn file(path: &Path, size: usize, days: u64) {
     fs::write(path, vec![0; size]).unwrap();
     let when = SystemTime::now() - Duration::from_secs(86_400 * days);
@@ -38,7 +38,7 @@ fn the_oldest_go_first_and_others_stay() {
         all.sort();
         all
     };
-    // Room for itself is room enough.
+    // A file replaces itself, so it needs no more space.
     folder.make_room(&folder.file("a"), 300).unwrap();
     assert_eq!(names(&folder), all(&["a", "b", "c", "d"]));
     folder.make_room(&folder.file("e"), 1).unwrap();

@@ -1,4 +1,4 @@
-//! The form of files: no damage gets past the reader.
+//! The format of files: the reader detects all damage.
 
 use super::tables::bless;
 use lightpaths::stored::{CacheMiss, File, Key, VERSION, Writer, hash};
@@ -59,10 +59,10 @@ fn what_is_written_is_read() {
 #[test]
 fn a_file_that_ends_early_or_late_is_refused() {
     let whole = file();
-    // Every byte of the head and of the first sections, then here and there.
+    // Every byte of the head and of the first sections, then every seventh.
     for end in (0..HEAD + 40).chain((HEAD + 40..whole.len()).step_by(7)).chain([whole.len() - 1]) {
         assert!(miss(&whole[..end]).is_some(), "cut at {end}");
-        // And if the length is adjusted.
+        // The same with an adjusted length.
         if end >= HEAD {
             let mut cut = whole[..end].to_vec();
             cut[24..32].copy_from_slice(&(end as u64).to_le_bytes());
@@ -94,7 +94,7 @@ fn every_flipped_bit_is_noticed() {
         bytes[place] ^= 1 << bit;
         assert!(miss(&bytes).is_some(), "bit {bit} of byte {place}");
     }
-    // A thousand bytes of anything.
+    // A thousand random bytes.
     for _ in 0..1000 {
         let (place, value) = (random(whole.len()), random(256) as u8);
         let mut bytes = whole.clone();
@@ -146,7 +146,7 @@ fn sizes_that_lie_are_refused() {
             assert!(told.is_some(), "{lie} entries");
         }
     }
-    // Two of one name, and a name that is none.
+    // Two sections with one name, and invalid names.
     for name in [*b"numbers\0", *b"numb\xffrs\0", *b"\0umbers\0", *b"num\0ers\0"] {
         let mut bytes = file();
         let at = 48 + 2 * 40 + 2 * 56;

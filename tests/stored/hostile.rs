@@ -1,5 +1,5 @@
-//! Files whose checksums are right and whose contents are not: whatever the device or the host
-//! would follow is held against the list that it points into.
+//! Files with correct checksums and hostile contents: each index that device or host follows is
+//! compared with the length of its list.
 
 use crate::common::context;
 use crate::pictures::{glossy, textured, with_gaps};
@@ -11,10 +11,10 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use tempfile::TempDir;
 
-/// Beyond any list of a small scene, and no mark.
+/// An index beyond any list of a small scene; it is not a marker value.
 const FAR: u32 = 0x0fff_ffff;
 
-/// Section, words of an element, and the word that points into a list, or says how long one is.
+/// Section, words of an element, and the word that is an index into a list or the length of one.
 const POINTERS: &[(&str, usize, usize)] = &[
     ("numbers", 14, 3),
     ("numbers", 14, 4),
@@ -94,7 +94,7 @@ const LENGTHS: &[&str] = &[
     "gloss child offsets",
 ];
 
-/// A file that holds everything there is.
+/// A file with every kind of section.
 struct Everything {
     _folder: TempDir,
     file: PathBuf,
@@ -103,11 +103,11 @@ struct Everything {
 }
 
 impl Everything {
-    /// The one that all tests share: a file is made of it anew each time.
+    /// The one that all tests share, because each test writes the file anew.
     fn get() -> MutexGuard<'static, Self> {
         static EVERYTHING: OnceLock<Mutex<Everything>> = OnceLock::new();
         let shared = EVERYTHING.get_or_init(|| Mutex::new(Self::new()));
-        // A test that failed has left nothing behind that matters.
+        // A failed test does not change the shared state in a way that matters.
         shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -115,10 +115,10 @@ impl Everything {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("scene.paths");
         let mut scene = with_gaps(textured(glossy()));
-        // So many that some clusters add up what others gloss.
+        // Enough entry points that some slots are sums of others.
         scene.quality.entry_points = 40_000;
         Renderer::store(&context(), scene.clone(), &file, &mut Silent).unwrap();
-        let tables = Tables::of(&fs::read(&file).unwrap());
+        let tables = Tables::from_bytes(&fs::read(&file).unwrap());
         Self { _folder: folder, file, scene, tables }
     }
 
@@ -148,7 +148,7 @@ fn no_index_leads_out_of_a_list() {
             all.assert_refused(&tables, &format!("{section}, element {element}, word {word}"));
         }
     }
-    // Where another value is further out, or not every element counts.
+    // If another value is further out, or not every element counts.
     let mut tables = all.tables.clone();
     *tables.word("contributions", 0) = FAR.to_le_bytes();
     all.assert_refused(&tables, "contributions");
@@ -165,7 +165,7 @@ fn no_index_leads_out_of_a_list() {
         }
         all.assert_refused(&tables, "gloss shifts");
     }
-    // Radii decide how many records the device lists for a pixel.
+    // Radii determine how many records the device lists for a pixel.
     let radius = |tables: &mut Tables| f32::from_le_bytes(*tables.word("cache points", 3));
     let own = radius(&mut all.tables.clone());
     for wrong in [0.0, -own, 25.1 * own, 1e30, f32::INFINITY] {
@@ -173,7 +173,7 @@ fn no_index_leads_out_of_a_list() {
         *tables.word("cache points", 3) = wrong.to_le_bytes();
         all.assert_refused(&tables, &format!("a radius of {wrong} m instead of {own}"));
     }
-    // All alike, and larger than the scene.
+    // All radii equal, and larger than the scene.
     let mut tables = all.tables.clone();
     for point in 0..tables.words("cache points") / 16 {
         *tables.word("cache points", 16 * point + 3) = 1e4_f32.to_le_bytes();
@@ -214,7 +214,7 @@ fn no_list_is_shorter_than_it_must_be() {
         contents.truncate(contents.len() - element);
         all.assert_refused(&tables, section);
     }
-    // None at all: a section under another name.
+    // Missing sections: each gets another name.
     for section in 0..all.tables.sections.len() {
         let mut tables = all.tables.clone();
         tables.sections[section].0[0] ^= 0x20;

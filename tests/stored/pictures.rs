@@ -1,4 +1,4 @@
-//! A picture from stored light paths is that of fresh ones, to the bit, and stays so under edits.
+//! A picture from stored light paths equals that of new ones to the bit, also after edits.
 
 use crate::common::{assert_silent, context};
 use crate::tables::Tables;
@@ -18,7 +18,7 @@ pub(crate) const TINY: Quality = Quality {
     ..Quality::DRAFT
 };
 
-/// The Box in which nothing is editable, 40×30 pixels.
+/// The Box without editable materials, 40×30 pixels.
 pub(crate) fn diffuse() -> Scene {
     let set = vec!["camera.size=[40,30]".to_owned()];
     let mut scene = Scene::load("box", &LoadOptions { set, ..LoadOptions::default() }).unwrap();
@@ -30,7 +30,7 @@ pub(crate) fn diffuse() -> Scene {
     scene
 }
 
-/// With a teapot that may be edited, and is glossy.
+/// The Box with an editable glossy teapot.
 pub(crate) fn glossy() -> Scene {
     let mut scene = diffuse();
     let teapot = scene.materials.iter_mut().find(|material| material.name == "teapot").unwrap();
@@ -38,7 +38,7 @@ pub(crate) fn glossy() -> Scene {
     scene
 }
 
-/// With a chequered image on every second material.
+/// A scene with a chequered image on every second material.
 pub(crate) fn textured(mut scene: Scene) -> Scene {
     let codes =
         (0..16).map(|texel| if (texel + texel / 4) % 2 == 0 { [250, 40, 90] } else { [30, 200, 220] });
@@ -51,7 +51,7 @@ pub(crate) fn textured(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Read in proxies and in parts, with narrow cavities.
+/// A scene with proxies, near-field patches and narrow cavities.
 pub(crate) fn with_gaps(mut scene: Scene) -> Scene {
     scene.quality = Quality { gap_rounds: 2, occlusion: true, cells: 32, ..scene.quality };
     scene
@@ -63,7 +63,7 @@ fn bits(renderer: &Renderer) -> Vec<u32> {
     pixels.flat_map(|pixel| pixel.map(f32::to_bits)).collect()
 }
 
-/// A renderer from the store, which must not say a word.
+/// A renderer from the store; loading must give no message.
 fn loaded(scene: Scene, store: &Store) -> Renderer {
     let mut said = Vec::new();
     let mut say = |line: &str| said.push(line.to_owned());
@@ -73,16 +73,16 @@ fn loaded(scene: Scene, store: &Store) -> Renderer {
     renderer
 }
 
-/// Stores a scene's light paths, and holds every picture from them against one from fresh ones.
-/// Returns the statistics' counts.
+/// Stores a scene's light paths, and compares every picture from them with one from new light
+/// paths. Returns the statistics' counts.
 fn compare(scene: &Scene) -> std::collections::BTreeMap<String, u64> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.paths");
     let store = Store::File(file);
-    // Where there is no file yet, light paths are traced, and kept.
+    // If there is no file yet, light paths are traced and stored.
     let mut fresh = Renderer::stored(&context(), scene.clone(), &store, &mut Silent, &mut |_| ()).unwrap();
     assert_ne!(fresh.statistics().unwrap().precompute_stages[0].0, "stored light paths");
-    // A light that was moved before makes no difference.
+    // A light that moved before loading makes no difference.
     let mut moved = scene.clone();
     moved.lights[0].kind = moved.lights[0].kind.moved_to(Vec3::new(0.2, 0.3, 0.4));
     let mut stored = loaded(moved, &store);
@@ -134,7 +134,7 @@ fn a_textured_scene() {
     compare(&textured(small_diffuse()));
 }
 
-/// Fewer light paths, for what does not depend on their number.
+/// Fewer light paths, for tests that do not depend on their number.
 fn small_diffuse() -> Scene {
     let mut scene = diffuse();
     scene.quality = Quality { entry_points: 2_000, cache_points: 200, ..TINY };
@@ -181,8 +181,8 @@ fn each_dependency_is_told_and_a_damaged_file_is_replaced() {
     assert_eq!(miss(&|scene| scene.cameras[0].position.x += 0.1), stale("viewpoints"));
     assert_eq!(miss(&|scene| scene.quality.seed += 1), stale("settings"));
 
-    // Another program's: the hash is the first dependency's.
-    let mut tables = Tables::of(&fs::read(&file).unwrap());
+    // Another program's file: the first dependency is the program's hash.
+    let mut tables = Tables::from_bytes(&fs::read(&file).unwrap());
     tables.dependencies[24] ^= 1;
     fs::write(&file, tables.file()).unwrap();
     assert_eq!(miss(&|_| ()), stale("program"));

@@ -1,5 +1,4 @@
-//! Takes files apart and puts them together again, with checksums that are right: as somebody would
-//! who means harm.
+//! Changes the contents of files and sets correct checksums, as an attacker would.
 
 use lightpaths::stored::hash;
 
@@ -12,7 +11,7 @@ fn number(bytes: &[u8], at: usize) -> u64 {
     u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap())
 }
 
-/// A file in parts.
+/// Sections of a file.
 #[derive(Clone)]
 pub(crate) struct Tables {
     pub(crate) header: Vec<u8>,
@@ -22,7 +21,7 @@ pub(crate) struct Tables {
 }
 
 impl Tables {
-    pub(crate) fn of(file: &[u8]) -> Self {
+    pub(crate) fn from_bytes(file: &[u8]) -> Self {
         let count = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;
         let table = HEADER + count(16) * DEPENDENCY;
         let mut start = table + count(20) * SECTION;
@@ -41,7 +40,7 @@ impl Tables {
         &mut found.unwrap_or_else(|| panic!("there is no section `{name}`")).1
     }
 
-    /// The word of that number of a section.
+    /// The word with this index in a section.
     pub(crate) fn word(&mut self, name: &str, index: usize) -> &mut [u8; 4] {
         let words = self.contents(name).as_chunks_mut::<4>().0;
         let count = words.len();
@@ -52,7 +51,7 @@ impl Tables {
         self.contents(name).len() / 4
     }
 
-    /// The file, its sizes and checksums made right.
+    /// The file, with correct sizes and checksums.
     pub(crate) fn file(&self) -> Vec<u8> {
         let mut sections = self.sections.clone();
         for (entry, contents) in &mut sections {
@@ -72,7 +71,7 @@ impl Tables {
     }
 }
 
-/// A header with the checksum that it should have before those tables.
+/// A header with the correct checksum for these tables.
 pub(crate) fn with_checksum(mut header: Vec<u8>, tables: &[u8]) -> Vec<u8> {
     header[32..].fill(0);
     let [low, high] = hash(&[&header[..], tables].concat());
@@ -81,7 +80,7 @@ pub(crate) fn with_checksum(mut header: Vec<u8>, tables: &[u8]) -> Vec<u8> {
     header
 }
 
-/// Makes the checksum of a file's head right, whatever it says.
+/// Sets the correct checksum of a file's head.
 pub(crate) fn bless(file: &mut [u8]) {
     let count = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;
     let end = HEADER + count(16) * DEPENDENCY + count(20) * SECTION;

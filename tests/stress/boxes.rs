@@ -1,4 +1,5 @@
-//! The Box as small as a grain and as large as a town, and far away: the picture is the same.
+//! The Box as small as a grain, as large as a town, and far from the origin: the picture is the
+//! same.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, count, relative_mse, render};
@@ -6,12 +7,12 @@ use glam::{DVec3, Vec3};
 use lightpaths::renderer::Layer;
 use lightpaths::scene::{LightKind, LoadOptions, Quality, Scene};
 
-/// The Box with all its lengths times `scale`, moved by `to` metres; its lamp is as bright on the
-/// walls as before.
+/// The Box scaled by `scale` and moved by `to` metres; its light is as bright on the walls as
+/// before.
 fn placed(scale: f64, to: DVec3, size: u32) -> Scene {
     let still = Scene::load("box", &LoadOptions::default()).unwrap();
     let vector = |v: DVec3| format!("[{:e},{:e},{:e}]", v.x, v.y, v.z);
-    // Where it was in the file.
+    // Position in the file.
     let place = |p: Vec3| vector(scale * (p.as_dvec3() + still.origin) + to);
     let (camera, light) = (&still.cameras[0], still.lights[0].kind);
     let LightKind::Point { position, intensity } = light else { panic!("the Box has a lamp") };
@@ -27,9 +28,9 @@ fn placed(scale: f64, to: DVec3, size: u32) -> Scene {
     Scene::load("box", &LoadOptions { set: set.to_vec(), ..LoadOptions::default() }).unwrap()
 }
 
-/// Scales, and moves in units of the Box's size at that scale. Points of the surface name their
-/// random numbers by the bits of their positions, so each scale has others, and indirect light
-/// differs by what it differs by between two seeds: at most by twice that, unless a bound is given.
+/// Cases are scales, and translations in units of the scaled Box. Random numbers of surface points
+/// depend on the bits of their positions. So indirect light differs between scales as between two
+/// seeds; the bound is twice that difference, unless one is given.
 fn check(places: &[(f64, f64)], quality: &Quality, size: u32, bound: Option<f64>) {
     let picture = |scale: f64, to: f64, seed: u32| {
         let to = 2.0 * scale * to * DVec3::new(1.0, -1.0, 0.7);

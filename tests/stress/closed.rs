@@ -1,4 +1,5 @@
-//! Closed places: who goes into one and comes out again finds what a cold start would show.
+//! Enclosures: after the camera or a light enters and leaves one, the picture is that of a cold
+//! start.
 
 use crate::common::{assert_silent, context};
 use crate::determinism::bits;
@@ -16,12 +17,12 @@ const SMALL: Quality = Quality {
     ..Quality::DRAFT
 };
 
-/// Middles of two chambers beside the Box.
+/// Centres of two chambers beside the Box.
 const BLOCK: Vec3 = Vec3::new(3.0, 0.0, 0.0);
 const CELL: Vec3 = Vec3::new(-3.0, 0.0, 0.0);
 
-/// The Box without its teapot, open in front, a block that is solid, and a chamber that is a
-/// surface wound inwards in a shell that has a hole in its corner, so that it is none.
+/// The Box without its teapot and without its front, with a solid block and a chamber. The chamber
+/// is a surface wound inwards, in a shell with a hole in its corner, so it is no watertight solid.
 fn scene() -> Scene {
     let mut scene = the_box(&["camera.size=[40,30]".to_owned()]);
     let teapot = scene.materials.iter().position(|material| material.name == "teapot").unwrap();
@@ -41,14 +42,14 @@ fn scene() -> Scene {
     scene
 }
 
-/// Of the displayed picture, stops.
+/// Exposure of the displayed picture, stops.
 const EXPOSURE: f32 = 2.0;
 
 fn look_from(renderer: &mut Renderer, middle: Vec3) {
     renderer.move_camera(middle + 0.3 * Vec3::Z, middle);
 }
 
-/// A renderer that starts with everything where another has it, after its first frame.
+/// A renderer that starts with the state of another, after its first frame.
 fn cold(other: &Renderer, places: &[Vec3]) -> Renderer {
     let mut scene = scene();
     scene.lights.clone_from(&other.scene().lights);
@@ -70,7 +71,7 @@ fn brightest(renderer: &Renderer, layer: Layer) -> f32 {
 #[test]
 fn light_and_camera_enter_enclosures_as_if_they_had_always_been_there() {
     let mut scene = scene();
-    // One that stays behind, and is off.
+    // A light that stays outside and is off.
     let kind = LightKind::Point { position: Vec3::new(0.0, 0.5, 0.0), intensity: Vec3::ONE };
     scene.lights.push(Light { name: "behind".to_owned(), kind, is_on: true });
     let start = scene.cameras[0].clone();
@@ -82,26 +83,26 @@ fn light_and_camera_enter_enclosures_as_if_they_had_always_been_there() {
     let home = edited.scene().lights[0].kind.position().unwrap();
 
     for (count, middle) in [(1, BLOCK), (2, CELL)] {
-        // The light alone: nothing of it is seen, and nothing is opened for it.
+        // Only the light enters: it is not visible, and the enclosure stays closed.
         edited.move_light(0, middle).unwrap();
         edited.frame().unwrap();
         assert_eq!((brightest(&edited, Layer::Beauty), edited.scene().places.len()), (0.0, count - 1));
         let alone = cold(&edited, &edited.scene().places);
         assert!(bits(&edited) == bits(&alone), "light in {middle}");
         let is_told = |warning: &String| warning.starts_with("light `lamp` is inside a closed surface");
-        // Of solids alone; an open surface may let some through.
+        // The warning is only for solids; an open surface may let light through.
         assert_eq!(alone.scene().warnings.iter().any(is_told), middle == BLOCK);
-        // The camera alone: it is dark in there.
+        // Only the camera enters: the picture is dark.
         edited.move_light(0, home).unwrap();
         look_from(&mut edited, middle);
         edited.frame().unwrap();
         assert_eq!((brightest(&edited, Layer::Beauty), edited.scene().places.len()), (0.0, count - 1));
         assert!(bits(&edited) == bits(&cold(&edited, &edited.scene().places)), "camera in {middle}");
-        // Each in another.
+        // Camera and light are in different enclosures.
         edited.move_light(0, -middle).unwrap();
         edited.frame().unwrap();
         assert_eq!((brightest(&edited, Layer::Beauty), edited.scene().places.len()), (0.0, count - 1));
-        // Both, the light last in one of them and the camera in the other.
+        // Both are in one enclosure. The light enters last in one case, the camera in the other.
         if middle == CELL {
             edited.set_camera(&start);
             edited.move_light(0, middle).unwrap();
@@ -119,7 +120,7 @@ fn light_and_camera_enter_enclosures_as_if_they_had_always_been_there() {
         assert!(bits(&edited) == bits(&other), "both in {middle}");
         assert!(edited.display().unwrap() == other.display().unwrap(), "the exposure stays");
         assert!(!edited.light_is_on(1));
-        // And out again: it stays open.
+        // After both leave, the enclosure stays open.
         edited.move_light(0, home).unwrap();
         edited.set_camera(&start);
         edited.frame().unwrap();
@@ -130,7 +131,7 @@ fn light_and_camera_enter_enclosures_as_if_they_had_always_been_there() {
     assert_silent(&context());
 }
 
-/// Whoever leaves out the frames of a film that others render.
+/// A run that skips the frames of a film's other shares.
 #[test]
 fn frames_left_out_open_enclosures_as_well() {
     let places = [Vec3::new(0.0, 0.5, 0.0), BLOCK, Vec3::new(0.1, 0.5, 0.0)];

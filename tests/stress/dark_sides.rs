@@ -1,5 +1,5 @@
-//! Thin walls, and things that stand and lie on others: what leaks to the side that no light
-//! reaches, not even after bounces.
+//! Thin walls, and objects that stand or lie on others: light that leaks to a side that no light
+//! reaches, bounces included.
 
 use crate::common::{assert_silent, context};
 use crate::{positions, prepare};
@@ -7,7 +7,7 @@ use glam::Vec3;
 use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{Light, LightKind, Material, Quality, Scene, Triangle, shapes};
 
-/// A scene turned by half around the y axis has its lit side where the dark one was.
+/// A scene. After a half turn about the y axis, its lit side is where the dark one was.
 struct Sides {
     name: &'static str,
     scene: Scene,
@@ -15,19 +15,19 @@ struct Sides {
     is_dark: fn(Vec3) -> bool,
 }
 
-/// Two triangles of a parallelogram whose front is where `u × v` points.
+/// Two triangles of a parallelogram whose front faces `u × v`.
 fn quad(corner: Vec3, u: Vec3, v: Vec3) -> [Triangle; 2] {
     let normals = [u.cross(v).normalize(); 3];
     let [p, q, r] = [corner + u, corner + u + v, corner + v];
     [[corner, p, q], [corner, q, r]].map(|positions| Triangle { positions, normals, material: 0 })
 }
 
-/// Edge of the floor, metres: at the paper's settings a cell is wider than a table's leg.
+/// Edge of the floor, metres: at the paper's settings, a cell is wider than a table leg.
 const FLOOR: f32 = 5.0;
 
-/// A floor, and a camera that looks from the dark side at what stands on it. The light is a spot
-/// from the lit side that falls on the foot of the thing and the floor before it, so far from its
-/// ends that nothing behind it sees what is lit, or what that lights.
+/// A floor with objects, and a camera on the dark side. A spot light on the lit side falls on the
+/// foot of the objects and the floor before it. It is far from their ends, so that surface behind
+/// them does not see lit surface, or surface that this lights.
 fn on_a_floor(things: Vec<Triangle>, camera: Vec3, spot: Vec3, target: Vec3, radius: f32) -> Scene {
     let mut scene = shapes::facing_squares(FLOOR, 0.0, 0.8);
     scene.triangles.truncate(2);
@@ -47,8 +47,8 @@ fn on_a_floor(things: Vec<Triangle>, camera: Vec3, spot: Vec3, target: Vec3, rad
     scene
 }
 
-/// A block on the floor, black where it faces along x: these faces would take light
-/// around the corner.
+/// A block on the floor. Its faces along x are black, because they would take light around the
+/// corner.
 fn block(size: Vec3) -> Vec<Triangle> {
     let turned = |Triangle { positions: [a, b, c], normals, .. }: Triangle| {
         let normals = normals.map(|normal| -normal);
@@ -94,7 +94,7 @@ fn scenes() -> Vec<Sides> {
     ]
 }
 
-/// A vector, or a point, turned by half around the y axis.
+/// A vector or point after a half turn about the y axis.
 fn turned(v: Vec3) -> Vec3 {
     Vec3::new(-v.x, v.y, -v.z)
 }
@@ -108,7 +108,7 @@ fn mean(renderer: &Renderer, layer: Layer, is_meant: impl Fn(Vec3) -> bool) -> f
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Light on the dark side over that on the lit one.
+/// Ratio of the light on the dark side to that on the lit one.
 fn leak(sides: &Sides, quality: Quality) -> f64 {
     // No pixel shows both sides.
     let mut renderer = prepare(sides.scene.clone(), Quality { edge_samples: 0, ..quality });
@@ -121,8 +121,8 @@ fn leak(sides: &Sides, quality: Quality) -> f64 {
     dark / mean(&renderer, Layer::Beauty, |p| (sides.is_dark)(turned(p)))
 }
 
-/// What leaks where clusters are split along walls without thickness alone, and where they are
-/// along all, is at most so much of each scene's lit side.
+/// Asserts upper bounds of the leak: with clusters split only along walls without thickness, and
+/// along all walls.
 fn check(quality: &Quality, bounds: [[f64; 2]; 5]) {
     for (sides, bounds) in scenes().iter().zip(bounds) {
         let found = [0, 1].map(|gap_rounds| leak(sides, Quality { gap_rounds, ..quality.clone() }));
@@ -141,7 +141,7 @@ fn dark_sides_stay_dark() {
     check(&quality, [[4e-3, 2e-3], [1e-3, 1e-3], [1e-3, 1e-3], [1e-3, 1e-3], [3e-3, 3e-3]]);
 }
 
-/// The bar is a thousandth.
+/// The bound is a thousandth.
 #[test]
 #[ignore = "full size: make stress"]
 fn dark_sides_stay_dark_at_the_papers_settings() {

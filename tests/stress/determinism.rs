@@ -1,4 +1,4 @@
-//! The same inputs give the same bytes, whatever came before.
+//! The same inputs give the same bytes, after any history.
 
 use crate::common::{assert_silent, context};
 use crate::{FEW, LAYERS, prepare, the_box};
@@ -48,8 +48,8 @@ fn a_light_and_a_camera_edited_are_as_good_as_loaded() {
     assert_silent(&context());
 }
 
-/// Records that no pixel uses and clusters that nothing reads are left out, and come when they are
-/// needed: never a bit differs from a renderer that leaves nothing out.
+/// Frames skip records that no pixel uses and clusters that nothing reads, and compute them when
+/// they are needed: all bits equal those of a renderer without skipping.
 #[test]
 fn what_no_pixel_uses_and_nothing_reads_is_left_out_to_no_effect() {
     let (mut sparing, mut untiring) = (cold(), cold());
@@ -73,7 +73,7 @@ fn what_no_pixel_uses_and_nothing_reads_is_left_out_to_no_effect() {
         assert!(bits(&sparing) == bits(&untiring), "step {step}");
         let points = sparing.statistics().unwrap().counts["cache points"] as u32;
         assert_eq!(all, points, "step {step}");
-        // The sixth step is none: the rest follows, and then nothing is missing.
+        // The sixth step has no edit: the frame gathers the remaining records.
         assert!(step != 6 || gathered[4..].iter().sum::<u32>() == points, "{gathered:?} of {points}");
     }
     let (light, view, idle, last) = (gathered[4], gathered[5], gathered[6], gathered[7]);

@@ -1,4 +1,4 @@
-//! How long the device is busy at a time: nobody else gets a turn, and watchdogs count.
+//! Duration of dispatches: a long one blocks other users of the device, and watchdogs end it.
 
 use crate::common::{assert_silent, context};
 use crate::{prepare, the_box};
@@ -7,8 +7,7 @@ use lightpaths::scene::Quality;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-/// Of each pass: milliseconds that a dispatch takes in the mean of a recording, and their number,
-/// for each recording.
+/// For each pass and each recording: mean milliseconds of a dispatch, and the number of dispatches.
 fn times(trace: &Trace) -> BTreeMap<&'static str, Vec<(f64, u32)>> {
     let mut times: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for pass in trace.submissions.iter().flat_map(|submission| &submission.passes) {
@@ -18,14 +17,14 @@ fn times(trace: &Trace) -> BTreeMap<&'static str, Vec<(f64, u32)>> {
     times
 }
 
-/// The longest, and the one in the middle.
+/// The maximum and the median.
 fn extremes(times: &[(f64, u32)]) -> [f64; 2] {
     let mut times: Vec<f64> = times.iter().map(|time| time.0).collect();
     times.sort_by(f64::total_cmp);
     [times.last().copied().unwrap_or_default(), times.get(times.len() / 2).copied().unwrap_or_default()]
 }
 
-/// Precomputes and renders a frame. Of each pass of either, the longest dispatch, milliseconds.
+/// Precomputes and renders a frame. For each pass of either, the longest dispatch, milliseconds.
 fn longest() -> [BTreeMap<&'static str, f64>; 2] {
     let context = context();
     context.begin_trace(Instant::now());
@@ -48,11 +47,10 @@ fn longest() -> [BTreeMap<&'static str, f64>; 2] {
     })
 }
 
-/// Dispatches aim at 10 ms, by the time of those before, and items differ: none takes more than 50
-/// ms. What else the machine does counts as well, so this is meant for one on which nothing else
-/// runs; a dispatch that is too long is so each time, one that had to wait for others is not, and
-/// of three attempts the best counts for each pass. Of each kernel the first recording may hold its
-/// compilation, and is left out.
+/// Dispatches aim at 10 ms, from the time of earlier ones. Items differ, so the limit is 50 ms.
+/// Other load on the machine counts, too, so run this on an idle machine. A dispatch that is really
+/// too long is so each time, so the best of three attempts counts for each pass. The first
+/// recording of each kernel may include its compilation, and is left out.
 #[test]
 #[ignore = "full size: make stress"]
 fn precomputation_takes_the_device_for_short_times() {

@@ -1,5 +1,4 @@
-//! Any sequence of edits ends where a cold start does, to the bit; and leaving work out
-//! changes no bit.
+//! Any sequence of edits gives the bits of a cold start; and skipping work changes no bit.
 
 use crate::common::edits::{Dice, State, TINY, scene};
 use crate::common::{assert_silent, context};
@@ -12,9 +11,9 @@ use lightpaths::scene::Quality;
 /// Enough for lists of several workgroups.
 const TINIER: Quality = Quality { entry_points: 1_000, cache_points: 150, gather_rays: 32, ..TINY };
 
-/// A renderer of the scene as it should stand, ahead of its first frame. Lights that are off are
-/// not there. Albedos of materials that are not editable are set afterwards: paths are traced for
-/// those at load.
+/// A renderer of the scene in the expected state, before its first frame. Lights that are off are
+/// left out. Albedos of materials that are not editable are set afterwards, because paths are
+/// traced for the albedos at load.
 fn cold(state: &State, quality: &Quality) -> Renderer {
     let mut scene = scene(state.may_be_glossy);
     let on = state.lights.iter().filter(|(_, is_on)| *is_on);
@@ -50,8 +49,8 @@ fn any_long_sequence_of_edits_ends_where_a_cold_start_does() {
     }
 }
 
-/// Checks so often, and renders so many frames before each; `least`: edits that must
-/// have been made.
+/// Makes `checks` checks, and renders `frames` frames before each; at least `least` edits must be
+/// made.
 fn any_sequence_ends_where_a_cold_start_does(
     may_be_glossy: bool,
     quality: &Quality,
@@ -60,7 +59,7 @@ fn any_sequence_ends_where_a_cold_start_does(
 ) {
     let mut edited = prepare(scene(may_be_glossy), quality.clone());
     edited.move_camera(edited.scene().cameras[0].position, Vec3::ZERO);
-    let mut state = State::of(&edited);
+    let mut state = State::from_renderer(&edited);
     let mut dice = Dice::new(4);
     let mut edits = 0;
     let mut max_lights = 0;
@@ -81,7 +80,7 @@ fn any_sequence_ends_where_a_cold_start_does(
             untiring.set_skipping(false);
             untiring.frame().unwrap();
             assert!(bits(&untiring) == expected, "with nothing left out, after {edits} edits");
-            // Within one renderer, too, with lights that are off.
+            // The same within one renderer, with lights that are off.
             edited.set_skipping(false);
             edited.frame().unwrap();
             assert!(bits(&edited) == expected, "with nothing left out after {edits} edits");

@@ -22,7 +22,7 @@ fn with_intensity(mut scene: Scene, watts_per_steradian: f32) -> Scene {
 fn pictures_are_linear_in_the_power_of_the_light() {
     let mut edited = render(with_intensity(the_box(&[]), 1.0), FEW);
     let unit = edited.layer(Layer::Beauty).unwrap();
-    // As loaded, at the ends, and as edited.
+    // At load and as an edit, at the ends of the range.
     for (power, is_loaded) in
         [(1e-8, true), (1e12, true), (1e-8, false), (1e-3, false), (1e6, false), (1e12, false)]
     {
@@ -46,8 +46,7 @@ fn pictures_are_linear_in_the_power_of_the_light() {
     assert_silent(&context());
 }
 
-/// Two rooms in one scene that do not see each other, one lit a hundred million times as brightly
-/// as the other.
+/// Two separate rooms in one scene, one lit a hundred million times as brightly as the other.
 #[test]
 fn light_beside_what_is_much_brighter_is_not_lost() {
     let open = |wall: usize, x: f32| {
@@ -59,7 +58,7 @@ fn light_beside_what_is_much_brighter_is_not_lost() {
         triangles
     };
     let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
-    // Open at the front and at the back.
+    // Without front and back walls.
     scene.triangles = [open(3, 0.0), open(0, 3.0)].concat();
     let lamp = |x: f32, power: f32| {
         let kind = LightKind::Point { position: x * Vec3::X, intensity: Vec3::splat(power) };
@@ -89,7 +88,7 @@ fn check_materials(rounds: usize, quality: &Quality, scene: impl Fn() -> Scene) 
     let mut unit = || (words.next().unwrap() >> 8) as f32 / 16_777_216.0;
     let mut renderer = None;
     for round in 0..rounds {
-        // Every fourth is a cold start with all materials as they are; the others are edits.
+        // Every fourth round is a cold start with these materials; the others are edits.
         let is_cold = round % 4 == 0;
         let mut cold = scene();
         let powers = [1e-8, 1.0, 1e12];
@@ -98,7 +97,7 @@ fn check_materials(rounds: usize, quality: &Quality, scene: impl Fn() -> Scene) 
             let mut albedo =
                 || Vec3::from([0; 3].map(|_| [0.0, 1.0, unit(), unit()][(4.0 * unit()) as usize % 4]));
             let (mut diffuse, mut specular) = (albedo(), albedo());
-            // Where all is white no path ends, and the scene is refused.
+            // With only white surfaces no path ends, and the scene is refused.
             diffuse.x = diffuse.x.min(0.9);
             let exponent = 10f32.powf(6.0 * unit());
             let material = &mut cold.materials[index];
@@ -124,7 +123,7 @@ fn check_materials(rounds: usize, quality: &Quality, scene: impl Fn() -> Scene) 
     assert_silent(&context());
 }
 
-/// The Box, in which anything may be glossy.
+/// The Box with only editable materials.
 fn fickle_box() -> Scene {
     let mut scene = the_box(&["camera.size=[40,30]".to_owned()]);
     scene.materials.iter_mut().for_each(|material| material.editable = true);
@@ -162,7 +161,7 @@ fn black_walls_have_no_indirect_light() {
     assert_silent(&context());
 }
 
-/// No path ends where no surface absorbs. The vertices fill the device's memory before the renderer
+/// If no surface absorbs, no path ends. The vertices fill the device's memory before the renderer
 /// refuses the scene.
 #[test]
 #[ignore = "full size: make stress"]
@@ -176,8 +175,8 @@ fn a_closed_room_that_absorbs_nothing_is_refused() {
     assert_silent(&context());
 }
 
-/// The integrating sphere with walls nearly white, beside those of `tests/physics/sphere.rs`. A
-/// path goes on for a hundred bounces, so the mean of so many paths is known to a quarter per cent.
+/// The integrating sphere with nearly white walls, beyond `tests/physics/sphere.rs`. A path has a
+/// hundred bounces, so the mean of these paths is accurate to a quarter of a per cent.
 #[test]
 #[ignore = "full size: make stress"]
 fn a_white_furnace_is_as_bright_as_its_closed_form() {
@@ -223,7 +222,7 @@ fn two_lights_add_up() {
         Light { name: format!("{position}"), kind, is_on: true }
     });
     let picture = |lights: &[Light]| {
-        // Which pixels show an edge, a shadow's among them, is no sum over lights.
+        // The set of edge pixels, shadow edges included, is not additive over lights.
         let quality = Quality { edge_samples: 0, ..FEW };
         let renderer = render(Scene { lights: lights.to_vec(), ..room() }, quality);
         renderer.layer(Layer::Beauty).unwrap().into_flattened()
@@ -244,7 +243,7 @@ fn a_scene_without_a_light_is_black() {
     assert_silent(&context());
 }
 
-/// Surfaces that see no other surface: light arrives and leaves for good.
+/// Surfaces that see no other surface: light is not reflected twice.
 #[test]
 fn scenes_without_any_bounce() {
     let mut square = shapes::facing_squares(1.0, 0.0, 0.5);
@@ -266,8 +265,8 @@ fn scenes_without_any_bounce() {
 fn throughputs_are_shares_of_what_paths_start_with() {
     let renderer = render(the_box(&[]), FEW);
     let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
-    // The weight of an entry point is the mean density over its own; reflection and roulette never
-    // raise it.
+    // The weight of an entry point is the mean density over its own density; reflection and
+    // roulette never increase it.
     let is_share = |t: Vec3| t.is_finite() && t.cmpge(Vec3::ZERO).all() && t.max_element() <= DENSEST;
     assert!(contributions.iter().all(|contribution| is_share(contribution.throughput)));
     assert_silent(&context());

@@ -1,4 +1,4 @@
-//! Films neither flicker nor pop: what a pixel shows goes on as it went.
+//! Films neither flicker nor pop: the value of a pixel changes smoothly.
 
 use crate::common::{assert_silent, context};
 use crate::determinism::bits;
@@ -7,14 +7,14 @@ use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::film::Film;
 use lightpaths::scene::{LoadOptions, Scene};
 
-/// Frames per second: so many that between frames nothing moves by more than a fraction of a pixel.
-/// What still jumps, pops.
+/// Frames per second. At this rate, motion between frames is below a pixel, and any jump is an
+/// error.
 const FPS: f64 = 384.0;
 
 /// Frames in a row.
 const FRAMES: u32 = 5;
 
-/// The built-in film of the Box at that rate.
+/// The built-in film of the Box at this rate.
 fn film() -> (Film, Scene) {
     let text = include_str!("../../assets/films/box.toml").replace("fps = 24", &format!("fps = {FPS}"));
     let folder = tempfile::tempdir().unwrap();
@@ -24,14 +24,14 @@ fn film() -> (Film, Scene) {
         .unwrap()
 }
 
-/// What eyes make of radiance, 0..=1 and above.
+/// Displayed brightness of radiance, 0..=1 and above.
 fn shown(renderer: &Renderer) -> Vec<f32> {
     let pixels = renderer.layer(Layer::Beauty).unwrap();
     pixels.as_flattened().iter().map(|value| value.powf(1.0 / 2.2)).collect()
 }
 
-/// Second differences of what pixels show from then on: nine in ten values are below the first, 999
-/// in 1000 below the second, all below the third.
+/// Second differences of pixel values from this time on: quantiles at 0.9 and 0.999, and the
+/// maximum.
 fn second_differences(renderer: &mut Renderer, film: &Film, seconds: f64) -> [f32; 3] {
     let first = (seconds * FPS) as u32;
     let frames: Vec<Vec<f32>> = (first..first + FRAMES)
@@ -57,8 +57,8 @@ fn second_differences(renderer: &mut Renderer, film: &Film, seconds: f64) -> [f3
 fn pixels_of_consecutive_frames_go_on_as_they_went() {
     let (film, scene) = film();
     let mut renderer = prepare(scene, SMALL);
-    // While the camera walks, edges go over pixels in the steps of their samples; while a light
-    // moves, single pixels begin to be averaged over their area, or cease.
+    // While the camera moves, edges cross pixels in steps of their samples. While a light moves,
+    // single pixels start or stop being averaged over their area.
     for (what, seconds, most) in [
         ("the camera walks", 4.2, [1e-3, 0.1, 0.5]),
         ("a wall changes its colour", 11.0, [1e-5, 1e-4, 1e-3]),
@@ -74,8 +74,8 @@ fn pixels_of_consecutive_frames_go_on_as_they_went() {
         println!("{what}: second differences {found:?}");
         assert!(found.iter().zip(most).all(|(found, most)| *found <= most), "{what}: {found:?}, {most:?}");
     }
-    // Without edge samples no shadow's edge hides a step of a panel's light: of what is near it, or
-    // hidden from it.
+    // Without edge samples, shadow edges do not hide a step of an area light, for surface near the
+    // light or hidden from it.
     renderer.set_edge_samples(0).unwrap();
     let found = second_differences(&mut renderer, &film, 37.5);
     println!("a panel without edges: second differences {found:?}");

@@ -10,7 +10,8 @@ use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
 use lightpaths::types::{CachePoint, Contribution, ContributionRange, OPEN};
 
-/// The room, loaded from files with a scale and a place; its lamp as bright on the walls as before.
+/// The room, loaded from files with a scale and a translation; its light is as bright on the walls
+/// as before.
 fn placed(scale: f64, to: DVec3) -> Scene {
     let room = room();
     let vector = |v: DVec3| format!("[{:e},{:e},{:e}]", v.x, v.y, v.z);
@@ -58,8 +59,8 @@ fn scale_and_place_change_nothing() {
     assert_silent(&context());
 }
 
-/// Flux that all vertices contribution; what base clusters and their unweighted ones should hold of
-/// it, as it shows; and what a level does hold, W.
+/// Flux of the contributions of all vertices; the flux that base clusters and their unweighted ones
+/// should hold, weighted by accessibility; and the flux that a level holds, W.
 fn energies(renderer: &Renderer) -> [f64; 3] {
     let stages = renderer.stages();
     let entering = renderer.path_flux().unwrap();
@@ -77,15 +78,15 @@ fn energies(renderer: &Renderer) -> [f64; 3] {
     let shown = runs.iter().map(of_run).sum();
     let clusters: Vec<ClusterFlux> = stages.cluster_flux.read().unwrap();
     let held: f64 = clusters.iter().map(|flux| f64::from(flux.direct.x) + f64::from(flux.indirect.x)).sum();
-    // One level is finer than what was asked for.
+    // One level is finer than the requested cells.
     let levels = f64::from(renderer.scene().quality.cells.ilog2() + 2);
     [contributed, shown, held / levels]
 }
 
-/// Boxes whose walls stand so many whole cells apart, as the grid counts and as a user would:
-/// nothing is lost, and their energy is that of any box. Returns the mean error of the energy,
-/// which is noise in each, and the number of boxes that count for it: in narrower ones the lamp is
-/// so near to two walls that entry points find its light by chance, whatever the grid.
+/// Boxes with walls a whole number of cells apart, as the grid counts and as a user would count. No
+/// flux is lost, and the energy is that of any box. Returns the mean error of the energy, which is
+/// noise in each box, and the number of boxes in this mean. Narrower boxes do not count: their
+/// light is so near to two walls that entry points sample it by chance, with any grid.
 fn check_walls(steps: impl Iterator<Item = u32>, quality: &Quality) -> (f64, u32) {
     let cells = quality.cells as f32;
     let (mut sum, mut boxes) = (0.0, 0);
@@ -96,7 +97,7 @@ fn check_walls(steps: impl Iterator<Item = u32>, quality: &Quality) -> (f64, u32
             Vec3::new(step as f32 / cells, 1.0, step as f32 / (cells - 1.0)),
         ] {
             let mut renderer = prepare(shapes::closed_box(size, 0.5), quality.clone());
-            // Coarse levels are summed although nothing reads them.
+            // Without skipping, frames also sum coarse levels that nothing reads.
             renderer.set_skipping(false);
             renderer.frame().unwrap();
             assert_eq!(count(&renderer, "path vertices outside all clusters"), 0, "{size}");
@@ -130,7 +131,7 @@ fn walls_on_every_cell_boundary_lose_no_energy() {
     assert!(boxes > 100 && error.abs() <= 1e-3, "{error}");
 }
 
-/// Needles across the corners of cells, of these widths in turn, metres.
+/// Needles across the corners of cells, of these alternating widths, metres.
 fn slivers(cell: f32, widths: [f32; 2]) -> Vec<Triangle> {
     let unit = |word: u32| (f64::from(word) / f64::from(u32::MAX)) as f32;
     random_words(11, 1200)
@@ -166,8 +167,8 @@ fn slivers_make_no_firefly() {
         is_on: true,
     }];
     let renderer = render(scene, SMALL);
-    // No surface gets more direct light than the nearest point could, nor more indirect light than
-    // the brightest surface gives when it is all around.
+    // Direct light is at most that of the nearest point. Indirect light is at most that of the
+    // brightest surface all around.
     let bound = ALBEDO / (1.0 - ALBEDO) / (clear * clear);
     let radiance = renderer.layer(Layer::Indirect).unwrap();
     let brightest = radiance.iter().map(|pixel| pixel[0] * std::f32::consts::PI / ALBEDO).fold(0.0, f32::max);
@@ -177,8 +178,8 @@ fn slivers_make_no_firefly() {
     assert_silent(&context());
 }
 
-/// Needles wide enough to be met by many rays, and too small for many entry points: pictures of
-/// three seeds differ by little more than those of the empty room do.
+/// Needles that are wide enough for many rays, and too small for many entry points. Pictures of
+/// three seeds differ little more than those of the empty room.
 #[test]
 fn slivers_make_no_noise() {
     let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
@@ -198,7 +199,7 @@ fn slivers_make_no_noise() {
     assert_silent(&context());
 }
 
-/// Balls of a radius, each of 320 triangles with smooth normals, fronts outside.
+/// Balls of one radius, each of 320 triangles with smooth normals, fronts outside.
 fn balls(radius: f32, places: &[Vec3]) -> Vec<Triangle> {
     let ball = shapes::integrating_sphere(radius, 2, 0.5, Vec3::ZERO, 1.0).triangles;
     let moved = |place: Vec3| {
@@ -212,8 +213,8 @@ fn balls(radius: f32, places: &[Vec3]) -> Vec<Triangle> {
     places.iter().flat_map(|&place| ball.iter().map(moved(place))).collect()
 }
 
-/// Records are far too few for the curvature: large balls ask for all of them, and small ones
-/// come after these.
+/// Records are far too few for the curvature: large balls could take all of them, and small ones
+/// come later.
 #[test]
 fn a_small_budget_reaches_all_surfaces() {
     const SMALL_RADIUS: f32 = 0.03;
@@ -231,7 +232,7 @@ fn a_small_budget_reaches_all_surfaces() {
     for place in small {
         let near = points.iter().filter(|point| point.position.distance(place) < 1.01 * SMALL_RADIUS);
         let count = near.count();
-        // Caps of 30° that overlap by a third: some dozens cover a sphere.
+        // Caps of 30° that overlap by a third: a few dozen cover a sphere.
         assert!((25..200).contains(&count), "{count} records on the ball at {place}");
     }
     assert_eq!(count(&renderer, "pixels that take the nearest record"), 0);

@@ -1,4 +1,4 @@
-//! More of a list than loops of one invocation turn: lavapipe ends them at 65 535 without a word.
+//! Lists longer than a loop's iteration limit: lavapipe silently ends loops at 65 535 iterations.
 
 use std::ops::Range;
 use std::sync::LazyLock;
@@ -26,7 +26,7 @@ fn box_and_speck() -> Scene {
     scene
 }
 
-/// Direct and indirect flux of the contributions of a run, W, as it shows.
+/// Direct and indirect flux of the contributions in a range, W, weighted by accessibility.
 fn shown(
     renderer: &Renderer,
     run: &ContributionRange,
@@ -52,7 +52,7 @@ fn shown(
 fn clusters_add_up_however_much_falls_into_them() {
     let quality = Quality { entry_points: 400_000, cells: 64, ..SMALL };
     let mut renderer = prepare(box_and_speck(), quality);
-    // Else what nothing reads stays dark.
+    // Without this, clusters that nothing reads stay dark.
     renderer.set_skipping(false);
     renderer.frame().unwrap();
     let entering = renderer.path_flux().unwrap();
@@ -83,7 +83,7 @@ fn every_gather_ray_is_traced_however_many_a_hemisphere_has() {
         Quality { entry_points: 1_000, cache_points: 40, gather_rays: 4096, occlusion: false, ..SMALL };
     let mut scene = room();
     scene.cameras[0].size = [16, 16];
-    // Rays that nobody wrote have any target, and end in a panic.
+    // Unwritten rays have a random target, and cause a panic.
     let renderer = render(scene, quality.clone());
     let rays = count(&renderer, "gather rays");
     assert!(rays > 100 * 1024, "{rays} rays");
@@ -99,7 +99,7 @@ fn every_gather_ray_is_traced_however_many_a_hemisphere_has() {
     assert_silent(&context());
 }
 
-/// A picture of one tile, in which every record of the box is.
+/// A picture of one tile, which holds every record of the box.
 fn one_tile(cache_points: u32) -> Result<Vec<[f32; 3]>> {
     let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
     let camera = &mut scene.cameras[0];
@@ -111,14 +111,13 @@ fn one_tile(cache_points: u32) -> Result<Vec<[f32; 3]>> {
     renderer.layer(Layer::Indirect)
 }
 
-/// lavapipe ends no loop early at 200 000 records of a tile, so that a smaller test
-/// would show nothing.
+/// lavapipe truncates no loop at 200 000 records of a tile, so a smaller test would show nothing.
 #[test]
 #[ignore = "full size: make stress"]
 fn a_tile_of_more_records_than_it_goes_through_is_no_picture() {
     let few = one_tile(5_000).unwrap();
     match one_tile(500_000) {
-        // A device whose loops turn as often as they should.
+        // A device without an iteration limit.
         Ok(many) => assert!(relative_mse(&many, &few) < 0.01, "a wrong picture without a word"),
         Err(error) => {
             let said = error.to_string();
@@ -128,7 +127,7 @@ fn a_tile_of_more_records_than_it_goes_through_is_no_picture() {
     assert_silent(&context());
 }
 
-/// What the device found, if it could; a refusal that says that, if not.
+/// The device's result, or `None` if it was refused with this message.
 #[track_caller]
 fn found_or_refused<T>(found: Result<T>, says: &str) -> Option<T> {
     found.map_err(|error| assert!(error.to_string().contains(says), "{error}")).ok()
@@ -153,7 +152,7 @@ fn rays_through_more_boxes_than_they_go_through_find_nothing_without_a_word() {
         let is_off = found.iter().zip(&ends).filter(|(a, b)| (a.t - b.t).abs() > 1e-3 * b.t).count();
         assert!(is_off < 40, "{is_off} of {} rays end elsewhere without a word", queries.len());
     }
-    // Sixteen a point, and few boxes for each.
+    // Sixteen rays for each point, and few boxes for each.
     let some_needles = TracedScene::new(&context(), box_of_needles(10_000)).unwrap();
     let points = [AccessibilityPoint { position: few.scene.triangles[0].positions[0] * 0.9, side: 0 }; 64];
     let open =
@@ -168,7 +167,7 @@ fn rays_through_more_boxes_than_they_go_through_find_nothing_without_a_word() {
 #[test]
 fn frames_whose_kernels_were_truncated_are_no_pictures() {
     let mut renderer = render(room(), SMALL);
-    // What kernels write, `passes::loop_limit` has: here, that the host looks.
+    // `passes::loop_limit` tests the flags that kernels write; this tests that the host reads them.
     renderer.stages().truncated_loops.write(&[LOOP_TRUNCATED]).unwrap();
     renderer.move_camera(Vec3::splat(0.1), Vec3::ZERO);
     let refusal = renderer.frame().map(drop).unwrap_err().to_string();
@@ -176,7 +175,7 @@ fn frames_whose_kernels_were_truncated_are_no_pictures() {
     assert_silent(&context());
 }
 
-/// The mean of a few samples a pixel.
+/// The mean of a few samples for each pixel.
 fn sampled<T: Progressive>(tracer: Result<T>, samples: u32) -> Result<Vec<[f32; 3]>> {
     let mut tracer = tracer?;
     tracer.add_samples(samples)?;
@@ -193,7 +192,7 @@ fn paths_through_more_boxes_than_they_go_through_are_no_picture() {
     assert_silent(&context());
 }
 
-/// The atrium, its lamp shared out among so many at one place behind the leaves.
+/// The atrium with its light divided into `count` equal lights at one position behind the leaves.
 fn atrium_of_lamps(count: u16) -> Scene {
     static ATRIUM: LazyLock<Scene> =
         LazyLock::new(|| Scene::load("atrium", &LoadOptions::default()).unwrap());
@@ -219,8 +218,8 @@ fn more_lights_than_a_vertex_asks_are_no_picture() {
     if let Some(found) = found_or_refused(path(1024), "fewer lights") {
         assert!(relative_mse(&found, &expected) < 1e-6, "a wrong picture without a word");
     }
-    // Photons are distributed to lights otherwise; nearly all of what is seen comes straight from the
-    // lights.
+    // Photons are distributed to lights differently; nearly all visible light comes straight from
+    // the lights.
     if let Some(found) = found_or_refused(photon(512), "fewer lights") {
         let energy = |picture: &[[f32; 3]]| picture.as_flattened().iter().map(|v| f64::from(*v)).sum::<f64>();
         let ratio = energy(&found) / energy(&photon(1).unwrap());
@@ -241,7 +240,7 @@ fn cells_that_are_wide_beside_most_of_the_surface_are_told() {
     assert!(coarse.len() == 1 && coarse[0].ends_with("raise quality.cells"), "{coarse:?}");
     assert!(fine.len() == 1 && fine[0].contains("leave out what is far"), "{fine:?}");
     assert_eq!(told(shapes::closed_box(Vec3::ONE, 0.5), 8), [""; 0]);
-    // The draft's cells beside the draft's smallest built-in scene.
+    // The cells of the draft preset, in the smallest built-in scene.
     let scene = Scene::load("box", &LoadOptions::default()).unwrap();
     assert_eq!(told(scene, Quality::DRAFT.cells), [""; 0]);
     assert_silent(&context());

@@ -1,4 +1,4 @@
-//! What renderers break on: odd sizes, odd places, odd powers, and the order of things.
+//! Difficult cases for renderers: unusual sizes, positions, powers, and orders of edits.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod boxes;
@@ -35,19 +35,19 @@ const SMALL: Quality = Quality {
     ..Quality::DRAFT
 };
 
-/// Less of everything, for checks that hold at any size: bits, exact ratios, black, finite.
+/// Smaller settings, for checks that hold at any size: bits, exact ratios, black, finite.
 const FEW: Quality = Quality { entry_points: 4_000, cache_points: 400, gather_rays: 32, ..SMALL };
 
 const LAYERS: [Layer; 6] =
     [Layer::Beauty, Layer::Direct, Layer::Indirect, Layer::Albedo, Layer::Normal, Layer::Depth];
 
-/// A renderer ahead of its first frame.
+/// A renderer before its first frame.
 fn prepare(mut scene: Scene, quality: Quality) -> Renderer {
     scene.quality = quality;
     Renderer::new(&context(), scene, &mut Silent).unwrap()
 }
 
-/// A renderer after its first frame, all of whose buffers hold finite numbers.
+/// A renderer after its first frame; all of its buffers must hold finite numbers.
 fn render(scene: Scene, quality: Quality) -> Renderer {
     let mut renderer = prepare(scene, quality);
     renderer.frame().unwrap();
@@ -62,12 +62,12 @@ fn the_box(set: &[String]) -> Scene {
     Scene::load("box", &LoadOptions { set: changes, ..LoadOptions::default() }).unwrap()
 }
 
-/// A closed room with a block in it, 64×48 pixels. Few records cover it, for nothing in
-/// it is curved.
+/// A closed room with a block in it, 64×48 pixels. Few records cover it, because it has no curved
+/// surface.
 fn room() -> Scene {
     let mut scene = shapes::closed_box(Vec3::new(1.0, 0.8, 1.2), 0.5);
     let block = shapes::closed_box(Vec3::new(0.3, 0.2, 0.3), 0.5).triangles.into_iter().map(|triangle| {
-        // The box's fronts are inside; a block's are outside.
+        // The fronts of the box are inside; those of a block are outside.
         let [a, b, c] = triangle.positions.map(|p| p + Vec3::new(-0.2, -0.25, -0.1));
         Triangle { positions: [a, c, b], normals: triangle.normals.map(|n| -n), ..triangle }
     });
@@ -76,8 +76,8 @@ fn room() -> Scene {
     scene
 }
 
-/// Scans every stage for NaN, infinity and negative energy. Depth alone is infinite, where the
-/// camera sees nothing.
+/// Asserts that no stage has NaN, infinity or negative energy. Only depth is infinite where a
+/// camera ray leaves the scene.
 #[track_caller]
 fn assert_finite(renderer: &Renderer) {
     let stages = renderer.stages();
@@ -102,7 +102,7 @@ fn assert_finite(renderer: &Renderer) {
     }
 }
 
-/// Where each pixel's ray meets the scene, from its depth; none where it leaves.
+/// Hit of each pixel's ray, from its depth. `None` if the ray left the scene.
 fn positions(renderer: &Renderer) -> Vec<Option<Vec3>> {
     let camera = &renderer.scene().cameras[0];
     let [right, up, forward] = camera.frame();

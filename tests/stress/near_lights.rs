@@ -1,5 +1,5 @@
-//! Lights on walls, in corners and inside solids: finite, and what is far from them
-//! takes no notice.
+//! Lights on walls, in corners and inside solids: results are finite, and distant surface does not
+//! change.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_finite, positions, prepare, relative_mse, render, room};
@@ -10,7 +10,7 @@ use lightpaths::types::Contribution;
 use std::f64::consts::PI;
 
 const ALBEDO: f64 = 0.5;
-/// Of the hall's surface.
+/// Area of the hall's surface.
 const AREA_M2: f64 = 5.92;
 
 /// A closed room of 1×0.8×1.2 m seen from a corner under its ceiling.
@@ -22,7 +22,7 @@ fn hall(size: [u32; 2], albedo: f64) -> Scene {
     scene
 }
 
-/// A black hall. Only its light paths are read, so that it has few cache points.
+/// A black hall. The tests read only its light paths, so it has few cache points.
 fn prepare_black(quality: &Quality) -> Renderer {
     prepare(hall([8, 8], 0.0), Quality { cache_points: 100, gather_rays: 16, ..quality.clone() })
 }
@@ -32,16 +32,16 @@ fn far(renderer: &Renderer, layer: Layer, is_far: &[bool]) -> Vec<[f32; 3]> {
     pixels.into_iter().zip(is_far).filter(|(_, is_far)| **is_far).map(|(pixel, _)| pixel).collect()
 }
 
-/// Flux that all path vertices contribution, W.
+/// Flux of the contributions of all path vertices, W.
 fn contributed(renderer: &Renderer) -> f64 {
     let entering = renderer.path_flux().unwrap();
     let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
     contributions.iter().map(|d| f64::from(d.throughput.x) * f64::from(entering[d.path() as usize].x)).sum()
 }
 
-/// Pictures of lamps nearer and nearer to a place, without what is within 0.3 m of it: light must
-/// be that of a lamp a millimetre off, and all of it has to be there. A lamp on the wall itself is
-/// on neither of its sides, and only its direct light on other walls is asked for.
+/// Pictures of point lights nearer and nearer to a position, without surface within 0.3 m of it.
+/// They must equal that of a light at a millimetre, with all of its energy. A light on the wall
+/// itself is on neither side, and only its direct light on other walls is tested.
 fn check(quality: Quality, size: [u32; 2]) {
     let mut black = prepare_black(&quality);
     let mut renderer = prepare(hall(size, ALBEDO), quality);
@@ -57,11 +57,11 @@ fn check(quality: Quality, size: [u32; 2]) {
             renderer.move_light(0, on + distance * inwards).unwrap();
             renderer.frame().unwrap();
             assert_finite(&renderer);
-            // In a black room, what enters the paths is all that they contribution.
+            // In a black room, the flux that enters the paths equals the sum of all contributions.
             black.move_light(0, on + distance * inwards).unwrap();
             black.frame().unwrap();
             let entered = contributed(&black) / (4.0 * PI);
-            // All light of a closed room is reflected until it is absorbed.
+            // In a closed room, all light is reflected until it is absorbed.
             let kept = contributed(&renderer) * (1.0 - ALBEDO) / (4.0 * PI);
             let removed = renderer.statistics().unwrap().removed;
             println!(
@@ -94,8 +94,8 @@ fn check(quality: Quality, size: [u32; 2]) {
     assert_silent(&context());
 }
 
-/// Panels that face a wall nearer and nearer to it: its point samples are no spots there, and what
-/// is far takes no notice.
+/// Area lights that face a wall, nearer and nearer to it: their point samples make no spots, and
+/// distant surface does not change.
 fn check_panels(quality: Quality, size: [u32; 2]) {
     let entry_points = f64::from(quality.entry_points);
     let mut black = prepare_black(&quality);
@@ -106,8 +106,8 @@ fn check_panels(quality: Quality, size: [u32; 2]) {
         positions(&renderer).iter().map(|p| p.is_some_and(|p| p.distance(on) > 0.4)).collect();
     let side = 0.3;
     let power = PI * f64::from(side * side);
-    // A part of the entry points around the rim of what is lit is in it by chance: one standard
-    // deviation, of the light.
+    // Some entry points around the rim of the lit area are in it by chance: one standard deviation,
+    // relative to the light.
     let noise = (f64::from(side) * (entry_points / AREA_M2).sqrt()).powf(-1.5);
     let mut picture = |distance: f32| {
         let corner = on + Vec3::new(distance, -0.5 * side, -0.5 * side);
@@ -150,7 +150,7 @@ fn panels_on_walls_leave_the_far_field_alone() {
     check_panels(SMALL, [64, 48]);
 }
 
-/// Shadows' edges ask for the weight of all samples at every further sample of a pixel.
+/// Each further sample of a pixel at a shadow edge sums all samples of the light.
 #[test]
 #[ignore = "full size: make stress"]
 fn a_panel_of_as_many_samples_as_there_may_be_is_a_picture() {

@@ -8,9 +8,9 @@ use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::scene::bvh::Bvh;
 use lightpaths::scene::{Scene, shapes, surfaces};
 
-/// How many of so many rays leave a closed scene: from points of its surface, kept off edges and
-/// then off the surface as `glsl/include/bvh.glsl` does it, into the half-space before it, uniform
-/// over its directions.
+/// Number of `count` rays that leave a closed scene. They start at points of its surface away from
+/// edges, off the surface as in `glsl/include/bvh.glsl`, with uniform directions over the
+/// half-space before it.
 fn escaped(mut scene: Scene, centre: Vec3, count: u64) -> u64 {
     let context = context();
     for triangle in &mut scene.triangles {
@@ -44,7 +44,7 @@ fn escaped(mut scene: Scene, centre: Vec3, count: u64) -> u64 {
         };
         let queries: Vec<RayQuery> = words.chunks_exact(5).map(query).collect();
         let answers = rays.trace(&buffers, &queries).unwrap();
-        // Nothing is met, or the outside of a wall.
+        // Misses, and hits of the outer side of a wall.
         found += answers.iter().filter(|answer| answer.side % 2 == 1).count() as u64;
         (left, seed) = (left - batch, seed + 1);
     }

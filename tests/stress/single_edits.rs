@@ -1,5 +1,5 @@
-//! An edit alone ends where a cold start does. Edits that come together hide what one of them
-//! forgets. A question between two frames changes neither.
+//! A single edit gives the bits of a cold start. Edits that come together may hide what one of them
+//! misses. A query between two frames changes neither.
 
 use crate::common::edits::{TINY, scene};
 use crate::common::{assert_silent, context};
@@ -34,7 +34,7 @@ fn an_exponent_alone_reaches_the_picture() {
     assert_silent(&context());
 }
 
-/// Asks a renderer for something between frames.
+/// A query of a renderer between frames.
 type Look = fn(&mut Renderer);
 
 const LOOKS: [(&str, Look); 6] = [
@@ -48,8 +48,8 @@ const LOOKS: [(&str, Look); 6] = [
 
 const EXACT: Exact = Exact { stage: Stage::Gather, samples: 1, sequence: 0 };
 
-/// Some answers need clusters and records that the last frame left out. Computing these must not
-/// change what the next frame takes for current.
+/// Some queries need clusters and records that the last frame skipped. Computing these must not
+/// change which results the next frame takes for current.
 #[test]
 fn looking_between_frames_leaves_the_picture() {
     let scene = scene(false);
@@ -63,7 +63,7 @@ fn looking_between_frames_leaves_the_picture() {
     renderer.frame().unwrap();
     let first = bits(&renderer);
     for (what, look) in LOOKS {
-        // After an edit of the light, only the records of this view are current.
+        // After a light edit, only the records of this view are current.
         for kind in [moved, light] {
             renderer.set_light(0, kind).unwrap();
             renderer.frame().unwrap();

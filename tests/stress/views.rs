@@ -1,4 +1,4 @@
-//! Image sizes and places of the camera.
+//! Image sizes and positions of the camera.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_finite, count, render, room, the_box};
@@ -7,7 +7,7 @@ use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::Quality;
 use lightpaths::types::CachePoint;
 
-/// Pixels that see something.
+/// Number of pixels with a hit.
 fn seen(renderer: &Renderer) -> usize {
     renderer.layer(Layer::Depth).unwrap().iter().filter(|depth| depth[0].is_finite()).count()
 }
@@ -24,7 +24,7 @@ fn odd_image_sizes() {
     let mut scene = room();
     scene.cameras[0].size = [1, 1];
     let mut renderer = render(scene, SMALL);
-    // A picture that has been resized is that of a cold start: see `passes::resize`.
+    // `passes::resize` compares resized pictures with those of a cold start.
     for size in [[1, 1], [17, 1], [1, 33], [513, 3], [16, 16], [65, 63]] {
         renderer.resize(size).unwrap();
         renderer.frame().unwrap();
@@ -37,7 +37,7 @@ fn odd_image_sizes() {
     assert_silent(&context());
 }
 
-/// The cache point on a wall that most others cover, and the wall's normal.
+/// The cache point on a wall that is covered by most others, and the wall's normal.
 fn crowded(renderer: &Renderer) -> (Vec3, Vec3) {
     let points: Vec<CachePoint> = renderer.stages().cache_points.read().unwrap();
     let covering = |point: &&CachePoint| {
@@ -96,8 +96,8 @@ fn a_view_of_nothing_is_black() {
     assert_silent(&context());
 }
 
-/// Where records are few, gradients reach too far: below zero, or past what a pixel without a
-/// covering record may take. That is counted.
+/// With few records, gradients extrapolate too far: below zero, or beyond the limit of uncovered
+/// pixels. These cases are counted.
 #[test]
 fn extrapolations_that_are_limited_are_counted() {
     let limited = |cache_points: u32| {

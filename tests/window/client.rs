@@ -1,4 +1,4 @@
-//! A hand on the mouse and the keyboard, an eye on one window.
+//! Sends mouse and keyboard input to one window, and captures it.
 
 use std::thread::sleep;
 use std::time::Duration;
@@ -25,10 +25,10 @@ pub type Point = (i32, i32);
 /// No picture has this colour; see [`Client::blot`].
 pub const BLOT: [u8; 3] = [255, 0, 255];
 
-/// Between events that follow each other, so that no two fall into one frame of the window.
+/// Pause between consecutive events, so that no two fall into one frame of the window.
 const STEP: Duration = Duration::from_millis(15);
 
-/// Acts on one window. Nobody manages windows here: what is asked of the server happens at once.
+/// Acts on one window. There is no window manager, so the server executes requests at once.
 pub struct Client {
     connection: RustConnection,
     root: Window,
@@ -37,8 +37,8 @@ pub struct Client {
 }
 
 impl Client {
-    /// Waits for a window of `process`, or one whose title has "lightpaths" in it, puts it into the
-    /// screen's corner and gives it the keyboard.
+    /// Waits for a window of `process`, or one with "lightpaths" in its title, moves it to the
+    /// screen's corner and focuses it.
     pub fn attach(display: &Display, process: u32, within: Duration) -> Self {
         let (connection, screen) = RustConnection::connect(Some(display.name())).unwrap();
         let root = connection.setup().roots[screen].root;
@@ -61,7 +61,7 @@ impl Client {
         (geometry.width.into(), geometry.height.into())
     }
 
-    /// Its upper left corner on the screen.
+    /// Upper left corner of the window on the screen.
     pub fn place(&self) -> Point {
         let geometry = self.connection.get_geometry(self.window).unwrap().reply().unwrap();
         (geometry.x.into(), geometry.y.into())
@@ -99,8 +99,8 @@ impl Client {
         self.release(button);
     }
 
-    /// Moves from one point to the other in `steps` with the button down; the pauses keep moves
-    /// from being merged.
+    /// Moves from one point to the other in `steps` with the button down; pauses keep the server
+    /// from merging moves.
     pub fn drag(&self, button: u8, from: Point, to: Point, steps: i32) {
         self.move_to(from);
         self.press(button);
@@ -111,7 +111,7 @@ impl Client {
         self.release(button);
     }
 
-    /// Turns the wheel by so many clicks, away from the user if positive.
+    /// Turns the wheel by `clicks` clicks, away from the user if positive.
     pub fn scroll(&self, at: Point, clicks: i32) {
         self.move_to(at);
         let button = if clicks > 0 { 4 } else { 5 };
@@ -149,7 +149,7 @@ impl Client {
         settle(self.connection.configure_window(self.window, &size));
     }
 
-    /// Takes the window off the screen, as minimising does.
+    /// Unmaps the window, as minimising does.
     pub fn hide(&self) {
         settle(self.connection.unmap_window(self.window));
     }
@@ -168,8 +168,8 @@ impl Client {
         settle(self.connection.send_event(false, self.window, EventMask::NO_EVENT, event));
     }
 
-    /// Paints the window with a colour that it does not have and tells it that it must be drawn
-    /// again. Where the colour goes away the process has presented since.
+    /// Paints the window with a colour that it does not have, and requests a redraw. Once the
+    /// colour is gone, the process has presented a frame.
     pub fn blot(&self) {
         let (width, height) = self.size();
         let pixel = u32::from_be_bytes([0, BLOT[0], BLOT[1], BLOT[2]]);
@@ -178,17 +178,16 @@ impl Client {
         let all = Rectangle { x: 0, y: 0, width: width as u16, height: height as u16 };
         settle(self.connection.poly_fill_rectangle(self.window, pen, &[all]));
         settle(self.connection.free_gc(pen));
-        // A window with a background loses the blot here; the tests of the renderer's window have
-        // none.
+        // A window with a background loses the blot here; the renderer's window has no background.
         settle(self.connection.clear_area(true, self.window, 0, 0, 0, 0));
     }
 
-    /// What the window shows, all of one moment.
+    /// An image of the window at one moment.
     pub fn capture(&self) -> RgbImage {
         self.try_capture().unwrap_or_else(|fault| panic!("no capture: {fault}"))
     }
 
-    /// Does not panic: tests that fail use it on their way out.
+    /// Captures without panicking, for the reports of failed tests.
     pub fn try_capture(&self) -> Result<RgbImage, String> {
         let words = |error: &dyn std::error::Error| error.to_string();
         let geometry = self.connection.get_geometry(self.window).map_err(|error| words(&error))?;
@@ -212,7 +211,7 @@ impl Client {
     }
 }
 
-/// Waits until the server has done it.
+/// Waits until the server has executed a request.
 fn settle(request: Result<VoidCookie<'_, RustConnection>, ConnectionError>) {
     request.unwrap().check().unwrap();
 }
@@ -228,7 +227,7 @@ pub fn keyboard(connection: &RustConnection) -> Keyboard {
     Keyboard { first, columns: mapping.keysyms_per_keycode.into(), keysyms: mapping.keysyms }
 }
 
-/// The process's own number counts most; libraries that leave it out still give a title.
+/// Finds a window by its process id; if a library does not set it, by its title.
 fn find(connection: &RustConnection, root: Window, process: u32) -> Option<Window> {
     let number = atom(connection, "_NET_WM_PID");
     let windows = connection.query_tree(root).unwrap().reply().unwrap().children;
@@ -244,7 +243,7 @@ fn find(connection: &RustConnection, root: Window, process: u32) -> Option<Windo
     shown.iter().copied().find(is_of_process).or_else(|| shown.iter().copied().find(is_named))
 }
 
-/// None where the window has gone.
+/// `None` if the window is gone.
 fn is_shown(connection: &RustConnection, window: Window) -> Option<bool> {
     let attributes = connection.get_window_attributes(window).unwrap().reply().ok()?;
     Some(attributes.map_state == MapState::VIEWABLE && attributes.class == WindowClass::INPUT_OUTPUT)

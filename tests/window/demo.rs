@@ -1,4 +1,4 @@
-//! The program under test: its window, what it says, how it ends.
+//! The program under test: its window, its output, its end.
 
 use std::cell::{OnceCell, RefCell};
 use std::fs;
@@ -18,8 +18,8 @@ use crate::keys;
 use crate::picture::{Area, changed_pixels};
 use crate::until;
 
-/// Frames that were drawn one after the other and show the same: as many as can be on their way
-/// to the screen.
+/// Number of consecutive equal frames that count as settled: the maximum number of frames on their
+/// way to the screen.
 const SAME: usize = 3;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +28,7 @@ pub enum Stream {
     Err,
 }
 
-/// A line that the process has written.
+/// A line of the process's output.
 #[derive(Clone, Debug)]
 pub struct Line {
     pub since_start: Duration,
@@ -36,14 +36,14 @@ pub struct Line {
     pub text: String,
 }
 
-/// A running process and its window. Killed, if it still runs, when it goes out of scope.
+/// A running process and its window. The process is killed on drop, if it still runs.
 pub struct Demo<'a> {
     display: Option<&'a Display>,
     child: RefCell<Child>,
     lines: Arc<Mutex<Vec<Line>>>,
     readers: RefCell<Vec<JoinHandle<()>>>,
     client: OnceCell<Client>,
-    /// Of the test.
+    /// Name of the test.
     name: String,
 }
 
@@ -55,13 +55,13 @@ impl<'a> Demo<'a> {
         Self::run(Some(display), command)
     }
 
-    /// Runs any command on `display`, or without any display. A point of the window is a pixel
-    /// whatever the machine's settings say.
+    /// Runs any command on `display`, or without a display. A point of the window is one pixel,
+    /// whatever the machine's settings.
     pub fn run(display: Option<&'a Display>, command: Command) -> Self {
         Self::run_scaled(display, command, "1")
     }
 
-    /// The same where a point of the window is `scale` pixels.
+    /// The same, with `scale` pixels for each point of the window.
     pub fn run_scaled(display: Option<&'a Display>, mut command: Command, scale: &str) -> Self {
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
         command.envs(display.map(|display| ("DISPLAY", display.name()))).env("WINIT_X11_SCALE_FACTOR", scale);
@@ -91,7 +91,7 @@ impl<'a> Demo<'a> {
         self.child.borrow().id()
     }
 
-    /// A hand on the window, which is waited for the first time.
+    /// The client for the window. The first call waits for the window.
     pub fn client(&self) -> &Client {
         self.client.get_or_init(|| {
             let display = self.display.expect("a display was given");
@@ -105,7 +105,7 @@ impl<'a> Demo<'a> {
         lines.iter().filter(|line| line.stream == stream).map(|line| line.text.clone()).collect()
     }
 
-    /// How many lines there are so far, for [`Self::wait_for_line_since`].
+    /// Number of lines so far, for [`Self::wait_for_line_since`].
     pub fn mark(&self) -> usize {
         self.lines.lock().unwrap().len()
     }
@@ -115,10 +115,10 @@ impl<'a> Demo<'a> {
         self.wait_for_line_since(0, prefix, within)
     }
 
-    /// The first such line after `mark`. Fails as soon as it can no longer come.
+    /// The first such line after `mark`. Fails as soon as the process has ended without it.
     pub fn wait_for_line_since(&self, mark: usize, prefix: &str, within: Duration) -> String {
         until(&format!("line {prefix:?}"), within, || {
-            // In this order: what was written before the end has been read when it is looked for.
+            // The order matters: lines from before the end have been read when they are searched.
             let end = self.try_end();
             let lines = self.lines.lock().unwrap();
             let line = lines.iter().skip(mark).find(|line| line.text.starts_with(prefix));
@@ -131,7 +131,7 @@ impl<'a> Demo<'a> {
         self.try_end().is_none()
     }
 
-    /// Waits for the end; none if a signal brought it about.
+    /// Waits for the end. `None` if a signal ended the process.
     pub fn exit_code(&self, within: Duration) -> Option<i32> {
         until("end of the process", within, || self.try_end()).code()
     }
@@ -140,24 +140,24 @@ impl<'a> Demo<'a> {
         self.client().capture()
     }
 
-    /// Waits until the program says that its window shows all that was asked for before.
+    /// Waits until the program reports that its window shows the result of all earlier input.
     pub fn wait_for_answer(&self) {
         let mark = self.mark();
         self.client().tap(&[], keys::function(9));
         self.wait_for_line_since(mark, "lightpaths: settled", HANG);
     }
 
-    /// Presses and releases the button at a point. The window sees the pointer there in a frame
-    /// before: what lies under it is known from that frame.
+    /// Presses and releases the button at a point. The pointer moves there one frame earlier,
+    /// because the window detects the item under it in that frame.
     pub fn click(&self, button: u8, at: Point) {
         self.client().move_to(at);
         self.wait_for_answer();
         self.client().click(button, at);
     }
 
-    /// Moves from one point to the other in `steps` with the button down. The window sees the
-    /// press, moves and the release in frames of their own, however slow these are: where all came
-    /// in one, nothing would be dragged.
+    /// Moves from one point to the other in `steps` with the button down. The press, the moves and
+    /// the release each have their own frames, even if these are slow: in a single frame, nothing
+    /// would be dragged.
     pub fn drag(&self, button: u8, from: Point, to: Point, steps: i32) {
         let client = self.client();
         client.move_to(from);
@@ -171,15 +171,15 @@ impl<'a> Demo<'a> {
         client.release(button);
     }
 
-    /// The window, or `area` of it, when it shows all that was asked for. The program says so, each
-    /// time of another frame; the last frames of these are the same.
+    /// The window, or `area` of it, when it shows the result of all earlier input. The program
+    /// reports this in a number of frames; the last ones must be equal.
     pub fn settled(&self, area: Option<Area>) -> RgbImage {
         let mut last = None;
         let mut same = 0;
         until("settled picture", HANG, || {
             self.wait_for_answer();
             let next = self.capture();
-            let area = area.unwrap_or_else(|| Area::of(&next));
+            let area = area.unwrap_or_else(|| Area::from_image(&next));
             let is_same = last.as_ref().is_some_and(|last: &RgbImage| {
                 last.dimensions() == next.dimensions() && changed_pixels(last, &next, area, 0) == 0
             });
@@ -189,7 +189,7 @@ impl<'a> Demo<'a> {
         })
     }
 
-    /// Waits until a pixel of `area` is another than `before`.
+    /// Waits until a pixel of `area` differs from `before`.
     pub fn wait_for_change(&self, before: &RgbImage, area: Area, within: Duration) -> RgbImage {
         until("change", within, || {
             let now = self.capture();
@@ -197,13 +197,13 @@ impl<'a> Demo<'a> {
         })
     }
 
-    /// Demands that the process draws its whole window when told to.
+    /// Asserts that the process draws its whole window on request.
     pub fn assert_presents(&self, within: Duration) {
         self.client().blot();
         self.wait_for_picture(within);
     }
 
-    /// Waits until nothing is left of a blot.
+    /// Waits until a blot is gone.
     pub fn wait_for_picture(&self, within: Duration) {
         until("presented picture", within, || {
             assert!(self.is_running(), "ended");
@@ -211,7 +211,7 @@ impl<'a> Demo<'a> {
         });
     }
 
-    /// How it ended, if it has; all that it wrote has then been read.
+    /// Exit status, if the process has ended; all of its output has then been read.
     fn try_end(&self) -> Option<ExitStatus> {
         let status = self.child.borrow_mut().try_wait().unwrap();
         if status.is_some() {
@@ -220,7 +220,7 @@ impl<'a> Demo<'a> {
         status
     }
 
-    /// Says, on the way out of a failed test, what can be known. Must not panic.
+    /// Prints the state of a failed test. Must not panic.
     fn report(&self) {
         if let Some(client) = self.client.get() {
             match save_failure(client, &self.name) {
@@ -245,12 +245,12 @@ impl Drop for Demo<'_> {
     }
 }
 
-/// Where pictures of failures go.
+/// Folder of the pictures of failures.
 pub fn failures() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("window-failures")
 }
 
-/// Saves what the window shows. Must not panic.
+/// Saves a picture of the window. Must not panic.
 pub fn save_failure(client: &Client, name: &str) -> Result<PathBuf, String> {
     let folder = failures();
     let path = folder.join(format!("{name}.png"));

@@ -1,4 +1,4 @@
-//! The scene's files change while the scene is open: nothing that was edited is lost.
+//! The files of an open scene change: no edit is lost.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -15,7 +15,7 @@ use crate::picture::changed_pixels;
 use crate::scenarios::{PICTURE, READY, SIDE, SIZE, SOON, changed, close, settled};
 use crate::until;
 
-/// Where the answers stand.
+/// Position of the answer buttons.
 const RELOAD: Point = (90, 42);
 const KEEP_MINE: Point = (209, 42);
 const KEEP_BOTH: Point = (286, 42);
@@ -28,7 +28,7 @@ const WHITE: &str = "[0.2, 0.2, 0.2]";
 const BLUE: &str = "[0.03, 0.03, 0.2]";
 const RED: &str = "[0.2, 0.03, 0.03]";
 
-/// A closed room, two metres each way.
+/// A closed cube of two metres.
 const ROOM: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
 f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 4 1 5 8\nf 2 3 7 6\n";
 
@@ -40,7 +40,7 @@ fn scene(intensity: &str) -> String {
     )
 }
 
-/// A window on a scene of few light paths, in a folder of its own.
+/// A window with a scene of few light paths, in its own folder.
 struct Desk<'a> {
     folder: TempDir,
     demo: Demo<'a>,
@@ -62,7 +62,7 @@ impl<'a> Desk<'a> {
         self.folder.path().join(name)
     }
 
-    /// Does something that the window answers with a line.
+    /// Runs an action and waits for its line of output.
     fn answered(&self, line: &str, act: impl FnOnce()) {
         let mark = self.demo.mark();
         act();
@@ -73,7 +73,7 @@ impl<'a> Desk<'a> {
         self.answered(line, || std::fs::write(self.path("s.toml"), text).unwrap());
     }
 
-    /// Changes the scene so that it is loaded again.
+    /// Runs an action and waits until the scene is loaded again.
     fn reloads(&self, act: impl FnOnce()) {
         let mark = self.demo.mark();
         act();
@@ -94,13 +94,13 @@ impl<'a> Desk<'a> {
         self.demo.client().tap(&[keys::CONTROL], keys::of('s'));
     }
 
-    /// Lines so far that begin like this.
+    /// Number of lines so far with this prefix.
     fn count(&self, line: &str) -> usize {
         self.demo.lines(Stream::Err).iter().filter(|said| said.starts_with(line)).count()
     }
 }
 
-/// Whether there is text in the colour of questions, which nothing in the room has.
+/// Whether there is text in the colour of questions, which the room does not have.
 fn shows_question(window: &RgbImage) -> bool {
     let part = image::imageops::crop_imm(window, 0, 0, SIDE, 40).to_image();
     let is_orange = |[r, g, b]: [u8; 3]| r > 180 && (110..200).contains(&g) && b < 60;
@@ -139,7 +139,7 @@ fn a_scene_without_edits_is_loaded_again_and_that_can_be_taken_back() {
     assert!(same(&before, &undone), "lit as before");
     desk.demo.client().tap(&[keys::CONTROL, keys::SHIFT], keys::of('z'));
     assert!(same(&blue, &changed(&desk.demo, &undone)));
-    // That is how it is on disk: there is nothing to ask.
+    // The document equals the files on disk, so no question appears.
     desk.reloads(|| std::fs::write(desk.path("room.obj"), format!("{ROOM}\n")).unwrap());
     assert_eq!(desk.count(ASKED), 0);
     close(&desk.demo);
@@ -154,7 +154,7 @@ fn edits_outlive_every_change_on_disk_until_there_is_an_answer() {
     let mine = changed(&desk.demo, &before);
     desk.write(&scene(BLUE), ASKED);
     assert!(same(&mine, &settled(&desk.demo)), "nothing happens before there is an answer");
-    // Again, broken, mended, gone, there again.
+    // Changed again, broken, repaired, removed, and back again.
     desk.write(&scene(RED), ASKED);
     desk.write("[[model]\n", REFUSED);
     until("no question", SOON, || (!shows_question(&desk.demo.capture())).then_some(()));
@@ -189,14 +189,14 @@ fn edits_outlive_every_change_on_disk_until_there_is_an_answer() {
 fn the_windows_own_save_is_no_change_and_replaces_nothing_unseen() {
     let display = Display::start();
     let desk = Desk::open(&display);
-    // Where the window saves the scene is the scene's own file.
+    // The window saves the scene to the scene's own file.
     std::os::unix::fs::symlink("s.toml", desk.path("s-edited.toml")).unwrap();
     let before = settled(&desk.demo);
     desk.demo.client().tap(&[], keys::of('l'));
     changed(&desk.demo, &before);
     desk.answered("lightpaths: saved s-edited.toml", || desk.save());
     assert_eq!(lights(&desk.path("s.toml")), 2);
-    // What is saved is no unsaved edit.
+    // A saved edit does not count as unsaved.
     desk.reloads(|| std::fs::write(desk.path("s.toml"), scene(BLUE)).unwrap());
     assert_eq!((desk.count(LOADED), desk.count(ASKED)), (1, 0), "the own save is no change");
 

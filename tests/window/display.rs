@@ -1,4 +1,4 @@
-//! A screen that nobody looks at.
+//! A virtual screen: Xvfb.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek};
@@ -11,15 +11,15 @@ use x11rb::rust_connection::RustConnection;
 
 use crate::{HANG, POLL};
 
-/// How long a server may take to leave before it is killed, which fails no test.
+/// Time limit for a server's exit. It is killed afterwards, which fails no test.
 const LEAVES: Duration = Duration::from_secs(5);
 
 /// Pixels of the screen, which is at the origin; a window that reaches over its edge
 /// cannot be captured.
 pub const SCREEN: (u32, u32) = (1600, 1000);
 
-/// An X server of its own for each test: input has one pointer and one focus, which tests
-/// must not share.
+/// A separate X server for each test: input has one pointer and one focus, which tests must not
+/// share.
 pub struct Display {
     name: String,
     server: Child,
@@ -27,14 +27,13 @@ pub struct Display {
 }
 
 impl Display {
-    /// Fails where there is no Xvfb and says what to install: a machine without it must not pass
-    /// for one that was tested.
+    /// Fails if there is no Xvfb, with the package to install: the tests must not pass unrun.
     pub fn start() -> Self {
-        Self::of("Xvfb").unwrap_or_else(|fault| panic!("{fault}"))
+        Self::with_server("Xvfb").unwrap_or_else(|fault| panic!("{fault}"))
     }
 
-    /// Starts `program`, an Xvfb, on a display that it finds free itself.
-    pub fn of(program: &str) -> Result<Self, String> {
+    /// Starts `program`, an Xvfb, which finds a free display itself.
+    pub fn with_server(program: &str) -> Result<Self, String> {
         let mut log = tempfile::tempfile().map_err(|error| error.to_string())?;
         let said = log.try_clone().map_err(|error| error.to_string())?;
         let screen = format!("{}x{}x24", SCREEN.0, SCREEN.1);
@@ -46,7 +45,7 @@ impl Display {
             .spawn()
             .map_err(|error| format!("cannot start {program} ({error}): install the package xvfb"))?;
         let number = first_line(server.stdout.take().expect("piped"));
-        // From here on a failure takes the server down.
+        // From here on, a failure ends the server.
         let mut display = Self { name: format!(":{number}"), server, keeper: None };
         if number.parse::<u32>().is_err() {
             return Err(format!("{program} names no display; it says: {}", contents(&mut log)));
@@ -57,7 +56,7 @@ impl Display {
         Ok(display)
     }
 
-    /// What goes into `DISPLAY`.
+    /// Value of `DISPLAY`.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -70,8 +69,8 @@ impl Display {
 
 impl Drop for Display {
     fn drop(&mut self) {
-        // Told `-terminate`, the server leaves with its last client and takes its lock and socket
-        // along. It does so, too, when this process is killed.
+        // With `-terminate`, the server exits with its last client and removes its lock and socket.
+        // It also does so if this process is killed.
         self.keeper = None;
         let end = Instant::now() + LEAVES;
         while Instant::now() < end {
@@ -85,7 +84,7 @@ impl Drop for Display {
     }
 }
 
-/// The first line, or nothing if none comes.
+/// The first line; empty if there is none.
 fn first_line(stream: impl Read + Send + 'static) -> String {
     let (sender, receiver) = mpsc::channel();
     thread::spawn(move || {

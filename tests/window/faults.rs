@@ -1,4 +1,4 @@
-//! Vulkan calls that fail: the layer of `tests/faults` between the program and its driver.
+//! Failing Vulkan calls: the layer of `tests/faults` between the program and its driver.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -7,18 +7,18 @@ use crate::demo::Demo;
 use crate::layer::Layer;
 use crate::scenarios::SOON;
 
-/// Faults of one process, which can be changed while it runs.
+/// Faults of one process, which a test can change while it runs.
 pub struct Faults {
     layer: Layer,
 }
 
 impl Faults {
-    /// None yet.
+    /// Creates a list without faults.
     pub fn new() -> Self {
         Self { layer: Layer::new() }
     }
 
-    /// Puts the layer between the command and the driver.
+    /// Inserts the layer between the command and the driver.
     pub fn afflict(&self, command: &mut Command) {
         self.layer.afflict(command, &format!("@{}", self.file().display()));
     }
@@ -28,15 +28,15 @@ impl Faults {
         self.layer.folder.path().join("calls")
     }
 
-    /// From now on these faults, as `tests/faults` describes them, and no others.
+    /// Replaces the faults, in the notation of `tests/faults`.
     pub fn set(&self, faults: &str) {
-        // All at once: the process may be reading it.
+        // Renamed into place, because the process may be reading the file.
         let new = self.layer.folder.path().join("new");
         std::fs::write(&new, faults).unwrap();
         std::fs::rename(new, self.file()).unwrap();
     }
 
-    /// Sets faults, lets something happen, and waits until each has come about.
+    /// Sets faults, runs an action, and waits until each fault has occurred.
     pub fn strike(&self, demo: &Demo, faults: &str, act: impl FnOnce()) {
         let mark = demo.mark();
         self.set(faults);

@@ -1,4 +1,4 @@
-//! The harness itself, on a toy window and on small commands.
+//! Tests of the harness, with a toy window and small commands.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::picture::{Area, changed_pixels, colours, mean_difference};
 use crate::toy::{self, Seen, Toy, colour};
 use crate::{HANG as SOON, until};
 
-/// For what must not happen.
+/// Wait for events that must not happen.
 const SHORT: Duration = Duration::from_millis(300);
 
 fn shell(text: &str) -> Command {
@@ -26,7 +26,7 @@ fn shell(text: &str) -> Command {
     command
 }
 
-/// A process that lasts, for a toy to stand in for its window.
+/// A long-running process; a toy is its window.
 fn lasting(display: &Display) -> Demo<'_> {
     Demo::run(Some(display), shell("exec sleep 600"))
 }
@@ -48,7 +48,7 @@ fn wait_for_colour(client: &Client, expected: [u8; 3]) {
     });
 }
 
-/// Whether a process is there, be it as a zombie.
+/// Whether a process exists, even as a zombie.
 fn exists(process: u32) -> bool {
     Path::new(&format!("/proc/{process}")).exists()
 }
@@ -75,9 +75,9 @@ fn displays_started_at_once_differ_and_leave_nothing_behind() {
 
 #[test]
 fn a_machine_without_a_server_is_told_what_to_install() {
-    let fault = Display::of("no-such-server").err().expect("it cannot start");
+    let fault = Display::with_server("no-such-server").err().expect("it cannot start");
     assert!(fault.contains("install the package xvfb") && fault.lines().count() == 1, "{fault}");
-    let fault = Display::of("true").err().expect("that is no server");
+    let fault = Display::with_server("true").err().expect("that is no server");
     assert!(fault.contains("true names no display"), "{fault}");
 }
 
@@ -91,7 +91,7 @@ fn the_mouse_reaches_the_window_and_captures_show_it() {
     let before = demo.capture();
     assert_eq!(before.dimensions(), (320, 240));
     assert!(before.pixels().all(|pixel| pixel.0 == colour(0, toy::SIZE)));
-    let whole = Area::of(&before);
+    let whole = Area::from_image(&before);
 
     client.click(1, (17, 23));
     wait_for_seen(&toy, &[Seen::Press(1, (17, 23)), Seen::Release(1, (17, 23))]);
@@ -116,7 +116,7 @@ fn keys_arrive_as_what_they_stand_for() {
     let display = Display::start();
     let toy = Toy::start(&display, "lightpaths toy", None);
     let client = attach(&display);
-    // The window has the keyboard wherever the pointer is.
+    // The window has the keyboard focus, wherever the pointer is.
     client.move_to((900, 900));
     client.type_text("aZ9! ");
     client.tap(&[keys::CONTROL], keys::of('z'));
@@ -191,9 +191,9 @@ fn a_window_that_presents_no_more_is_found_out() {
     assert!(demo.capture().pixels().all(|pixel| pixel.0 == BLOT));
     toy.freeze(false);
     wait_for_colour(demo.client(), colour(0, toy::SIZE));
-    // Nothing moves, so that waiting for a change is in vain.
+    // Nothing changes, so the wait for a change times out.
     let before = demo.capture();
-    let change = AssertUnwindSafe(|| demo.wait_for_change(&before, Area::of(&before), SHORT));
+    let change = AssertUnwindSafe(|| demo.wait_for_change(&before, Area::from_image(&before), SHORT));
     assert!(catch_unwind(change).is_err());
 }
 
@@ -225,7 +225,7 @@ fn lines_and_exit_codes_are_kept() {
     assert!(!demo.is_running());
     assert_eq!(demo.lines(Stream::Err), ["err"]);
     assert_eq!(demo.lines(Stream::Out).len(), 3);
-    // A line that cannot come any more is not waited for.
+    // The wait for a line stops once the process has ended.
     let start = Instant::now();
     assert!(catch_unwind(AssertUnwindSafe(|| demo.wait_for_line("never", SOON))).is_err());
     assert!(catch_unwind(AssertUnwindSafe(|| demo.wait_for_line_since(mark, "err", SOON))).is_err());
@@ -267,7 +267,7 @@ fn differences_are_counted_inside_the_area() {
     let mut after = before.clone();
     after.put_pixel(1, 2, Rgb([13, 20, 30]));
     after.put_pixel(3, 0, Rgb([10, 0, 30]));
-    let whole = Area::of(&before);
+    let whole = Area::from_image(&before);
     assert_eq!(mean_difference(&before, &after, whole), 23.0 / 36.0);
     assert_eq!([0, 2, 3, 19, 20].map(|codes| changed_pixels(&before, &after, whole, codes)), [2, 2, 1, 1, 0]);
     let left = Area { width: 2, ..whole };
@@ -310,7 +310,7 @@ fn a_monkey_repeats_itself_and_leaves_nothing_out() {
     assert!(log.starts_with("seed 5\n") && log.lines().count() > 3, "{log}");
     assert!(log.lines().nth(1).unwrap().ends_with(&format!("s {:?}", some[0])), "{log}");
     assert!(demo.client().is_shown() && !toy.is_closed() && !toy.seen().is_empty());
-    // A process that ends is noticed at once.
+    // The harness detects the end of a process at once.
     let short = Demo::run(Some(&display), shell("sleep 0.5"));
     let start = Instant::now();
     assert!(catch_unwind(AssertUnwindSafe(|| Monkey::new(&short, 5, &CHORDS).run(60.0))).is_err());

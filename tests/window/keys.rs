@@ -1,4 +1,4 @@
-//! Keysyms; that of a letter or digit is its code.
+//! Keysyms. The keysym of a letter or digit is its character code.
 
 pub const BACKSPACE: u32 = 0xff08;
 pub const TAB: u32 = 0xff09;
@@ -22,7 +22,7 @@ pub const fn function(number: u32) -> u32 {
     0xffbd + number
 }
 
-/// What types `character`.
+/// The keysym of `character`.
 pub fn of(character: char) -> u32 {
     match u32::from(character) {
         0x0a => RETURN,
@@ -31,10 +31,10 @@ pub fn of(character: char) -> u32 {
     }
 }
 
-/// A key and those held down with it.
+/// A key with its modifiers.
 pub type Chord = (&'static [u32], u32);
 
-/// Which keycode, the first and its column, has a keysym.
+/// The keyboard mapping: for each keysym its first keycode and the column.
 pub struct Keyboard {
     pub first: u8,
     pub columns: usize,
@@ -42,7 +42,7 @@ pub struct Keyboard {
 }
 
 impl Keyboard {
-    /// Keycode of `keysym`, and whether Shift is held for it.
+    /// Keycode of `keysym`, and whether it needs Shift.
     pub fn find(&self, keysym: u32) -> (u8, bool) {
         for column in 0..self.columns.min(2) {
             let mut keys = self.keysyms.chunks_exact(self.columns);
@@ -53,7 +53,7 @@ impl Keyboard {
         panic!("the keyboard has no key for keysym {keysym:#x}");
     }
 
-    /// What a key with or without Shift stands for.
+    /// The keysym of a key with or without Shift.
     pub fn keysym(&self, keycode: u8, is_shifted: bool) -> u32 {
         self.keysyms[usize::from(keycode - self.first) * self.columns + usize::from(is_shifted)]
     }

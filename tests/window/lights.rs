@@ -1,5 +1,4 @@
-//! Handles of spots, areas and suns, taken hold of where they are drawn and dragged to where
-//! they should be.
+//! Gizmos of spot, area and directional lights, dragged from where they are drawn.
 
 use std::path::Path;
 
@@ -15,7 +14,7 @@ use crate::keys;
 use crate::picture::changed_pixels;
 use crate::scenarios::{PICTURE, SIDE, close, open_in, settled};
 
-/// One light of each kind that has something to aim, and a lamp so that nothing is ever black.
+/// One light of each kind with a direction, and a point light so that nothing is ever black.
 const SCENE: &str = r#"
 [[model]]
 built_in = "box"
@@ -48,23 +47,23 @@ irradiance = [2.0, 2.0, 2.0]
 /// Names of the lights in the panel, from the top.
 const NAMES: [Point; 3] = [(SIDE as i32 + 93, 69), (SIDE as i32 + 93, 90), (SIDE as i32 + 93, 111)];
 
-/// How far handles are from their light, points: of the aim, and of the rim of a cone.
+/// Distance of handles from their light, points: of the aim, and of the rim of a cone.
 const AIM: f32 = 110.0;
 const RIM: f32 = 84.0;
 
-/// What the picture is seen with.
+/// Camera of the picture.
 struct Sight {
     view: View,
-    /// Of the picture, points.
+    /// Size of the picture, points.
     side: f32,
 }
 
 impl Sight {
-    fn of(scene: &Scene) -> Self {
+    fn from_scene(scene: &Scene) -> Self {
         Self { view: View::from(&scene.cameras[0]), side: SIDE as f32 }
     }
 
-    /// Where a point is in the window.
+    /// Position of a point in the window.
     fn seen(&self, point: Vec3) -> Vec2 {
         let View { position, right, up, forward, .. } = self.view;
         let towards = (point - position) / (point - position).dot(forward);
@@ -73,7 +72,7 @@ impl Sight {
         0.5 * self.side * (1.0 + place)
     }
 
-    /// What is so many points from a place, in metres.
+    /// Length in metres of `points` points at a position.
     fn metres(&self, at: Vec3, points: f32) -> f32 {
         let depth = (at - self.view.position).dot(self.view.forward);
         points * (2.0 * self.view.up.length() * depth / self.side).min(0.5 * depth / AIM)
@@ -107,7 +106,7 @@ impl<'a> Room<'a> {
         // The panels move down while there is progress to show.
         demo.settled(None);
         let scene = load(&folder.join("s.toml"));
-        let sight = Sight::of(&scene);
+        let sight = Sight::from_scene(&scene);
         Self { demo, folder, scene, sight }
     }
 
@@ -115,8 +114,8 @@ impl<'a> Room<'a> {
         self.scene.lights[index].kind
     }
 
-    /// Chooses a light and drags its handle; the light as it is saved then. The picture has changed
-    /// by that, and is what it was when it is taken back, as is the scene.
+    /// Selects a light and drags its handle. Returns the light as it is saved then. The drag must
+    /// change the picture, and undo must restore picture and scene.
     fn drag(&self, index: usize, from: Vec2, to: Vec2) -> LightKind {
         let client = self.demo.client();
         self.demo.click(1, NAMES[index]);
@@ -137,7 +136,7 @@ impl<'a> Room<'a> {
         saved.lights[index].kind
     }
 
-    /// The picture of all that was done.
+    /// The picture when all input is processed.
     fn settled(&self) -> RgbImage {
         settled(&self.demo)
     }
@@ -160,7 +159,7 @@ fn point(place: Vec2) -> Point {
     (place.x.round() as i32, place.y.round() as i32)
 }
 
-/// The pointer knows whole pixels: of an aim that is half a degree, of a length two hundredths.
+/// The pointer moves by whole pixels: half a degree of an aim, two hundredths of a length.
 fn assert_near(found: Vec3, wanted: Vec3) {
     let angle = found.angle_between(wanted).to_degrees();
     assert!(angle < 1.0, "{angle}° from {wanted} to {found}");
@@ -200,7 +199,7 @@ fn spots_areas_and_suns_are_dragged_by_their_handles() {
     assert_near(u.cross(v).normalize(), turned);
     assert!((place + 0.5 * (u + v)).distance(middle) < 1e-4, "it turns about its middle");
 
-    // Shown a little ahead of the camera.
+    // The light is drawn a little ahead of the camera.
     let LightKind::Directional { direction, .. } = room.light(2) else { panic!() };
     let (low, high) = room.scene.bounds();
     let anchor = sight.view.position + 0.15 * (high - low).length() * sight.view.forward;

@@ -1,5 +1,5 @@
-//! The window as its user sees it: a screen of its own, input as from a mouse and a keyboard, the
-//! pixels that come of it.
+//! The window as a user sees it: a screen of its own, input of mouse and keyboard, and captured
+//! pixels.
 //!
 //! A test that fails leaves the window's last picture in `target/window-failures`.
 #![cfg(all(target_os = "linux", feature = "window"))]
@@ -29,13 +29,13 @@ mod toy;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Nothing here takes longer, however busy the machine is: what does, hangs.
+/// Time limit, generous for a busy machine: a run beyond it hangs.
 pub const HANG: Duration = Duration::from_secs(900);
 
-/// Between one look and the next.
+/// Interval of polling.
 pub const POLL: Duration = Duration::from_millis(5);
 
-/// Looks until there is something to be seen; fails for want of `what`.
+/// Polls `look` until it returns a value; fails with `what` after `within`.
 fn until<T>(what: &str, within: Duration, mut look: impl FnMut() -> Option<T>) -> T {
     let end = Instant::now() + within;
     loop {

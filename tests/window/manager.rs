@@ -1,4 +1,4 @@
-//! As much of a window manager as a window needs that wants to fill the screen.
+//! A minimal window manager for windows that fill the screen.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -17,14 +17,14 @@ use crate::POLL;
 use crate::client::atom;
 use crate::display::{Display, SCREEN};
 
-/// Grants what windows ask for, and fills the screen with those that ask for that.
+/// Grants requests of windows, and makes a window fill the screen on request.
 pub struct Manager {
     is_over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Manager {
-    /// From now on.
+    /// Starts managing the windows of a display.
     pub fn start(display: &Display) -> Self {
         let (connection, screen) = RustConnection::connect(Some(display.name())).unwrap();
         let root = connection.setup().roots[screen].root;
@@ -49,7 +49,7 @@ impl Drop for Manager {
 
 fn manage(connection: &RustConnection, is_over: &AtomicBool) {
     let [state, fills] = ["_NET_WM_STATE", "_NET_WM_STATE_FULLSCREEN"].map(|name| atom(connection, name));
-    // Where windows were before they filled the screen.
+    // Geometry of windows before they filled the screen.
     let mut before = HashMap::<Window, ConfigureWindowAux>::new();
     while !is_over.load(Ordering::Relaxed) {
         let Some(event) = connection.poll_for_event().unwrap() else {
@@ -63,7 +63,7 @@ fn manage(connection: &RustConnection, is_over: &AtomicBool) {
                 drop(connection.configure_window(asked.window, &wanted).unwrap());
             }
             Event::ClientMessage(asked) if asked.type_ == state && asked.format == 32 => {
-                // Remove, add or toggle; up to two states.
+                // Action (remove, add or toggle) and up to two states.
                 let [action, a, b, ..] = asked.data.as_data32();
                 let is_filling = before.contains_key(&asked.window);
                 if ![a, b].contains(&fills) || (action < 2 && is_filling == (action == 1)) {

@@ -1,4 +1,4 @@
-//! A device that has no room any more, or is lost, while somebody edits.
+//! A device that runs out of memory or is lost during edits.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,7 +13,7 @@ use crate::keys;
 use crate::picture::{Area, changed_pixels};
 use crate::scenarios::{BOX, PICTURE, READY, SIDE, SOON, changed, close, device_memory, drag_light, settled};
 
-/// The picture above where an alarm stands.
+/// The picture above the alarm.
 const ABOVE: Area = Area { height: PICTURE.height - 48, ..PICTURE };
 
 fn open_in<'a>(display: &'a Display, folder: &Path, faults: &Faults) -> Demo<'a> {
@@ -31,7 +31,7 @@ fn start_in<'a>(display: &'a Display, folder: &Path, faults: &Faults, arguments:
     demo
 }
 
-/// Whether there is text in the alarm's colour, which nothing in the Box has.
+/// Whether there is text in the alarm's colour, which the Box does not have.
 fn shows_alarm(window: &RgbImage) -> bool {
     let part = image::imageops::crop_imm(window, 0, SIDE - 48, SIDE, 48).to_image();
     let is_orange = |[r, g, b]: [u8; 3]| r > 180 && (110..200).contains(&g) && b < 60;
@@ -42,7 +42,7 @@ fn load(file: &Path) -> Scene {
     Scene::load(file.to_str().unwrap(), &LoadOptions::default()).unwrap()
 }
 
-/// In one window: sizes and edits that the device has no room for, and its loss.
+/// In one window: sizes and edits that exceed the device's memory, and the loss of the device.
 #[test]
 fn what_does_not_fit_is_taken_back_and_a_lost_device_leaves_the_edited_scene_behind() {
     let (display, folder, faults) = (Display::start(), tempfile::tempdir().unwrap(), Faults::new());
@@ -54,13 +54,13 @@ fn what_does_not_fit_is_taken_back_and_a_lost_device_leaves_the_edited_scene_beh
 
 fn a_size_that_does_not_fit(demo: &Demo, faults: &Faults) {
     const LARGE: (u32, u32) = (1500, 900);
-    // Panels take memory of their own.
+    // Panels have their own memory.
     demo.client().tap(&[], keys::of('p'));
     demo.client().resize((SIDE, SIDE));
     demo.assert_presents(SOON);
     let before = settled(demo);
     let memory = device_memory(demo);
-    // More than there is now, less than a picture of that size takes.
+    // More than the memory in use, less than a picture of this size takes.
     faults.strike(demo, "vkAllocateMemory:1+:MAX=150000000", || demo.client().resize(LARGE));
     demo.assert_presents(SOON);
     settled(demo);
@@ -69,7 +69,7 @@ fn a_size_that_does_not_fit(demo: &Demo, faults: &Faults) {
     demo.assert_presents(SOON);
     let after = settled(demo);
     assert_eq!(changed_pixels(&before, &after, ABOVE, 0), 0, "as before");
-    // It is tried again.
+    // The program tries again.
     faults.set("");
     demo.client().resize(LARGE);
     demo.assert_presents(SOON);
@@ -83,7 +83,7 @@ fn an_edit_that_does_not_fit(demo: &Demo, folder: &Path, faults: &Faults) {
     let start = settled(demo);
     drag_light(demo);
     let before = changed(demo, &start);
-    // Another light needs a row, layers and clusters of its own.
+    // Another light needs its own form factors and irradiance buffers.
     faults.strike(demo, "vkCreateBuffer:1:VK_ERROR_OUT_OF_DEVICE_MEMORY", || {
         demo.client().tap(&[], keys::of('l'));
     });
@@ -91,7 +91,7 @@ fn an_edit_that_does_not_fit(demo: &Demo, folder: &Path, faults: &Faults) {
     assert_eq!(changed_pixels(&before, &after, ABOVE, 0), 0, "what was shown before");
     assert!(shows_alarm(&after) && !shows_alarm(&before), "a line says why");
 
-    // It can be saved, with what was done before.
+    // The scene can be saved, with the earlier edits.
     demo.client().tap(&[keys::CONTROL], keys::of('s'));
     let file = folder.join("box-edited.toml");
     let saved = crate::until("saved scene", SOON, || file.exists().then(|| load(&file)));
@@ -99,12 +99,12 @@ fn an_edit_that_does_not_fit(demo: &Demo, folder: &Path, faults: &Faults) {
     assert_eq!(saved.lights.len(), 1, "no second light");
     assert_ne!(saved.lights[0].kind, scene.lights[0].kind, "the light was dragged");
 
-    // The light that did not fit is no step: what is taken back is the drag.
+    // The light that did not fit is no undo step: undo reverts the drag.
     faults.set("");
     demo.client().tap(&[keys::CONTROL], keys::of('z'));
     let undone = changed(demo, &after);
     assert_eq!(changed_pixels(&start, &undone, ABOVE, 0), 0, "undone");
-    // When there is room again, it fits.
+    // With enough memory, the light fits.
     demo.client().tap(&[], keys::of('l'));
     changed(demo, &undone);
 }
@@ -112,7 +112,7 @@ fn an_edit_that_does_not_fit(demo: &Demo, folder: &Path, faults: &Faults) {
 #[test]
 fn direct_light_remains_where_light_paths_do_not_fit() {
     let (display, folder, faults) = (Display::start(), tempfile::tempdir().unwrap(), Faults::new());
-    // Direct light takes 40 MB, so many light paths more than 65 MB.
+    // Direct light takes 40 MB, these light paths more than 65 MB.
     faults.set("vkAllocateMemory:1+:MAX=60000000");
     let demo = start_in(&display, folder.path(), &faults, &["--set", "quality.entry_points=500000"]);
     demo.wait_for_line("faults: vkAllocateMemory,", READY);
@@ -126,7 +126,7 @@ fn direct_light_remains_where_light_paths_do_not_fit() {
     assert!(!demo.lines(Stream::Err).contains(&"lightpaths: ready".to_owned()));
 }
 
-/// Where the program said that it left the scene that was edited.
+/// The file in which the program reports to have saved the edited scene.
 fn rescued(demo: &Demo, folder: &Path) -> Option<PathBuf> {
     let lines = demo.lines(Stream::Err);
     let line = lines.iter().find_map(|line| line.strip_prefix("lightpaths: the edited scene is in "));
@@ -136,7 +136,7 @@ fn rescued(demo: &Demo, folder: &Path) -> Option<PathBuf> {
 #[test]
 fn a_signal_leaves_the_edited_scene_behind() {
     let original = Scene::load("box", &LoadOptions::default()).unwrap();
-    // That all signals are heeded is tried without a window.
+    // Tests without a window cover all signals.
     for (signal, is_edited) in [("TERM", true), ("INT", false)] {
         let (display, folder, faults) = (Display::start(), tempfile::tempdir().unwrap(), Faults::new());
         let demo = open_in(&display, folder.path(), &faults);
@@ -166,7 +166,7 @@ fn a_signal_leaves_the_edited_scene_behind() {
     }
 }
 
-/// After a light was added that nobody saved.
+/// The device is lost after a light was added and not saved.
 fn a_lost_device(demo: &Demo, folder: &Path, faults: &Faults) {
     faults.strike(demo, "vkQueueSubmit2KHR:1+:VK_ERROR_DEVICE_LOST", || {
         demo.client().tap(&[], keys::of('2'));

@@ -1,4 +1,4 @@
-//! Input at random, which can be repeated.
+//! Random input that is reproducible.
 
 use std::fmt::Write;
 use std::thread::{panicking, sleep};
@@ -8,7 +8,7 @@ use crate::client::{Client, Point};
 use crate::demo::Demo;
 use crate::keys::Chord;
 
-/// Windows get no larger: they stay on the screen.
+/// Maximum size of a window: it stays on the screen.
 const LARGEST: (u32, u32) = (1200, 800);
 
 /// One thing that a user may do.
@@ -37,7 +37,7 @@ pub enum Action {
     Resize {
         size: (u32, u32),
     },
-    /// Minimises for so long.
+    /// Minimises the window for a time.
     Hide {
         ms: u64,
     },
@@ -65,8 +65,7 @@ impl Action {
     }
 }
 
-/// Actions that depend on the seed, the window's first size and the list of keys, and
-/// on nothing else.
+/// Actions that depend only on the seed, the window's first size and the list of keys.
 pub struct Actions {
     state: u64,
     size: (u32, u32),
@@ -79,7 +78,7 @@ impl Actions {
         Self { state: seed, size, chords: chords.to_vec() }
     }
 
-    /// 0..count. SplitMix64: any seed will do.
+    /// A number in 0..count. SplitMix64, which works with any seed.
     fn below(&mut self, count: u32) -> u32 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut word = self.state;
@@ -97,7 +96,7 @@ impl Actions {
         1 + self.below(3) as u8
     }
 
-    /// A side of a window: often tiny, for that is where faults are.
+    /// A side of a window, often tiny, because tiny sizes reveal faults.
     fn side(&mut self, largest: u32) -> u32 {
         let limit = if self.below(4) == 0 { 16 } else { largest };
         1 + self.below(limit)
@@ -132,7 +131,7 @@ impl Iterator for Actions {
     }
 }
 
-/// Does what [`Actions`] say. A test that fails prints what was done.
+/// Performs [`Actions`]. A failed test prints the actions.
 pub struct Monkey<'a> {
     demo: &'a Demo<'a>,
     seed: u64,
@@ -147,8 +146,8 @@ impl<'a> Monkey<'a> {
         Self { demo, seed, actions, done: Vec::new(), start: Instant::now() }
     }
 
-    /// Acts for so long; the process must outlive it. No button and no key is down afterwards, and
-    /// the window is shown.
+    /// Performs actions for `seconds`; the process must still run afterwards. Then no button and no
+    /// key is down, and the window is shown.
     pub fn run(&mut self, seconds: f64) {
         let end = Instant::now() + Duration::from_secs_f64(seconds);
         while Instant::now() < end {
@@ -156,7 +155,7 @@ impl<'a> Monkey<'a> {
         }
     }
 
-    /// The next so many actions.
+    /// Performs the next `count` actions.
     pub fn act(&mut self, count: usize) {
         for _ in 0..count {
             self.step();
@@ -170,7 +169,7 @@ impl<'a> Monkey<'a> {
         assert!(self.demo.is_running(), "ended after {action:?}");
     }
 
-    /// What was done, for the report of a failure.
+    /// The performed actions, for the report of a failure.
     pub fn log(&self) -> String {
         let mut log = format!("seed {}\n", self.seed);
         for (at, action) in &self.done {

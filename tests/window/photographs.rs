@@ -10,16 +10,15 @@ use crate::display::Display;
 use crate::keys;
 use crate::scenarios::{READY, close};
 
-/// What leads from one picture of the documentation to the next.
+/// A step from one picture of the documentation to the next.
 enum Act {
     Key(u32),
     Click(Point),
-    /// For what is never done.
+    /// Wait for work that never ends.
     Wait(u64),
 }
 
-/// Pictures of the window for the documentation: how to get there from the one before,
-/// and the file.
+/// Pictures of the window for the documentation: the steps from the one before, and the file.
 const SHOTS: [(&[Act], &str); 9] = [
     (&[], "window-box.png"),
     (&[Act::Key(b'2' as u32)], "window-direct.png"),
@@ -35,8 +34,7 @@ const SHOTS: [(&[Act], &str); 9] = [
     (&[Act::Key(b'm' as u32), Act::Key(keys::function(1))], "window-keys.png"),
 ];
 
-/// Takes pictures of the window for the documentation, after each of which what leads to
-/// it was done.
+/// Takes pictures of the window for the documentation, each after its steps.
 fn photograph(demo: &Demo, shots: &[(&[Act], &str)]) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
     std::fs::create_dir_all(&folder).unwrap();

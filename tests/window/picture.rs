@@ -1,4 +1,4 @@
-//! How captures differ.
+//! Differences between captures.
 
 use image::RgbImage;
 
@@ -12,7 +12,7 @@ pub struct Area {
 }
 
 impl Area {
-    pub fn of(image: &RgbImage) -> Self {
+    pub fn from_image(image: &RgbImage) -> Self {
         Self { x: 0, y: 0, width: image.width(), height: image.height() }
     }
 
@@ -39,8 +39,8 @@ pub fn mean_difference(a: &RgbImage, b: &RgbImage, area: Area) -> f64 {
     sum as f64 / (3 * area.pixels()) as f64
 }
 
-/// How many pixels in `area` have a code that differs by more than `codes`: all of them if
-/// the sizes differ.
+/// Number of pixels in `area` with a code that differs by more than `codes`; all if the sizes
+/// differ.
 pub fn changed_pixels(a: &RgbImage, b: &RgbImage, area: Area, codes: u8) -> usize {
     if a.dimensions() != b.dimensions() {
         return area.pixels();
@@ -48,7 +48,7 @@ pub fn changed_pixels(a: &RgbImage, b: &RgbImage, area: Area, codes: u8) -> usiz
     differences(a, b, area).filter(|pixel| pixel.iter().any(|&difference| difference > codes)).count()
 }
 
-/// How many different colours `area` has.
+/// Number of different colours in `area`.
 pub fn colours(image: &RgbImage, area: Area) -> usize {
     area.assert_within(image);
     let mut colours = area.places().map(|(x, y)| image.get_pixel(x, y).0).collect::<Vec<_>>();

@@ -1,7 +1,7 @@
-//! What a user does with the window.
+//! Actions of a user in the window.
 //!
-//! Each test starts the program on a screen of its own. The monkey's actions and seed come from
-//! `LIGHTPATHS_MONKEY_ACTIONS` and `LIGHTPATHS_MONKEY_SEED`.
+//! Each test starts the program on its own screen. `LIGHTPATHS_MONKEY_ACTIONS` and
+//! `LIGHTPATHS_MONKEY_SEED` set the monkey's number of actions and seed.
 
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
@@ -22,9 +22,9 @@ use crate::picture::{Area, changed_pixels, mean_difference};
 use crate::until;
 
 pub const SIDE: u32 = 416;
-/// The same as an argument.
+/// The size as an argument.
 pub const SIZE: &str = "416x416";
-/// At few light paths, and without samples at edges: what is looked at is the window.
+/// Few light paths and no samples of edge pixels: these tests are about the window.
 pub const BOX: [&str; 16] = [
     "box",
     "--preset",
@@ -44,20 +44,20 @@ pub const BOX: [&str; 16] = [
     "quality.edge_samples=0",
 ];
 
-/// The part of the picture that nothing covers: neither panels nor numbers that
-/// change by themselves.
+/// The area of the picture without panels and numbers that change by themselves.
 pub const PICTURE: Area = Area { x: 0, y: 160, width: SIDE, height: SIDE - 160 };
 pub const LEFT: Area = Area { width: SIDE / 2, ..PICTURE };
 pub const RIGHT: Area = Area { x: SIDE / 2, ..LEFT };
 
-/// Where the pointer rests while the picture is looked at, so that nothing is lit up under it in
-/// one capture and not in the other.
+/// Position of the pointer during captures, so that no item is highlighted in one capture and not
+/// in the other.
 pub const ASIDE: Point = (SIDE as i32 - 2, SIDE as i32 - 2);
 
 pub use crate::HANG as READY;
 pub use crate::HANG as SOON;
 
-/// The Box in a window that is ready for input: its panels hidden, so that the picture fills it.
+/// The Box in a window that is ready for input. Panels are hidden, so that the picture fills the
+/// window.
 pub fn open(display: &Display) -> Demo<'_> {
     open_with(display, &[])
 }
@@ -74,20 +74,20 @@ pub fn open_with<'a>(display: &'a Display, arguments: &[&str]) -> Demo<'a> {
     demo
 }
 
-/// The picture when all that was asked for is done.
+/// The picture when all input is processed.
 pub fn settled(demo: &Demo) -> RgbImage {
     demo.client().move_to(ASIDE);
     demo.settled(Some(PICTURE))
 }
 
-/// The picture after it has changed from `before` and come to rest.
+/// The settled picture after a change from `before`.
 pub fn changed(demo: &Demo, before: &RgbImage) -> RgbImage {
     let after = settled(demo);
     assert!(changed_pixels(before, &after, PICTURE, 0) > 0, "the picture changes");
     after
 }
 
-/// Where the light's handle is in a viewport that fills the window.
+/// Position of the light's gizmo in a viewport that fills the window.
 pub fn handle() -> Point {
     let options = LoadOptions { size: Some([SIDE; 2]), ..LoadOptions::default() };
     let scene = Scene::load("box", &options).unwrap();
@@ -98,7 +98,7 @@ pub fn handle() -> Point {
     [x, y].map(|place| (0.5 * (place + 1.0) * SIDE as f32).round() as i32).into()
 }
 
-/// Takes the light 60 points to the right.
+/// Drags the light 60 points to the right.
 pub fn drag_light(demo: &Demo) {
     let (x, y) = handle();
     demo.drag(1, (x, y), (x + 60, y), 12);
@@ -110,14 +110,14 @@ fn no_complaints(demo: &Demo) {
     }
 }
 
-/// Closes the window and demands a clean end.
+/// Closes the window and asserts a clean end.
 pub fn close(demo: &Demo) {
     demo.client().close();
     assert_eq!(demo.exit_code(SOON), Some(0));
     no_complaints(demo);
 }
 
-/// Bytes on the device, as the process says when F10 is pressed.
+/// Bytes of device memory, as the process reports after F10.
 pub fn device_memory(demo: &Demo) -> u64 {
     let mark = demo.mark();
     demo.client().tap(&[], keys::function(10));
@@ -126,12 +126,12 @@ pub fn device_memory(demo: &Demo) -> u64 {
     count.unwrap_or_else(|| panic!("{line}")).parse().unwrap()
 }
 
-/// A number from the environment; one that is none is a mistake, not the default.
+/// A number from the environment. An invalid one is an error; the default does not replace it.
 fn setting<T: FromStr>(name: &str, default: T) -> T {
     std::env::var(name).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name}={text}")))
 }
 
-/// The Box with its panels, in a folder of its own.
+/// The Box with its panels, in its own folder.
 pub fn open_in<'a>(display: &'a Display, folder: &Path, scene: &str) -> Demo<'a> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
     command.arg("demo").arg(scene).args(&BOX[1..]).current_dir(folder);
@@ -141,7 +141,7 @@ pub fn open_in<'a>(display: &'a Display, folder: &Path, scene: &str) -> Demo<'a>
 }
 
 fn a_material_is_chosen_by_a_click_edited_and_taken_back(demo: &Demo) {
-    // Where the panel shows the first channel of the chosen material's albedo.
+    // Position of the first channel of the selected material's albedo in the panel.
     const ALBEDO: Point = (SIDE as i32 + 178, 154);
     demo.client().click(1, (203, 333));
     let before = settled(demo);
@@ -188,7 +188,11 @@ fn a_material_is_edited_and_scene_picture_and_film_are_saved_as_they_were_edited
     assert_eq!(picture.dimensions(), (SIDE, SIDE));
     let shown = image::imageops::crop_imm(&after, 0, 300, SIDE, SIDE - 300).to_image();
     let saved = image::imageops::crop_imm(&picture, 0, 300, SIDE, SIDE - 300).to_image();
-    assert_eq!(changed_pixels(&shown, &saved, Area::of(&saved), 0), 0, "what is saved is what was shown");
+    assert_eq!(
+        changed_pixels(&shown, &saved, Area::from_image(&saved), 0),
+        0,
+        "what is saved is what was shown"
+    );
 }
 
 #[test]
@@ -220,7 +224,7 @@ fn light_paths_are_kept_and_taken_from_there() {
     let traced = look();
     let kept = files();
     let [(path, length)] = &kept[..] else { panic!("{kept:?}") };
-    // A file that is written again is another one.
+    // A file that is written again has another inode.
     let identity = || std::fs::metadata(path).unwrap().ino();
     let written = identity();
     let taken = look();
@@ -238,7 +242,7 @@ fn light_paths_are_kept_and_taken_from_there() {
 #[test]
 fn a_monkey_does_no_harm() {
     const Z: u32 = b'z' as u32;
-    // None that closes the window, nor any that opens another scene: that takes other memory.
+    // No chord closes the window or opens another scene, which would take other memory.
     const CHORDS: [Chord; 29] = [
         (&[keys::CONTROL], Z),
         (&[keys::CONTROL], Z),
@@ -273,17 +277,17 @@ fn a_monkey_does_no_harm() {
     let actions = setting("LIGHTPATHS_MONKEY_ACTIONS", 50);
     let display = Display::start();
     let demo = open(&display);
-    // The same twice: what is allocated when it is first used is allocated in the first round.
+    // Two rounds of the same input: allocations at first use happen in the first round.
     let mut memory = [0, 1].map(|_| {
         Monkey::new(&demo, setting("LIGHTPATHS_MONKEY_SEED", 1), &CHORDS).act(actions);
-        // Some lists are as long as what the camera has seen asked for, until the picture takes
-        // another size.
+        // Some lists keep the length that the camera's views needed, until the picture changes its
+        // size.
         demo.client().tap(&[], keys::of('1'));
         demo.client().tap(&[], keys::HOME);
         for width in [SIDE + 64, SIDE] {
             demo.client().resize((width, SIDE));
             demo.assert_presents(SOON);
-            // The picture takes its size a while after the window.
+            // The picture changes its size a while after the window does.
             settled(&demo);
         }
         device_memory(&demo)

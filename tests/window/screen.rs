@@ -1,4 +1,4 @@
-//! Screens that are filled, and screens of many small pixels.
+//! Full-screen windows, and screens of many small pixels.
 
 use std::process::Command;
 
@@ -59,13 +59,13 @@ fn on_a_screen_of_small_pixels_panels_are_twice_as_large_and_the_picture_is_as_f
     has_size(&demo, (SIDE + WIDTH, SIDE));
     let picture = Area { x: 0, y: 160, width: SIDE, height: SIDE - 160 };
     let before = settled(&demo);
-    // A pixel of the picture is one of the screen. Handles are larger, and all else is the same.
+    // A pixel of the picture is a pixel of the screen. Gizmos are larger, and the rest is the same.
     let below = Area { y: 300, height: SIDE - 300, ..picture };
     assert_eq!(changed_pixels(&part(&before), &alone, below, 0), 0, "the same picture");
     let panels = Area { x: SIDE, y: 0, width: WIDTH, height: SIDE };
     assert!(colours(&before, panels) > 100, "panels");
 
-    // The light is where it is drawn.
+    // The pointer finds the light where it is drawn.
     let (x, y): Point = handle();
     demo.drag(1, (x, y), (x + 60, y), 12);
     let after = changed(&demo, &before);

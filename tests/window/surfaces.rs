@@ -1,5 +1,5 @@
-//! Surfaces that are lost, go out of date, or come back on another screen: what is shown stays the
-//! same to the byte.
+//! Surfaces that are lost, go out of date, or come back on another screen: the picture is the same
+//! to the byte.
 
 use std::process::Command;
 
@@ -13,7 +13,7 @@ use crate::layer::{assert_all_destroyed, calls_in};
 use crate::picture::{Area, changed_pixels};
 use crate::scenarios::{ASIDE, BOX, READY, SIDE, SOON, changed, close, settled};
 
-/// The Box with its panels, and what can happen to it.
+/// The Box with its panels, under faults.
 pub fn open<'a>(display: &'a Display, faults: &Faults, extra: &[&str]) -> Demo<'a> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
     command.arg("demo").args(BOX).args(extra);
@@ -25,11 +25,11 @@ pub fn open<'a>(display: &'a Display, faults: &Faults, extra: &[&str]) -> Demo<'
     demo
 }
 
-/// All of the window but for the times of frames.
+/// The window without the times of frames.
 fn whole(demo: &Demo) -> RgbImage {
     demo.client().move_to(ASIDE);
     let mut shown = demo.settled(Some(PANELS));
-    // The chart and its numbers are another with each frame that is rendered.
+    // The chart and its numbers change with each rendered frame.
     let (width, height) = shown.dimensions();
     for (x, y, pixel) in shown.enumerate_pixels_mut() {
         if x >= SIDE && y >= PANELS.height && y < height && x < width {
@@ -42,18 +42,18 @@ fn whole(demo: &Demo) -> RgbImage {
 /// The picture and the panels above the times.
 const PANELS: Area = Area { x: 0, y: 0, width: SIDE + 300, height: 360 };
 
-/// The same is shown, and what is done is still seen.
+/// Asserts that the picture is the same, and that input still works.
 fn goes_on(demo: &Demo, before: &RgbImage, what: &str) {
-    // Nobody has to ask again for what could not be shown.
+    // The window paints again by itself after a failed attempt.
     demo.wait_for_picture(SOON);
     demo.assert_presents(SOON);
     let after = whole(demo);
-    assert_eq!(changed_pixels(before, &after, Area::of(before), 0), 0, "{what}: the same is shown");
+    assert_eq!(changed_pixels(before, &after, Area::from_image(before), 0), 0, "{what}: the same is shown");
     demo.client().tap(&[], keys::of('2'));
     changed(demo, &after);
     demo.client().tap(&[], keys::of('1'));
     let again = whole(demo);
-    assert_eq!(changed_pixels(before, &again, Area::of(before), 0), 0, "{what}: and again");
+    assert_eq!(changed_pixels(before, &again, Area::from_image(before), 0), 0, "{what}: and again");
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn lost_surfaces_outdated_swapchains_and_other_formats_show_the_same_bytes() {
         goes_on(&demo, &before, fault);
     }
 
-    // The screen may have another format then.
+    // The new screen may have another format.
     let another_format = |demo: &Demo, faults: &Faults, formats: &str| {
         let fault = format!(
             "vkAcquireNextImageKHR:1:VK_ERROR_SURFACE_LOST_KHR,vkGetPhysicalDeviceSurfaceFormatsKHR:1+:{formats}"
@@ -90,7 +90,7 @@ fn lost_surfaces_outdated_swapchains_and_other_formats_show_the_same_bytes() {
     }
     close(&demo);
 
-    // From the start, too.
+    // The same from the start.
     let faults = Faults::new();
     faults.set("vkGetPhysicalDeviceSurfaceFormatsKHR:1+:UNORM");
     let demo = open(&display, &faults, &[]);
@@ -99,7 +99,7 @@ fn lost_surfaces_outdated_swapchains_and_other_formats_show_the_same_bytes() {
     goes_on(&demo, &before, "from the start");
     another_format(&demo, &faults, "SRGB");
     close(&demo);
-    // Both kinds of swapchain were made, and no call that makes an object has failed.
+    // Both kinds of swapchains were created, and no call that creates an object has failed.
     let calls = calls_in(&faults.calls());
     assert_all_destroyed(&calls, "window");
     assert!(calls["vkCreateSwapchainKHR"] > 0 && calls["vkCreateGraphicsPipelines"] > 0, "{calls:?}");

@@ -1,5 +1,4 @@
-//! One window, in which much is done and taken back: what it shows is always the picture of before,
-//! to the byte.
+//! One window with many edits and undos: its picture always returns to the first one, to the byte.
 
 use std::thread::sleep;
 use std::time::Duration;
@@ -14,14 +13,14 @@ use crate::picture::{Area, changed_pixels, colours, mean_difference};
 use crate::scenarios::{LEFT, PICTURE, READY, RIGHT, SIDE, SOON, changed, close, drag_light, open, settled};
 use crate::until;
 
-/// On a wall, off every handle.
+/// A point on a wall, away from every gizmo.
 const WALL: Point = (325, 244);
 
 fn tap(demo: &Demo, key: char) {
     demo.client().tap(&[], keys::of(key));
 }
 
-/// Does something in a window that shows `home`.
+/// A step in a window that shows `home`.
 type Step = fn(demo: &Demo, home: &RgbImage);
 
 const STEPS: [(&str, Step); 8] = [
@@ -60,7 +59,7 @@ fn the_box_is_shown(_: &Demo, home: &RgbImage) {
     for area in [LEFT, RIGHT] {
         assert!(colours(home, area) > 500, "a picture, not a plain colour: {}", colours(home, area));
     }
-    // The left wall is not the right one.
+    // The left wall differs from the right one.
     let mirrored = image::imageops::flip_horizontal(home);
     assert!(mean_difference(home, &mirrored, PICTURE) > 4.0);
 }
@@ -86,7 +85,7 @@ fn every_view_is_another_one(demo: &Demo, home: &RgbImage) {
     for key in ['2', '3', '4', '5', '6'] {
         tap(demo, key);
         if key == '6' {
-            // Rays and paths of what is clicked.
+            // Shows rays and paths of the clicked point.
             demo.client().click(1, WALL);
         }
         let view = changed(demo, seen.last().unwrap());
@@ -121,7 +120,7 @@ fn monte_carlo_stands_right_of_the_wipe(demo: &Demo, home: &RgbImage) {
     assert!(differs > 0.5 && differs < 40.0, "the same light, and noise: {differs}");
     tap(demo, 'm');
     let back = changed(demo, &both);
-    // On again while the samples of before are under way.
+    // Switched on again while the earlier samples are still computed.
     for _ in 0..3 {
         tap(demo, 'm');
     }
@@ -152,7 +151,7 @@ fn any_size_and_minimised(demo: &Demo, home: &RgbImage) {
     assert_eq!(changed_pixels(home, &settled(demo), PICTURE, 0), 0, "back at its size");
 
     demo.client().hide();
-    // For it to have drawn, if it drew; nothing can fail because that was too short.
+    // Time for a possible redraw; the test does not depend on it.
     sleep(Duration::from_millis(300));
     assert!(demo.is_running());
     demo.client().show();
@@ -160,7 +159,7 @@ fn any_size_and_minimised(demo: &Demo, home: &RgbImage) {
 }
 
 fn sizes_in_quick_succession(demo: &Demo, _: &RgbImage) {
-    // Not waited for: the window is told of sizes that are out of date.
+    // No wait: the window gets outdated sizes.
     for step in 0..100 {
         demo.client().resize((1 + step * 373 % 1200, 1 + step * 211 % 800));
     }
@@ -171,14 +170,14 @@ fn sizes_in_quick_succession(demo: &Demo, _: &RgbImage) {
 /// Processor time of a process so far, clock ticks.
 fn ticks(process: u32) -> u64 {
     let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
-    // The name in brackets may hold anything; user and system time are the 12th and 13th fields
-    // behind it.
+    // The name in brackets may contain spaces; user and system time are the 12th and 13th fields
+    // after it.
     let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
     fields[11].parse::<u64>().unwrap() + fields[12].parse::<u64>().unwrap()
 }
 
-/// Work is done ahead for the camera first; then a second takes a tenth of one at most. One that
-/// never rests hangs here.
+/// The program first computes ahead for the camera. Afterwards, a second takes at most a tenth of a
+/// second of processor time. A program that never rests hangs here.
 fn left_alone_it_takes_no_time(demo: &Demo, _: &RgbImage) {
     let mut before = ticks(demo.process());
     until("second of rest", SOON, || {
@@ -188,7 +187,7 @@ fn left_alone_it_takes_no_time(demo: &Demo, _: &RgbImage) {
     });
 }
 
-/// Its teapot becomes glossy, which takes other light paths: the picture is hardly another one.
+/// The teapot becomes glossy, which needs other light paths: the picture hardly changes.
 fn a_film_plays(demo: &Demo, home: &RgbImage) {
     let mark = demo.mark();
     tap(demo, ' ');

@@ -1,4 +1,4 @@
-//! A window without a renderer, to try the harness on.
+//! A window without a renderer, for tests of the harness.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -17,10 +17,10 @@ use x11rb::wrapper::ConnectionExt as _;
 use crate::client::{Point, atom, keyboard};
 use crate::display::Display;
 
-/// At first.
+/// Initial size of the window.
 pub const SIZE: (u16, u16) = (320, 240);
 
-/// What has reached the window.
+/// An event that has reached the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seen {
     Press(u8, Point),
@@ -34,8 +34,8 @@ pub enum Seen {
     Close,
 }
 
-/// Runs in a thread. Its colour tells how often a button was pressed and how large it
-/// is: see [`colour`].
+/// A window in its own thread. Its colour encodes the number of button presses and its size: see
+/// [`colour`].
 pub struct Toy {
     seen: Arc<Mutex<Vec<Seen>>>,
     is_over: Arc<AtomicBool>,
@@ -43,13 +43,13 @@ pub struct Toy {
     thread: Option<JoinHandle<()>>,
 }
 
-/// Colour of a toy of that size after so many presses.
+/// Colour of a toy of this size after `presses` presses.
 pub fn colour(presses: u8, (width, height): (u16, u16)) -> [u8; 3] {
     [100 + 10 * presses, (width % 251) as u8, (height % 251) as u8]
 }
 
 impl Toy {
-    /// A toy may claim to be of a process.
+    /// Starts a toy; with `process`, the toy claims to be a window of that process.
     pub fn start(display: &Display, title: &str, process: Option<u32>) -> Self {
         let (connection, screen) = RustConnection::connect(Some(display.name())).unwrap();
         let (seen, is_over, is_frozen) = (Arc::default(), Arc::default(), Arc::default());
@@ -65,12 +65,12 @@ impl Toy {
         self.seen.lock().unwrap().clone()
     }
 
-    /// A frozen toy looks at no events, until it is thawed.
+    /// Freezes or thaws the toy: a frozen one handles no events.
     pub fn freeze(&self, is_frozen: bool) {
         self.is_frozen.store(is_frozen, Ordering::Relaxed);
     }
 
-    /// Whether it has closed by itself.
+    /// Whether the toy has closed by itself.
     pub fn is_closed(&self) -> bool {
         self.thread.as_ref().is_some_and(JoinHandle::is_finished)
     }

@@ -34,7 +34,7 @@ pub(super) struct MaterialEdit {
 
 impl Document {
     /// The document of a freshly loaded scene.
-    pub(super) fn of(scene: &Scene) -> Self {
+    pub(super) fn from_scene(scene: &Scene) -> Self {
         let entry = |(id, light): (u64, &Light)| LightEntry { id, light: light.clone() };
         Self {
             lights: (0..).zip(&scene.lights).map(entry).collect(),

@@ -104,7 +104,7 @@ pub(super) struct Recorder {
 
 impl Recorder {
     pub(super) fn begin(session: &Session) -> Self {
-        let first = Snapshot::of(&session.scene);
+        let first = Snapshot::from_scene(&session.scene);
         let recording = Recording::new(&session.source.spec, &first, session.scene.origin, FPS);
         let mut recorder = Self { recording, start: Instant::now(), version: u64::MAX };
         recorder.note(session);

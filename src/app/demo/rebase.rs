@@ -122,7 +122,7 @@ mod tests {
         let mut after = scene(0.0, &[lamp("new", 1.5), lamp("c", 3.0), lamp("a", 1.0)].concat());
         after.materials.reverse();
         let rebase = Rebase::new(&before, &after);
-        let mut document = Document::of(&before);
+        let mut document = Document::from_scene(&before);
         document.add(Light { name: "mine".into(), ..before.lights[0].clone() });
         raise(&mut document.lights[0]);
         document.materials[0].diffuse = Vec3::splat(0.125);
@@ -146,9 +146,9 @@ mod tests {
             after.materials.remove(gone);
             let rebase = Rebase::new(&before, &after);
             assert_eq!(rebase.material(gone), None);
-            assert_eq!(rebase.document(&Document::of(&before)), Document::of(&after));
+            assert_eq!(rebase.document(&Document::from_scene(&before)), Document::from_scene(&after));
             let back = Rebase::new(&after, &before);
-            assert_eq!(back.document(&Document::of(&after)), Document::of(&before));
+            assert_eq!(back.document(&Document::from_scene(&after)), Document::from_scene(&before));
         }
         assert_eq!(same_names(&["x", "y", "x"], &["x", "x", "x", "z"]), [Some(0), Some(2), None, None]);
     }
@@ -158,8 +158,8 @@ mod tests {
         let (before, after) = (scene(0.0, &lamp("a", 1.0)), scene(8.0, &lamp("a", 1.0)));
         assert_ne!(before.origin, after.origin);
         let rebase = Rebase::new(&before, &after);
-        let moved = rebase.document(&Document::of(&before));
-        assert_eq!(moved, Document::of(&after), "the light is where it was in the world");
+        let moved = rebase.document(&Document::from_scene(&before));
+        assert_eq!(moved, Document::from_scene(&after), "the light is where it was in the world");
         let camera = rebase.camera(&before.cameras[0]);
         let world = |scene: &Scene, place: Vec3| place.as_dvec3() + scene.origin;
         let was = world(&before, before.cameras[0].position);
@@ -172,7 +172,7 @@ mod tests {
         let before = scene(0.0, &lamp("a", 1.0));
         let after = scene(0.0, &[lamp("b", 1.0), lamp("a", 2.0)].concat());
         let rebase = Rebase::new(&before, &after);
-        let mut document = Document::of(&before);
+        let mut document = Document::from_scene(&before);
         let mut history = History::new(&document);
         let mut steps = vec![document.clone()];
         for albedo in [0.25, 0.125, 0.0625] {
@@ -181,7 +181,7 @@ mod tests {
             steps.push(document.clone());
         }
         history.undo(&mut document);
-        let mut reloaded = Document::of(&after);
+        let mut reloaded = Document::from_scene(&after);
         history.reload(&document, |document| rebase.document(document), &reloaded);
         assert_eq!(history.depths(), [3, 1]);
         assert!(!history.settle(&reloaded), "a reload is a whole step");
@@ -191,24 +191,28 @@ mod tests {
         }
         assert!(!history.undo(&mut reloaded));
         (0..3).for_each(|_| assert!(history.redo(&mut reloaded)));
-        assert_eq!(reloaded, Document::of(&after));
+        assert_eq!(reloaded, Document::from_scene(&after));
         assert!(history.redo(&mut reloaded), "what was taken back before can still be done again");
         assert_eq!(reloaded, rebase.document(&steps[3]));
 
         // An edit under way is a step of its own.
-        let mut document = Document::of(&before);
+        let mut document = Document::from_scene(&before);
         let mut history = History::new(&document);
         raise(&mut document.lights[0]);
-        let mut reloaded = Document::of(&after);
+        let mut reloaded = Document::from_scene(&after);
         history.reload(&document, |document| rebase.document(document), &reloaded);
         assert!(history.undo(&mut reloaded));
         assert_eq!(reloaded, rebase.document(&document));
         assert!(matches!(reloaded.lights[0].light.kind, LightKind::Point { .. }));
 
         // Equal lights and materials make no step.
-        let mut history = History::new(&Document::of(&after));
+        let mut history = History::new(&Document::from_scene(&after));
         let same = Rebase::new(&after, &after);
-        history.reload(&Document::of(&after), |document| same.document(document), &Document::of(&after));
+        history.reload(
+            &Document::from_scene(&after),
+            |document| same.document(document),
+            &Document::from_scene(&after),
+        );
         assert_eq!(history.depths(), [0, 0]);
     }
 }

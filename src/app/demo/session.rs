@@ -95,7 +95,7 @@ impl Session {
         watch: Watch,
         wake: Wake,
     ) -> Result<Self> {
-        let document = Document::of(&scene);
+        let document = Document::from_scene(&scene);
         Ok(Self {
             history: History::new(&document),
             saved: document.clone(),

@@ -136,7 +136,7 @@ enum Format {
 }
 
 impl Format {
-    fn of(path: &Path) -> Result<Self> {
+    fn from_path(path: &Path) -> Result<Self> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
             Some("exr") => Ok(Self::Exr),
@@ -154,7 +154,7 @@ impl Method {
 
 impl Render {
     pub(super) fn run(self) -> Result<()> {
-        let format = Format::of(&self.output)?;
+        let format = Format::from_path(&self.output)?;
         self.check_combinations(format)?;
         let output = OutputFile::check(&self.output)?;
         let stats = self.stats.as_deref().map(OutputFile::check).transpose()?;
@@ -300,7 +300,7 @@ mod tests {
 
     fn refusal(arguments: &str) -> Option<String> {
         let line = Line::try_parse_from(format!("render {arguments}").split_whitespace()).unwrap();
-        let format = Format::of(&line.render.output).unwrap();
+        let format = Format::from_path(&line.render.output).unwrap();
         line.render.check_combinations(format).err().map(|error| error.to_string())
     }
 

@@ -161,7 +161,7 @@ impl Scale {
             _ => quantity.sized(scene, size),
         };
         // A size may be in several lists: the scene's own is.
-        let sizes = Sizes::of(&sized);
+        let sizes = Sizes::from_scene(&sized);
         let known = results.trials.iter().find(|trial| trial.sizes == sizes).cloned();
         let trial = match known {
             Some(known) => Ok(Trial { quantity: name, ..known }),
@@ -171,7 +171,7 @@ impl Scale {
             Ok(trial) => {
                 self.device_args.say(&format!(
                     "{name} {}: precompute {:.2} s, relit frame {:.1} ms, {:.0} MB",
-                    quantity.of(&trial.sizes),
+                    quantity.value_in(&trial.sizes),
                     trial.precompute_s,
                     trial.relit_frame_ms,
                     trial.memory_mb,

@@ -38,7 +38,7 @@ pub(super) fn text(results: &Results) -> String {
     for quantity in Quantity::ALL {
         let found = of(trials, quantity);
         for trial in &found {
-            put(&mut text, format_args!("{:<14}{:>11}", quantity.name(), quantity.of(&trial.sizes)));
+            put(&mut text, format_args!("{:<14}{:>11}", quantity.name(), quantity.value_in(&trial.sizes)));
             for measure in &MEASURES {
                 put(&mut text, format_args!("{:>17}", three((measure.of)(trial))));
             }
@@ -60,8 +60,10 @@ pub(super) fn text(results: &Results) -> String {
 /// Scaling exponent of a measure, by least squares of the logarithms. `None` for fewer
 /// than two sizes.
 fn power(trials: &[&Trial], quantity: Quantity, measure: fn(&Trial) -> f64) -> Option<f64> {
-    let places: Vec<[f64; 2]> =
-        trials.iter().map(|trial| [f64::from(quantity.of(&trial.sizes)).ln(), measure(trial).ln()]).collect();
+    let places: Vec<[f64; 2]> = trials
+        .iter()
+        .map(|trial| [f64::from(quantity.value_in(&trial.sizes)).ln(), measure(trial).ln()])
+        .collect();
     let count = places.len() as f64;
     let mean = |axis: usize| places.iter().map(|place| place[axis]).sum::<f64>() / count;
     let (x, y) = (mean(0), mean(1));
@@ -81,9 +83,9 @@ pub(super) fn plots(trials: &[Trial]) -> [(&'static str, Plot); MEASURES.len()] 
         let Measure { stem, head, of: measure } = MEASURES[index];
         let series = Quantity::ALL.map(|quantity| {
             let found = of(trials, quantity);
-            let least = found.iter().map(|trial| quantity.of(&trial.sizes)).min().unwrap_or(1);
+            let least = found.iter().map(|trial| quantity.value_in(&trial.sizes)).min().unwrap_or(1);
             let point = |trial: &&Trial| {
-                let (size, y) = (quantity.of(&trial.sizes), measure(trial));
+                let (size, y) = (quantity.value_in(&trial.sizes), measure(trial));
                 Point {
                     x: f64::from(size) / f64::from(least),
                     y,

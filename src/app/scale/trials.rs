@@ -39,7 +39,7 @@ impl Quantity {
     }
 
     /// The quantity's value in `sizes`.
-    pub(super) fn of(self, sizes: &Sizes) -> u32 {
+    pub(super) fn value_in(self, sizes: &Sizes) -> u32 {
         match self {
             Self::Triangles => sizes.triangles,
             Self::EntryPoints => sizes.entry_points,
@@ -73,7 +73,7 @@ pub(super) struct Sizes {
 }
 
 impl Sizes {
-    pub(super) fn of(scene: &Scene) -> Self {
+    pub(super) fn from_scene(scene: &Scene) -> Self {
         let Quality { entry_points, cache_points, .. } = scene.quality;
         let (triangles, lights) = (scene.triangles.len() as u32, scene.lights.len() as u32);
         Self { triangles, entry_points, cache_points, lights }
@@ -105,7 +105,7 @@ pub(super) fn measure(
     context: &Arc<Context>,
     device_args: &DeviceArgs,
 ) -> Result<Trial> {
-    let sizes = Sizes::of(&scene);
+    let sizes = Sizes::from_scene(&scene);
     context.reset_memory_peak();
     let (start, compiled) = (Instant::now(), context.compile_time());
     let mut renderer = device_args.renderer(context, scene)?;
@@ -121,14 +121,15 @@ pub(super) fn measure(
         let passes = frame.passes.iter().filter(|pass| !SHADOWS.contains(&pass.name));
         passes.map(|pass| pass.ms).sum::<f64>()
     };
-    let on_the_clock = |frames: &[FrameReport]| Summary::of(frames.iter().map(|frame| frame.frame_ms)).median;
+    let on_the_clock =
+        |frames: &[FrameReport]| Summary::from_times(frames.iter().map(|frame| frame.frame_ms)).median;
     Ok(Trial {
         quantity,
         sizes,
         precompute_s,
         first_frame_ms,
         relit_frame_ms: on_the_clock(&relit),
-        relit_without_shadows_ms: Summary::of(relit.iter().map(rest)).median,
+        relit_without_shadows_ms: Summary::from_times(relit.iter().map(rest)).median,
         view_frame_ms: on_the_clock(&view),
         memory_mb: statistics.peak_memory_bytes as f64 / 1e6,
         largest_binding_mb: statistics.largest_binding_bytes as f64 / 1e6,

@@ -41,7 +41,7 @@ pub(super) fn measure(context: &Arc<Context>) -> Result<CopyRates> {
             let (_, passes) = context.run(record)?;
             times.extend(passes.iter().map(|pass| pass.ms));
         }
-        let ms = Summary::of(times).median;
+        let ms = Summary::from_times(times).median;
         Ok((ms > 0.0).then(|| 2.0 * bytes as f64 / (ms * 1e6)))
     };
     let words = (bytes / 4) as u32;

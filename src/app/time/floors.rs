@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     fn pass(name: &'static str, bytes: u64, rays: Option<u64>) -> PassSummary {
-        PassSummary { name, ms: Summary::of([4.0]), overlapped: false, bytes, rays }
+        PassSummary { name, ms: Summary::from_times([4.0]), overlapped: false, bytes, rays }
     }
 
     #[test]

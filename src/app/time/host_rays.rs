@@ -71,7 +71,7 @@ pub(super) fn rates(triangles: &[Triangle], sets: &RaySets, repeats: usize) -> R
             std::hint::black_box(count(queries, meets));
             start.elapsed().as_secs_f64() * 1e3
         });
-        mrays_per_s(queries.len(), Summary::of(times).median)
+        mrays_per_s(queries.len(), Summary::from_times(times).median)
     };
     let (closest, any) =
         (|query: &RayQuery| tree.meets_closest(query), |query: &RayQuery| tree.meets_any(query));

@@ -69,13 +69,13 @@ pub(super) fn measure(
     }
     let mut timed = BTreeMap::new();
     for (&count, frames) in counts.iter().zip(&found) {
-        let wall = Summary::of(frames.moved.iter().map(|report| report.frame_ms)).median;
+        let wall = Summary::from_times(frames.moved.iter().map(|report| report.frame_ms)).median;
         let first = found[0].costs.iter().map(|costs| costs[0]);
         let relit = Relit {
-            device_ms: Summary::of(frames.moved.iter().map(device_ms)),
-            colour_ms: Summary::of(frames.recoloured.iter().map(device_ms)),
-            ratio: Summary::of(frames.costs.iter().zip(first).map(|(costs, first)| costs[0] / first)),
-            colour_ratio: Summary::of(frames.costs.iter().map(|costs| costs[1] / costs[0])),
+            device_ms: Summary::from_times(frames.moved.iter().map(device_ms)),
+            colour_ms: Summary::from_times(frames.recoloured.iter().map(device_ms)),
+            ratio: Summary::from_times(frames.costs.iter().zip(first).map(|(costs, first)| costs[0] / first)),
+            colour_ratio: Summary::from_times(frames.costs.iter().map(|costs| costs[1] / costs[0])),
             fps: 1000.0 / wall,
             unchanged: frames.moved[0].lights_unchanged[0],
         };

@@ -31,7 +31,7 @@ pub(in crate::app) struct Summary {
 
 impl Summary {
     /// Summary of at least one time.
-    pub(in crate::app) fn of(times: impl IntoIterator<Item = f64>) -> Self {
+    pub(in crate::app) fn from_times(times: impl IntoIterator<Item = f64>) -> Self {
         let mut times: Vec<f64> = times.into_iter().collect();
         times.sort_by(f64::total_cmp);
         let quantile = |share: f64| {
@@ -126,12 +126,13 @@ pub(super) fn measure(renderer: &mut Renderer, frames: usize) -> Result<Measurem
     }
     let whole: Vec<&FrameReport> = rounds.iter().map(|round| &round[0]).collect();
     let columns = std::array::from_fn(|column| match column {
-        0..STAGES => Summary::of(whole.iter().map(|frame| stages_ms(frame)[column])),
-        _ => Summary::of(rounds.iter().map(|round| stages_ms(&round[column - STAGES]).iter().sum())),
+        0..STAGES => Summary::from_times(whole.iter().map(|frame| stages_ms(frame)[column])),
+        _ => Summary::from_times(rounds.iter().map(|round| stages_ms(&round[column - STAGES]).iter().sum())),
     });
-    let wall = std::array::from_fn(|edit| Summary::of(rounds.iter().map(|round| round[edit].frame_ms)));
+    let wall =
+        std::array::from_fn(|edit| Summary::from_times(rounds.iter().map(|round| round[edit].frame_ms)));
     let steps = rounds.iter().map(|round| f64::from(round[STEP_FRAME].gathered));
-    let step_records = Summary::of(steps).median;
+    let step_records = Summary::from_times(steps).median;
     Ok(Measurement { columns, wall, passes: passes(&whole), step_records, settled: settled(&warm_up) })
 }
 
@@ -152,7 +153,7 @@ fn round(renderer: &mut Renderer, walk: &mut Walk) -> Result<Vec<FrameReport>> {
 fn settled(times: &[f64]) -> bool {
     let Some(start) = times.len().checked_sub(2 * WINDOW) else { return false };
     let (before, after) = times[start..].split_at(WINDOW);
-    let [before, after] = [before, after].map(|window| Summary::of(window.iter().copied()).median);
+    let [before, after] = [before, after].map(|window| Summary::from_times(window.iter().copied()).median);
     (after - before).abs() <= SETTLED * before
 }
 
@@ -167,7 +168,7 @@ fn passes(frames: &[&FrameReport]) -> Vec<PassSummary> {
         let times = frames.iter().flat_map(|frame| &frame.passes).filter(|other| other.name == pass.name);
         PassSummary {
             name: pass.name,
-            ms: Summary::of(times.map(|other| other.ms)),
+            ms: Summary::from_times(times.map(|other| other.ms)),
             overlapped: pass.overlapped,
             bytes: last.bytes.get(pass.name).copied().unwrap_or(0),
             rays: last.rays.get(pass.name).copied(),
@@ -182,10 +183,10 @@ mod tests {
 
     #[test]
     fn summaries_interpolate_between_order_statistics() {
-        let summary = Summary::of((0..=10).rev().map(f64::from));
+        let summary = Summary::from_times((0..=10).rev().map(f64::from));
         assert_eq!(summary, Summary { median: 5.0, p10: 1.0, p90: 9.0, min: 0.0 });
-        assert_eq!(Summary::of([3.0, 1.0]).median, 2.0);
-        assert_eq!(Summary::of([7.0]), Summary { median: 7.0, p10: 7.0, p90: 7.0, min: 7.0 });
+        assert_eq!(Summary::from_times([3.0, 1.0]).median, 2.0);
+        assert_eq!(Summary::from_times([7.0]), Summary { median: 7.0, p10: 7.0, p90: 7.0, min: 7.0 });
     }
 
     #[test]

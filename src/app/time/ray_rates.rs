@@ -76,7 +76,7 @@ pub(super) fn measure(context: &Arc<Context>, scene: Scene) -> Result<RayRates> 
             return Ok(None);
         }
         let times = rays.time(&traced.buffers, queries, REPEATS)?;
-        Ok(mrays_per_s(queries.len(), Summary::of(times).median))
+        Ok(mrays_per_s(queries.len(), Summary::from_times(times).median))
     };
     let device = Rates {
         closest_coherent: rate(&closest, &sets.camera)?,

@@ -91,7 +91,7 @@ fn own_ms(pass: &str, report: &FrameReport) -> f64 {
 /// Times of the pass alone and within frames.
 fn table(pass: &str, frames: &[FrameReport], one: &FrameReport, times_ms: Vec<f64>) -> String {
     let times = times_ms.len() as u64;
-    let Summary { median, p10, p90, .. } = Summary::of(times_ms);
+    let Summary { median, p10, p90, .. } = Summary::from_times(times_ms);
     let occurrences = own(pass, one).count() as u64;
     let dispatches = own(pass, one).map(|timing| timing.dispatches).sum::<u32>();
     let plural = |count: u64| if count == 1 { "" } else { "s" };
@@ -106,7 +106,7 @@ fn table(pass: &str, frames: &[FrameReport], one: &FrameReport, times_ms: Vec<f6
         writeln!(text, "{label:<16}{value}").expect("writing to a string cannot fail");
     };
     row("ms alone", format!("median {median:.4}, p10 {p10:.4}, p90 {p90:.4}"));
-    let within = Summary::of(frames.iter().map(|frame| own_ms(pass, frame))).median;
+    let within = Summary::from_times(frames.iter().map(|frame| own_ms(pass, frame))).median;
     row("ms in frames", format!("median {within:.4} of {}", frames.len()));
     // A pass that is too short to time has no rate.
     let rate = |amount: u64, per_ms: f64, unit: &str| match median > 0.0 {

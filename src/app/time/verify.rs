@@ -31,7 +31,7 @@ pub(super) struct Energy {
 
 impl Energy {
     /// Compares a picture with two independent estimates of it.
-    fn of(picture: &[[f32; 3]], halves: [&[[f32; 3]]; 2], spp: u32) -> Self {
+    fn from_picture(picture: &[[f32; 3]], halves: [&[[f32; 3]]; 2], spp: u32) -> Self {
         let sum = |pixel: &[f32; 3]| pixel.iter().map(|&value| f64::from(value)).sum::<f64>();
         let pairs = || halves[0].iter().zip(halves[1]).map(|(a, b)| [sum(a), sum(b)]);
         let total: f64 = pairs().map(|[a, b]| 0.5 * (a + b)).sum();
@@ -67,7 +67,7 @@ pub(super) fn energy(scene: Scene, picture: &[[f32; 3]], device_args: &DeviceArg
     loop {
         tracer.add_samples(ROUND)?;
         let [a, b] = tracer.halves()?;
-        let energy = Energy::of(picture, [&a, &b], tracer.samples());
+        let energy = Energy::from_picture(picture, [&a, &b], tracer.samples());
         let samples = u64::from(tracer.samples()) * picture.len() as u64;
         // An estimate from few pixels may underestimate its noise.
         let is_exact = energy.noise <= EXACT && tracer.samples() > ROUND;
@@ -90,17 +90,17 @@ mod tests {
             (0..10_000).map(|index| [value(index), 2.0 * value(index), 0.0]).collect()
         };
         let (a, b) = (noisy(1.0), noisy(-1.0));
-        let of = |value: f32| Energy::of(&picture(value), [&a, &b], 4);
+        let of = |value: f32| Energy::from_picture(&picture(value), [&a, &b], 4);
         // Each pixel's mean deviates by 0.4; the sum of ten thousand deviates by a
         // hundredth of that.
         assert!((of(1.0).noise - 0.004).abs() < 1e-6 && (of(1.0).ratio - 1.0).abs() < 1e-6);
         assert!(of(1.02).agrees() && of(0.98).agrees());
         assert!(!of(1.025).agrees() && !of(0.975).agrees());
-        let exact = Energy::of(&picture(1.0), [&picture(1.0), &picture(1.0)], 4);
+        let exact = Energy::from_picture(&picture(1.0), [&picture(1.0), &picture(1.0)], 4);
         assert_eq!((exact.ratio, exact.noise), (1.0, 0.0));
         assert!(!Energy { ratio: f64::NAN, noise: 0.0, spp: 0 }.agrees());
         let black = picture(0.0);
-        assert!(Energy::of(&black, [&black, &black], 4).agrees());
-        assert!(!Energy::of(&picture(1.0), [&black, &black], 4).agrees());
+        assert!(Energy::from_picture(&black, [&black, &black], 4).agrees());
+        assert!(!Energy::from_picture(&picture(1.0), [&black, &black], 4).agrees());
     }
 }

@@ -21,8 +21,8 @@ use crate::passes::{LightKernel, OneLight, SceneBuffers};
 use crate::types::View;
 use std::sync::Arc;
 
-/// Cosine below which the normals of neighbouring pixels make an edge: 25°, more than curved models
-/// turn within a pixel.
+/// Cosine below which the normals of neighbouring pixels make an edge: 25°, more than curved
+/// models turn within a pixel.
 pub const CREASE: f32 = 0.9;
 /// Distance of a neighbour from the pixel's plane that makes an edge, in pixel widths.
 pub const STEP: f32 = 2.0;

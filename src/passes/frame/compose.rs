@@ -15,7 +15,7 @@ gpu_struct! {
     pub struct ComposePush {
         pub pixel_count: u32,
         pub width: u32,
-        /// For samples of edge pixels.
+        /// Capacity for samples of edge pixels.
         pub capacity: EdgeCapacity,
         /// Factor of all light: the colour of the only active light.
         pub emission_scale: Vec3,
@@ -48,7 +48,7 @@ pub struct Irradiances<'a> {
     pub emission_scale: Vec3,
 }
 
-/// The pipelines and the picture.
+/// The pipelines and the image.
 pub struct Compose {
     centres: Pipeline,
     edges: Pipeline,

@@ -1,6 +1,6 @@
 //! Direct illumination of the pixels. [Yue §4, Tdi] In: surface points, lights. Out: an irradiance
-//! buffer for each light, per unit emission; their sum, irradiance, W/m². Tiles of 8×8 pixels share
-//! a shaft to the light.
+//! buffer for each light, per unit emission; their sum, irradiance, W/m². Tiles of 8×8 pixels
+//! share a shaft to the light.
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};

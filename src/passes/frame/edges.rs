@@ -50,7 +50,7 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `edge_list`, `edge_slots` and `edge_sums`.
     pub struct EdgeListPush {
-        /// Of a row of pixels.
+        /// Pixels of a row.
         pub width: u32,
         pub pixel_count: u32,
         pub capacity: EdgeCapacity,

@@ -16,7 +16,7 @@ use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Where a light path begins.
+    /// The first vertex of a light path.
     pub struct EntryPoint {
         /// Point on the surface.
         pub position: Vec3,
@@ -49,7 +49,7 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `entry_batches`.
     pub struct EntryBatchesPush {
-        /// First batch of the bound part of the entry points.
+        /// First batch of the bound buffer of the entry points.
         pub first_batch: u32,
         /// Entry points in the bound buffer.
         pub point_count: u32,

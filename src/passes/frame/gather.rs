@@ -1,5 +1,5 @@
-//! Final gathering at the cache points. [Yue §3, Tfg; Krivanek] In: merged rays, cluster irradiance
-//! (W/m²), reflectances. Out: records: irradiance (W/m²) and its gradients.
+//! Final gathering at the cache points. [Yue §3, Tfg; Krivanek] In: merged rays, cluster
+//! irradiance (W/m²), reflectances. Out: records: irradiance (W/m²) and its gradients.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;

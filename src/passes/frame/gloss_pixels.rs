@@ -33,7 +33,7 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `gloss_mark`.
     pub struct GlossMarkPush {
-        /// Of the image.
+        /// Pixels of the image.
         pub pixel_count: u32,
     }
 }
@@ -41,7 +41,7 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `gloss_list`.
     pub struct GlossListPush {
-        /// Of the image.
+        /// Pixels of the image.
         pub pixel_count: u32,
     }
 }
@@ -49,9 +49,9 @@ gpu_struct! {
 gpu_struct! {
     /// Glossy radiance of a pixel, W/m²/sr.
     pub struct PixelGloss {
-        /// Of direct light.
+        /// Direct light of the lights.
         pub direct: Vec3,
-        /// Of light from surfaces.
+        /// Light from surfaces.
         pub indirect: Vec3,
     }
 }
@@ -86,7 +86,7 @@ gpu_struct! {
     pub struct GlossHitsPush {
         /// Vertices of this dispatch.
         pub part: GlossPart,
-        /// Of the image.
+        /// Pixels of the image.
         pub pixel_count: u32,
         /// Samples of a pixel at most.
         pub max_samples: u32,
@@ -100,7 +100,7 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `gloss_pixels`.
     pub struct GlossPixelsPush {
-        /// Of the image.
+        /// Pixels of the image.
         pub pixel_count: u32,
         /// Samples of a pixel at most.
         pub max_samples: u32,

@@ -14,7 +14,7 @@ gpu_struct! {
     pub struct HighlightsPush {
         /// The camera, metres.
         pub eye: Vec3,
-        /// Of the image.
+        /// Pixels of the image.
         pub pixel_count: u32,
         /// Samples of a pixel at most.
         pub max_samples: u32,

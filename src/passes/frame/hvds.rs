@@ -186,7 +186,7 @@ pub struct Pyramid {
 impl Pyramid {
     /// Stem of shaders, reference and timing.
     pub const STEM: &str = "hvds";
-    /// Timing name of the layers of lights.
+    /// Timing name of the per-light irradiance buffers.
     pub const LAYERS_STEM: &str = "hvds_layer";
 
     /// Uploads the hierarchy. `contribution_offsets` holds, for each base cluster, its first
@@ -241,8 +241,9 @@ impl Pyramid {
         })
     }
 
-    /// Allocates `proxy_count` proxies behind the clusters' irradiance. Clusters below
-    /// `inconsistent` ones no longer take indirect light from above these.
+    /// Allocates `proxy_count` proxies behind the clusters' irradiance. Then
+    /// recomputes the sources of indirect light: below `inconsistent` clusters the
+    /// lower minimum [`MIN_VERTICES_APART`] suffices.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -412,8 +413,8 @@ pub fn indirect_sources(hvds: &Hvds, runs: &[ContributionRange], least: u32) -> 
     consistent_sources(hvds, runs, [least; 2], &vec![false; hvds.cluster_count() as usize])
 }
 
-/// As [`indirect_sources`], but no source is inconsistent: below an inconsistent cluster the
-/// minimum is `min_apart`.
+/// As [`indirect_sources`], but for children of inconsistent clusters the lower
+/// minimum `min_apart` suffices.
 pub fn consistent_sources(
     hvds: &Hvds,
     runs: &[ContributionRange],

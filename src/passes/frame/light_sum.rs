@@ -18,21 +18,21 @@ gpu_struct! {
         pub step: u32,
         /// Factor of the whole sum.
         pub scale: f32,
-        /// Of the first row's light.
+        /// Emission of the first row's light.
         pub emission_0: Vec3,
-        /// Of the second row's light; zero for an unused row.
+        /// Emission of the second row's light; zero for an unused row.
         pub emission_1: Vec3,
-        /// Of the third.
+        /// Emission of the third.
         pub emission_2: Vec3,
-        /// Of the fourth.
+        /// Emission of the fourth.
         pub emission_3: Vec3,
-        /// Of the fifth; unused, like the following ones, with up to four rows.
+        /// Emission of the fifth; unused, like the following ones, with up to four rows.
         pub emission_4: Vec3,
-        /// Of the sixth.
+        /// Emission of the sixth.
         pub emission_5: Vec3,
-        /// Of the seventh.
+        /// Emission of the seventh.
         pub emission_6: Vec3,
-        /// Of the eighth.
+        /// Emission of the eighth.
         pub emission_7: Vec3,
     }
 }

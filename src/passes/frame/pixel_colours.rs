@@ -24,7 +24,7 @@ gpu_struct! {
     /// Push constants of `edge_colours`.
     pub struct EdgeColoursPush {
         pub view: View,
-        /// For samples of edge pixels.
+        /// Capacity for samples of edge pixels.
         pub capacity: EdgeCapacity,
     }
 }

@@ -67,7 +67,7 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the step before the first one.
     pub struct SplatBoxesPush {
-        /// Of the image, pixels.
+        /// Size of the image, pixels.
         pub size: UVec2,
     }
 }

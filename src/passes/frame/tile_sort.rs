@@ -21,7 +21,7 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of both kernels.
     pub struct SortPush {
-        /// Of the eight-bit digit.
+        /// Shift of the eight-bit digit.
         pub shift: u32,
         /// Blocks of 256 pairs.
         pub block_count: u32,
@@ -47,7 +47,7 @@ pub struct TileSort {
 }
 
 impl TileSort {
-    /// Makes room for `capacity` pairs.
+    /// Allocates lists of `capacity` pairs.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.

@@ -29,7 +29,7 @@ impl Tonemap {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "tonemap";
 
-    /// Makes room for an image of `pixel_count` pixels.
+    /// Allocates an image of `pixel_count` pixels.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.

@@ -80,9 +80,9 @@ impl Demand {
 
 /// Returns three unit lengths that scale all radii. The first meets the budget in expectation, and
 /// gives flat fragments at least a quarter of it: strong curvature needs many records at any
-/// length, and its expected number is too high. The second is the longest length that placement may
-/// reach, at which flat fragments take an eighth. The third is for scenes that no length suits:
-/// curved surface is covered sparsely and flat fragments take six tenths.
+/// length, and its expected number is too high. The second is the longest acceptable length, at
+/// which flat fragments take an eighth. The third is for scenes that no length suits: curved
+/// surface is covered sparsely and flat fragments take six tenths.
 pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 3] {
     let curved = |unit: f64| demands.iter().map(|demand| demand.records(unit)).sum::<f64>();
     let flat = |unit: f64| demands.iter().map(|demand| demand.flat_records(unit)).sum::<f64>();
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn the_unit_spends_the_budget_and_stays_below_the_largest() {
-        // Much free surface, some beside walls, some that is curved.
+        // Free surface, surface beside walls, and curved surface.
         let demands = [demand(10.0, 1e9, 3.0), demand(2.0, 1e9, 0.02), demand(0.5, 0.05, 0.4)];
         for budget in [1_000, 40_000] {
             let [unit, largest, _] = spread(&demands, 5.0, budget);
@@ -124,7 +124,7 @@ mod tests {
     fn curvature_that_eats_the_budget_leaves_flat_surface_its_part() {
         let demands = [demand(10.0, 1e9, 3.0), demand(1.0, 1e-4, 3.0)];
         let [unit, largest, sparse] = spread(&demands, 5.0, 10_000);
-        // Of the part that all area would have, a tenth more than the flat one.
+        // All area is 1.1 times the flat area.
         let flat = |unit: f64| 1.1 * demands[0].records(unit) / 9_000.0;
         for (unit, share) in [(unit, 0.25), (largest, 0.125), (sparse, 0.6)] {
             assert!((flat(unit) - share).abs() < 1e-6, "{} instead of {share}", flat(unit));

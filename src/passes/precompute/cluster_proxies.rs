@@ -47,9 +47,9 @@ pub struct Sources<'a> {
     pub materials: &'a [Material],
     /// Origins of the gather rays.
     pub cache_points: &'a [CachePoint],
-    /// Their stratification; `seed` is the seed of their directions.
+    /// Stratification of the gather rays.
     pub hemisphere: Hemisphere,
-    /// See `hemisphere`.
+    /// Seed of the gather rays.
     pub seed: u32,
     /// Direction bins of proxies.
     pub directions: Directions,
@@ -187,7 +187,7 @@ pub fn build(
     Ok((tables, packed))
 }
 
-/// Pairs that surface in their cell may hide, as cluster and direction bin in one word,
+/// Pairs that other surface in their cell may hide, as cluster and direction bin in one word,
 /// with their rays.
 fn readers(
     sources: &Sources<'_>,

@@ -353,7 +353,7 @@ mod tests {
         for materials in [1, 2, 3, 4, 100, 1023, 1024] {
             let most = GatherTargetPacking::max_clusters(materials) as u32;
             let packing = GatherTargetPacking::new(most, materials, 1.0).unwrap();
-            // The last cluster and the last material, and no ray at all, are told apart.
+            // The packed last cluster and last material differ from `NO_TARGET`.
             let last = (materials as u32 - 1) << packing.cluster_bits | (most - 1);
             assert_ne!(last, NO_TARGET, "{materials} materials");
             assert!(GatherTargetPacking::new(most + 1, materials, 1.0).is_err(), "{materials} materials");

@@ -1,6 +1,6 @@
 //! Tables of glossy surfaces: entry points whose first reflection depends on the light, mirror
-//! directions of path vertices, and the direction bins in which gather rays read clusters. [Yue §2]
-//! In: paths, gather rays. Out: tables; gather rays that read a bin refer to its slot.
+//! directions of path vertices, and the direction bins in which gather rays read clusters. [Yue
+//! §2] In: paths, gather rays. Out: tables; gather rays that read a bin refer to its slot.
 
 use super::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
 use super::path_orders::LightPaths;

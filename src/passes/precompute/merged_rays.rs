@@ -29,7 +29,7 @@ pub struct MergedRayPacking {
     /// Maximum number of rays of a merged ray.
     max_rays: usize,
     rotations: Vec<Vec2>,
-    /// What shares in the rotational gradient are counted in.
+    /// Unit of packed rotational gradients.
     pub rotation_unit: f32,
 }
 
@@ -92,7 +92,7 @@ pub struct MergedRayPart {
 pub struct MergedRays {
     /// Cache points of each buffer; the last may have fewer.
     pub rows_per_part: u32,
-    /// The parts, in order.
+    /// The buffers, in order.
     pub parts: Vec<MergedRayPart>,
     /// Cluster and material of each gather target, packed as in gather rays.
     pub targets: Buffer,
@@ -100,7 +100,7 @@ pub struct MergedRays {
     pub target_count: u32,
     /// Bits of a gather target's index in a merged ray.
     pub target_bits: u32,
-    /// What shares in the rotational gradient are counted in.
+    /// Unit of packed rotational gradients.
     pub rotation_unit: f32,
     /// Whether there are images.
     pub has_colours: bool,

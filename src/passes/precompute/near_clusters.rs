@@ -136,7 +136,7 @@ pub fn find(patches: &[Patch], extent: Extent, cell_size: f32, points: &[Placed]
     }
     let places: Vec<(Vec3, f32)> =
         points.iter().map(|placed| (placed.point.position, record_reach(&placed.point))).collect();
-    let map = Reaches::of(&places);
+    let map = Reaches::from_points(&places);
     let beside = |cluster: usize| {
         let patch = &patches[cluster];
         if patch.clearance > extent.close * cell_size {

@@ -28,17 +28,17 @@ pub struct Sources<'a> {
     pub patches: &'a [Patch],
     /// As at load.
     pub materials: &'a [Material],
-    /// Cache points; the first `near_count` of them get patches.
+    /// Cache points; only the first ones get patches.
     pub points: &'a [Placed],
-    /// See `points`.
+    /// Number of points with patches.
     pub near_count: u32,
     /// Lower clamp of their radii, metres.
     pub min_radius: f32,
     /// Distance from a cache point within which clusters are near, metres.
     pub reach: f32,
-    /// Stratification of the gather rays; `seed` is the seed of their directions.
+    /// Stratification of the gather rays.
     pub hemisphere: Hemisphere,
-    /// See `hemisphere`.
+    /// Seed of the gather rays.
     pub seed: u32,
 }
 
@@ -205,7 +205,7 @@ impl<'a> Records<'a> {
     /// The records are used within `farthest` metres.
     fn new(points: &'a [Placed], farthest: f32) -> Self {
         let reach = |placed: &Placed| (placed.point.position, record_reach(&placed.point).min(farthest));
-        let map = Reaches::of(&points.iter().map(reach).collect::<Vec<_>>());
+        let map = Reaches::from_points(&points.iter().map(reach).collect::<Vec<_>>());
         Self { points, farthest, map }
     }
 

@@ -39,7 +39,7 @@ impl Neighbourhoods {
     pub fn new(points: &[Placed]) -> Self {
         let reach = |placed: &Placed| (REACH * placed.point.radius).min(placed.clearance);
         let places: Vec<(Vec3, f32)> = points.iter().map(|p| (p.point.position, reach(p))).collect();
-        let map = Reaches::of(&places);
+        let map = Reaches::from_points(&places);
         let of_point = |index: usize| {
             let point = &points[index].point;
             let mut own = vec![Neighbour { record: index as u32, weight: 1.0 }];

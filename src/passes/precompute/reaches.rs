@@ -47,7 +47,7 @@ impl Reaches {
     }
 
     /// A map of points with their reaches, metres; the index of a point is its index in the list.
-    pub(super) fn of(points: &[(Vec3, f32)]) -> Self {
+    pub(super) fn from_points(points: &[(Vec3, f32)]) -> Self {
         let least = points.iter().fold(Vec3::INFINITY, |low, point| low.min(point.0));
         let high = points.iter().fold(Vec3::NEG_INFINITY, |high, point| high.max(point.0));
         let most = points.iter().fold(0.0f32, |most, point| most.max(point.1));
@@ -118,13 +118,13 @@ mod tests {
     use super::*;
     use crate::cpu::sampling::hash;
 
-    /// A cell that held points from elsewhere would cost time, and no picture would show it.
+    /// A misplaced point would cost time, and no image would show it.
     #[test]
     fn points_stand_in_the_cells_that_they_lie_in() {
         let random = |i: u32| hash(hash(i)) as f32 / u32::MAX as f32;
         let point = |i: u32| 7.0 * Vec3::new(random(3 * i), random(3 * i + 1), random(3 * i + 2)) - 3.0;
         let points: Vec<(Vec3, f32)> = (0..500).map(|i| (point(i), 0.5 * random(i + 9000))).collect();
-        let map = Reaches::of(&points);
+        let map = Reaches::from_points(&points);
         let mut count = 0;
         for layer in &map.layers {
             for (index, list) in layer.lists.iter().enumerate() {
@@ -154,7 +154,7 @@ mod tests {
         // From none to a fifth of the box, with many that are small.
         let points: Vec<(Vec3, f32)> =
             (0..2000).map(|i| (point(i), 0.2 * random(5 * i + 3).powi(4))).collect();
-        let map = Reaches::of(&points);
+        let map = Reaches::from_points(&points);
         for i in 2000..2300 {
             // Some places lie outside the box.
             let place = 1.2 * point(i) - 0.1;
@@ -177,8 +177,8 @@ mod tests {
 
     #[test]
     fn points_at_one_place_and_no_points() {
-        assert!(!Reaches::of(&[]).any(Vec3::ONE, |_| true));
-        let map = Reaches::of(&[(Vec3::ONE, 0.0), (Vec3::ONE, 0.0)]);
+        assert!(!Reaches::from_points(&[]).any(Vec3::ONE, |_| true));
+        let map = Reaches::from_points(&[(Vec3::ONE, 0.0), (Vec3::ONE, 0.0)]);
         assert!(map.any(Vec3::ONE, |index| index == 1));
         assert!(!map.any(Vec3::splat(1.01), |_| true));
     }

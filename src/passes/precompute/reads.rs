@@ -41,11 +41,11 @@ impl Reads {
         let mut targets = BTreeSet::new();
         rays.scan(1, |_, rays| targets.extend(rays.iter().map(|ray| ray.target)))?;
         targets.remove(&NO_TARGET);
-        Ok(Self::of(hvds, targets, packing, proxies, near_patches, indirect_sources))
+        Ok(Self::from_targets(hvds, targets, packing, proxies, near_patches, indirect_sources))
     }
 
     /// As [`Self::find`], from the targets of gather rays.
-    pub fn of(
+    pub fn from_targets(
         hvds: &Hvds,
         targets: impl IntoIterator<Item = u32>,
         packing: GatherTargetPacking,

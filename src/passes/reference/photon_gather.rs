@@ -17,11 +17,11 @@ gpu_struct! {
     pub struct GatherSums {
         /// Light reflected once, W/m²/sr.
         pub direct: Vec3,
-        /// What is to be taken away from it.
+        /// Rounding error, to be subtracted from it.
         pub direct_lost: Vec3,
         /// All other light, W/m²/sr.
         pub indirect: Vec3,
-        /// What is to be taken away from it.
+        /// Rounding error, to be subtracted from it.
         pub indirect_lost: Vec3,
     }
 }
@@ -40,7 +40,7 @@ gpu_struct! {
         pub first_sample: u32,
         /// Number of samples that each pixel gets.
         pub sample_count: u32,
-        /// Of the density estimate, metres.
+        /// Radius of the density estimate, metres.
         pub radius: f32,
         /// Seed of all decisions.
         pub seed: u32,
@@ -76,7 +76,7 @@ pub struct Irradiance<'a> {
     pub irradiances: &'a Buffer,
     /// The cells of the points.
     pub grid: PhotonGrid,
-    /// Of the density estimate, metres.
+    /// Radius of the density estimate, metres.
     pub radius: f32,
 }
 
@@ -109,7 +109,7 @@ pub struct PhotonGather {
 }
 
 impl PhotonGather {
-    /// Makes the pipeline.
+    /// Creates the pipeline.
     ///
     /// # Errors
     /// A Vulkan call failed.

@@ -12,7 +12,7 @@ gpu_struct! {
     pub struct PhotonIrradiancePush {
         /// The cells of the map.
         pub grid: PhotonGrid,
-        /// Of the kernel, metres.
+        /// Radius of the kernel, metres.
         pub radius: f32,
         /// First point of this dispatch.
         pub first_point: u32,
@@ -51,7 +51,7 @@ pub struct PhotonIrradiance {
 }
 
 impl PhotonIrradiance {
-    /// Makes the pipeline.
+    /// Creates the pipeline.
     ///
     /// # Errors
     /// A Vulkan call failed.

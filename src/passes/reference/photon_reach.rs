@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 gpu_struct! {
     pub struct PhotonReachPush {
-        /// Of the density estimate, metres.
+        /// Radius of the density estimate, metres.
         pub radius: f32,
         /// First point of this dispatch.
         pub first_point: u32,

@@ -78,7 +78,7 @@ pub struct PhotonTrace {
 }
 
 impl PhotonTrace {
-    /// Makes room for `capacity` paths.
+    /// Allocates the states of `capacity` paths.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.

@@ -53,7 +53,7 @@ impl Renderer {
         let make = || {
             let (start, mut scene) = (Instant::now(), scene);
             let made = store.obtain(context, &mut scene, progress, say)?;
-            Self::of(context, scene, made, start)
+            Self::from_precomputed(context, scene, made, start)
         };
         make().map_err(memory_hint::with_hint)
     }
@@ -70,7 +70,7 @@ impl Renderer {
     ) -> Result<(Scene, Written)> {
         let key = key::key(context, &scene);
         let made = precompute(context, &mut scene, progress).map_err(memory_hint::with_hint)?;
-        let tables = write::Tables::of(&made)?;
+        let tables = write::Tables::from_precomputed(&made)?;
         let writer = tables.sections(&made);
         let failed = |error: std::io::Error| Error::output(file, format!("cannot be written: {error}"));
         writer.write(file, &key).map_err(failed)?;
@@ -86,7 +86,7 @@ impl Renderer {
 /// The scene itself cannot be traced.
 pub fn miss_reason(bytes: &[u8], scene: &Scene) -> Result<Option<CacheMiss>> {
     match File::parse_any(bytes) {
-        Ok(file) => Ok(read::Checked::of(scene, &file)?.err()),
+        Ok(file) => Ok(read::Checked::from_file(scene, &file)?.err()),
         Err(miss) => Ok(Some(miss)),
     }
 }
@@ -138,7 +138,7 @@ impl Store {
             say(&format!("{} {miss}; its light paths are traced anew", file.display()));
         }
         let made = precompute(context, scene, progress)?;
-        let tables = write::Tables::of(&made)?;
+        let tables = write::Tables::from_precomputed(&made)?;
         let writer = tables.sections(&made);
         let bytes = writer.file_bytes(&key);
         let written = match self {

@@ -49,11 +49,11 @@ impl Checked {
             Ok(file) => file,
             Err(miss) => return Ok(Err(miss)),
         };
-        Self::of(scene, &file)
+        Self::from_file(scene, &file)
     }
 
     /// Checks the contents of a file against a scene, without comparing their key.
-    pub(super) fn of(scene: &Scene, file: &File) -> Result<std::result::Result<Self, CacheMiss>> {
+    pub(super) fn from_file(scene: &Scene, file: &File) -> Result<std::result::Result<Self, CacheMiss>> {
         let bvh = Bvh::build(&scene.triangles)?;
         let (low, high) = scene.bounds();
         let grid = grid::grid(low, high, finest_cells(scene.quality.cells));

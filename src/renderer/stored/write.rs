@@ -47,7 +47,7 @@ fn ends(ranges: &[Range<u32>]) -> Vec<[u32; 2]> {
 }
 
 impl Tables {
-    pub(super) fn of(made: &Precomputed) -> Result<Self> {
+    pub(super) fn from_precomputed(made: &Precomputed) -> Result<Self> {
         let notes = serde_json::json!([made.statistics.counts, made.statistics.skipped]);
         Ok(Self {
             cache_points: made.cache_points.read()?,

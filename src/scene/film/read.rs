@@ -38,7 +38,7 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
         top.text("scene")?.ok_or_else(|| missing("scene", "a built-in scene or the path of a file"))?;
     let fps = top.number("fps", 0.001..=1000.0)?.unwrap_or(24.0);
     let size = options.size.or(top.size("size", camera::SIZE)?);
-    let files = Files::of(&file, options);
+    let files = Files::from_options(&file, options);
     let mut scene =
         Scene::load(&scene_spec(&top, &files, &file, name)?, &LoadOptions { size, ..options.clone() })?;
 
@@ -91,7 +91,7 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
 fn open(spec: &str, options: &LoadOptions) -> Result<(PathBuf, String)> {
     let path = Path::new(spec);
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
-        let bytes = Files::of(path, options)
+        let bytes = Files::from_options(path, options)
             .read_named(path, limits::TOML_BYTES)
             .map_err(|message| Error::input(path, message))?;
         return Ok((path.to_owned(), utf8(path, bytes)?));

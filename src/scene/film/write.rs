@@ -42,7 +42,7 @@ pub struct Reflectance {
 
 impl Snapshot {
     /// The state of a scene, seen by its first camera.
-    pub fn of(scene: &Scene) -> Self {
+    pub fn from_scene(scene: &Scene) -> Self {
         let reflectance = |material: &Material| Reflectance {
             name: material.name.clone(),
             diffuse: material.diffuse,

@@ -45,7 +45,7 @@ pub struct Edited<'a> {
 
 impl<'a> Edited<'a> {
     /// The editable parts of a scene.
-    pub fn of(scene: &'a Scene) -> Self {
+    pub fn from_scene(scene: &'a Scene) -> Self {
         Self { camera: &scene.cameras[0], lights: &scene.lights, materials: &scene.materials }
     }
 }

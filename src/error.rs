@@ -29,8 +29,8 @@ pub enum Error {
         /// What is wrong, and what to do.
         message: String,
     },
-    /// No Vulkan device can be used: the devices found, the reasons against each, and the driver to
-    /// install.
+    /// No Vulkan device can be used: the devices found, the reasons against each, and the
+    /// driver to install.
     #[error("no usable Vulkan device: {0}")]
     NoDevice(String),
     /// There is no display for a window: the reason, and the command to run instead.

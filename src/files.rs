@@ -70,8 +70,8 @@ fn free_bytes() -> Option<u64> {
 /// The bytes of a regular file of at most `max_bytes`.
 ///
 /// # Errors
-/// Other kinds of files are refused: a pipe or a device may never end, and opening a pipe waits for
-/// its writer.
+/// Other kinds of files are refused: a pipe or a device may never end, and opening a pipe waits
+/// for its writer.
 pub(crate) fn read(path: &Path, max_bytes: u64) -> Result<Vec<u8>, Unread> {
     let about = fs::metadata(path)?;
     if about.is_dir() {
@@ -101,9 +101,9 @@ const PANIC_CHARACTERS: usize = 100;
 /// another crate; messages call the decoder `name` ("PNG", "images").
 ///
 /// # Errors
-/// The errors of `work`. If the decoder panics, the error reports a damaged file; its text follows
-/// the file's name. This thread's panic is not printed; panics of threads that the decoder starts
-/// are.
+/// The errors of `work`. If the decoder panics, the error reports a damaged file; its text
+/// follows the file's name. This thread's panic is not printed; panics of threads that the
+/// decoder starts are.
 pub(crate) fn guarded<T>(name: &str, work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

@@ -1,5 +1,5 @@
-//! Structures that Rust and GLSL share, and their layouts, which `tests/interface.rs` compares with
-//! the SPIR-V.
+//! Structures that Rust and GLSL share, and their layouts, which `tests/interface.rs` compares
+//! with the SPIR-V.
 //!
 //! Every buffer and push block uses `scalar` layout. `#[repr(C)]` and GLSL then agree if the
 //! members agree. The test compares name, order, offset, size and scalar type of the members.

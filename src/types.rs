@@ -1,5 +1,5 @@
-//! Structures that passes exchange; `glsl/include/types.glsl` mirrors them. World space in metres,
-//! linear Rec.709.
+//! Structures that passes exchange; `glsl/include/types.glsl` mirrors them. World space in
+//! metres, linear Rec.709.
 
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use bytemuck::Zeroable;
@@ -104,9 +104,9 @@ gpu_struct! {
         pub weight: f32,
         /// Base cluster that it contributes to.
         pub cluster: u32,
-        /// 1 − cosα of the step that led here. α is the angle between the step's direction and the
-        /// mirror direction at the vertex before. Zero if that vertex is not glossy or is an entry
-        /// point.
+        /// 1 − cosα of the step that led here. α is the angle between the step's direction and
+        /// the mirror direction at the vertex before. Zero if that vertex is not glossy or is
+        /// an entry point.
         pub lobe: f32,
     }
 }
@@ -237,8 +237,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A pinhole camera: the ray of image point (x, y) in [-1, 1]² has direction `forward + x·right
-    /// - y·up`.
+    /// A pinhole camera: the ray of image point (x, y) in [-1, 1]² has direction
+    /// `forward + x·right - y·up`.
     pub struct View {
         /// Centre of projection.
         pub position: Vec3,

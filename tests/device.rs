@@ -50,8 +50,8 @@ fn odd_and_empty_buffers_work() {
 fn work_beyond_the_workgroups_along_x_is_spread_over_the_other_axes() {
     let context = context();
     let most = context.limits().workgroup_count[0];
-    // Devices differ: the limit is 65 535 here and 2^31 - 1 elsewhere, where this tests a plain
-    // dispatch.
+    // Devices differ: the limit is 65 535 here and 2^31 - 1 elsewhere, where this tests
+    // a plain dispatch.
     let blocks = most.min(65_535) + 2;
     let count = (blocks - 1) * 256 + 1;
     let words = random_words(2, count as usize);
@@ -75,8 +75,8 @@ fn work_beyond_the_workgroups_along_x_is_spread_over_the_other_axes() {
     assert_silent(&context);
 }
 
-/// Dispatches the sum of two words in `passes` passes. The buffers are dropped before the commands
-/// run.
+/// Dispatches the sum of two words in `passes` passes. The buffers are dropped before
+/// the commands run.
 fn sum_twice(context: &Arc<Context>, passes: u32, threads: u32) -> Vec<lightpaths::gpu::PassTiming> {
     let record = |rec: &mut lightpaths::gpu::Recorder| {
         let pipeline =

@@ -3,13 +3,13 @@
 //!
 //! All are global memory barriers: on a single compute queue, a barrier for one buffer gains
 //! nothing. The source is a pipeline stage with all its writes, the destination a pipeline stage
-//! with all its reads and writes. The writes of one submission are visible to the next without any
-//! of these.
+//! with all its reads and writes. The writes of one submission are visible to the next without
+//! any of these.
 
 use ash::vk;
 
-/// An execution and memory dependency between commands recorded before it and commands recorded
-/// after it.
+/// An execution and memory dependency between commands recorded before it and commands
+/// recorded after it.
 #[derive(Clone, Copy, Debug)]
 pub struct Barrier {
     pub(super) name: &'static str,

@@ -40,7 +40,7 @@ pub(super) struct Allocated {
     context: Arc<Context>,
     pub(super) handle: vk::Buffer,
     pub(super) name: String,
-    /// Requested size.
+    /// Requested size, bytes.
     bytes: u64,
     /// Size that kernels can address, at least `bytes`.
     pub(super) bound_bytes: u64,
@@ -54,12 +54,12 @@ pub(super) struct Allocated {
 }
 
 impl Buffer {
-    /// Creates a buffer of `bytes` bytes. An empty buffer can be bound, too. `name` appears in
-    /// messages.
+    /// Creates a buffer of `bytes` bytes. An empty buffer can be bound, too. `name`
+    /// appears in messages.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`] with the need and the limit, if the device cannot bind or hold so
-    /// much memory.
+    /// [`Error::OutOfMemory`] with the need and the limit, if the device cannot bind or hold
+    /// so much memory.
     pub fn storage(context: &Arc<Context>, name: &str, bytes: u64) -> Result<Self> {
         let limit = context.limits().storage_range_bytes;
         if bytes > limit {
@@ -81,8 +81,8 @@ impl Buffer {
 
     /// Creates a buffer of one item, whose first words are the address of `data`. `data` may be
     /// longer than a binding of the device. Only shaders with
-    /// [`spirv::USE_BUFFER_DEVICE_ADDRESS`](super::spirv::USE_BUFFER_DEVICE_ADDRESS) read it; none
-    /// writes it.
+    /// [`spirv::USE_BUFFER_DEVICE_ADDRESS`](super::spirv::USE_BUFFER_DEVICE_ADDRESS) read it;
+    /// none writes it.
     ///
     /// # Errors
     /// As [`Buffer::from_slice`], without the limit of a binding.
@@ -106,8 +106,8 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Creates a host-visible flag, zero. Kernels seldom write it, and the host reads it without a
-    /// transfer.
+    /// Creates a host-visible flag, zero. Kernels seldom write it, and the host reads it
+    /// without a transfer.
     ///
     /// # Errors
     /// As [`Buffer::storage`].
@@ -282,8 +282,8 @@ impl Allocated {
                 let why = failure(&error);
                 out_of_memory(name, bytes, format!("{in_use} are in use, the device has {most} ({why})"))
             })?;
-        // SAFETY: the memory is the allocator's, fits the requirements, and outlives the buffer
-        // (see `drop`).
+        // SAFETY: the memory is the allocator's, fits the requirements, and outlives the
+        // buffer (see `drop`).
         unsafe { context.device.bind_buffer_memory(handle, allocation.memory(), allocation.offset()) }
             .vk("vkBindBufferMemory")?;
         allocated.allocation = Some(allocation);

@@ -8,8 +8,8 @@ use renderdoc_sys as renderdoc;
 
 use crate::error::{Error, Result};
 
-/// RenderDoc's functions. The program never loads it: to see all calls, it must be loaded before
-/// Vulkan.
+/// RenderDoc's functions. The program never loads it: to see all calls, it must be
+/// loaded before Vulkan.
 pub struct Capture {
     api: *const renderdoc::RENDERDOC_API_1_1_2,
     /// Keeps the library loaded.

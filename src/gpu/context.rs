@@ -27,15 +27,15 @@ const BLOCK_BYTES: [u64; 2] = [16 << 20, 128 << 20];
 /// Options for opening a device.
 #[derive(Clone, Debug)]
 pub struct ContextOptions {
-    /// An index in the list of `lightpaths info`, or part of a name in any case. `None`: the best
-    /// device.
+    /// An index in the list of `lightpaths info`, or part of a name in any case. `None`:
+    /// the best device.
     pub device: Option<String>,
     /// Enables the validation layer with its synchronisation checks; it must be installed.
     pub validation: bool,
     /// Panics if two passes use a buffer and no barrier between them orders it.
     pub hazard_check: bool,
-    /// Queries the driver's statistics of pipelines, if there are any:
-    /// [`Context::pipeline_statistics`].
+    /// Queries the driver's statistics of pipelines, if there
+    /// are any: [`Context::pipeline_statistics`].
     pub statistics: bool,
 }
 
@@ -88,12 +88,12 @@ pub struct Context {
 }
 
 impl Context {
-    /// Opens the requested device, or else the best: discrete before integrated before virtual
-    /// before CPU.
+    /// Opens the requested device, or else the best: discrete before integrated before
+    /// virtual before CPU.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] with the devices found, the reasons against each, and the driver to
-    /// install.
+    /// [`Error::NoDevice`] with the devices found, the reasons against each, and the
+    /// driver to install.
     pub fn new(options: &ContextOptions) -> Result<Arc<Self>> {
         Self::open(Arc::new(Instance::new(options.validation, &[])?), options, None)
     }
@@ -343,8 +343,8 @@ impl Drop for Context {
         }
         self.pipelines.destroy(&self.device);
         drop(self.allocator.get_mut().expect("no holder panics").take());
-        // SAFETY: every object that was created from the device is destroyed, and the device is
-        // idle.
+        // SAFETY: every object that was created from the device is destroyed, and the
+        // device is idle.
         unsafe { self.device.destroy_device(None) };
     }
 }

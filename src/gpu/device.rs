@@ -166,9 +166,9 @@ pub(super) const WINDOW_EXTENSIONS: [&std::ffi::CStr; 2] =
 pub(super) const EXTENSIONS: [&std::ffi::CStr; 2] =
     [ash::khr::synchronization2::NAME, ash::khr::push_descriptor::NAME];
 
-/// The first limit that is too low for the shaders, as text. `None` if all are met. Only limits
-/// whose minimum in Vulkan is too low are tested; `tests/failures` compares the needs with the
-/// binaries.
+/// The first limit that is too low for the shaders, as text. `None` if all are met. Only
+/// limits whose minimum in Vulkan is too low are tested; `tests/failures` compares the needs
+/// with the binaries.
 fn too_low(limits: &Limits) -> Option<String> {
     let rows = [
         ("maxPerStageDescriptorStorageBuffers (or maxPushDescriptors)", limits.storage_buffers, 20),

@@ -25,8 +25,8 @@ struct Open {
     pass: &'static str,
     place: Places,
     writes: bool,
-    /// Accesses that a barrier has ordered behind this use, each with the index of the first such
-    /// barrier.
+    /// Accesses that a barrier has ordered behind this use, each with the index of the
+    /// first such barrier.
     ordered: Vec<(Places, usize)>,
 }
 

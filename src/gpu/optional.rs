@@ -1,5 +1,5 @@
-//! Optional abilities of a device that only profiling uses: a readable clock, and statistics of
-//! pipelines.
+//! Optional abilities of a device that only profiling uses: a readable clock, and
+//! statistics of pipelines.
 
 use std::ffi::CStr;
 use std::sync::Mutex;
@@ -73,8 +73,8 @@ impl Offers {
         let executables = wants_statistics && has(ash::khr::pipeline_executable_properties::NAME) && {
             let mut executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
             let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut executables);
-            // SAFETY: the queried objects are alive, and the result has the structures that it
-            // needs.
+            // SAFETY: the queried objects are alive, and the result has the structures
+            // that it needs.
             unsafe { instance.raw.get_physical_device_features2(device, &mut features) };
             executables.pipeline_executable_info == vk::TRUE
         };
@@ -130,11 +130,11 @@ impl DeviceClock {
     pub(super) fn read(&self) -> Result<(u64, u64)> {
         let info = [vk::CalibratedTimestampInfoKHR::default().time_domain(vk::TimeDomainKHR::DEVICE)];
         let (ticks, deviation_ns) = match self {
-            // SAFETY: the queried objects are alive, and the result has the structures that it
-            // needs.
+            // SAFETY: the queried objects are alive, and the result has the structures
+            // that it needs.
             Self::Khr(functions) => unsafe { functions.get_calibrated_timestamps(&info) },
-            // SAFETY: the queried objects are alive, and the result has the structures that it
-            // needs.
+            // SAFETY: the queried objects are alive, and the result has the structures
+            // that it needs.
             Self::Ext(functions) => unsafe { functions.get_calibrated_timestamps(&info) },
         }
         .vk("vkGetCalibratedTimestamps")?;

@@ -85,8 +85,8 @@ impl Program {
             *size = constants.iter().find(|(given, _)| *given == name).map_or(*size, |(_, value)| *value);
         }
         check_limits(stem, &module, limits)?;
-        // Checked here and not at the first use, so that a mistake shows where the pipeline is
-        // created.
+        // Checked here and not at the first use, so that a mistake shows where the
+        // pipeline is created.
         specialisation(stem, &module, &constants, false);
         let constants = constants.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
         Ok(Self { stem, module, constants, direct: OnceLock::new(), following: OnceLock::new() })

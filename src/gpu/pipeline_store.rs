@@ -41,8 +41,8 @@ impl PipelineStore {
         let data = self.path.as_deref().and_then(read).unwrap_or_default();
         self.stored_bytes = data.len();
         let info = vk::PipelineCacheCreateInfo::default().initial_data(&data);
-        // SAFETY: the device is alive; the data are as this device's driver wrote them, by their
-        // hash.
+        // SAFETY: the device is alive; the data are as this device's driver wrote them,
+        // by their hash.
         let Ok(cache) = (unsafe { device.create_pipeline_cache(&info, None) }) else {
             return vk::PipelineCache::null();
         };
@@ -50,8 +50,8 @@ impl PipelineStore {
         cache
     }
 
-    /// Stores the cache if it has grown since it was read. Failures are ignored: the next start
-    /// compiles again.
+    /// Stores the cache if it has grown since it was read. Failures are ignored: the next
+    /// start compiles again.
     pub(super) fn save(&self, device: &ash::Device, cache: vk::PipelineCache) {
         let Some(path) = self.path.as_ref().filter(|_| cache != vk::PipelineCache::null()) else { return };
         // SAFETY: device and cache are alive, and nothing is compiled any more.

@@ -1,5 +1,5 @@
-//! All programs of a context: created once, and shared by all users of the same shader and
-//! constants.
+//! All programs of a context: created once, and shared by all users of the same
+//! shader and constants.
 
 use std::collections::HashMap;
 use std::num::NonZero;

@@ -40,11 +40,11 @@ pub struct Recorder {
     hazards: Option<Hazards>,
     /// Some dispatch may write a host flag.
     writes_host_flags: bool,
-    /// Objects that the commands use. They live until the commands are done, even if the caller
-    /// drops them.
+    /// Objects that the commands use. They live until the commands are done, even if the
+    /// caller drops them.
     in_use: Vec<Arc<dyn Any>>,
-    /// Variants that a dispatch needs and that are not compiled yet; the recording is then
-    /// incomplete.
+    /// Variants that a dispatch needs and that are not compiled yet; the recording
+    /// is then incomplete.
     missing: Vec<Missing>,
     /// The first failure of a call that returns nothing; reported when the recording ends.
     failure: Option<Error>,
@@ -99,8 +99,8 @@ impl Recorder {
         if let Some(debug_utils) = &self.context.names.0 {
             let label = CString::new(name).expect("names hold no NUL");
             let info = vk::DebugUtilsLabelEXT::default().label_name(&label);
-            // SAFETY: the commands are being recorded, and what they name lives until they have
-            // run.
+            // SAFETY: the commands are being recorded, and what they name lives until
+            // they have run.
             unsafe { debug_utils.cmd_begin_debug_utils_label(self.commands, &info) };
         }
         self.timestamp();
@@ -302,8 +302,8 @@ impl Drop for Recorder {
 impl PassScope<'_> {
     /// Dispatches the pipeline over `threads` along each axis. If an axis has none, nothing is
     /// recorded. Bindings are listed in the shader's order, with the shader's names. Panics on a
-    /// hazard, and if push constants, bindings or the number of workgroups do not fit the shader or
-    /// the device.
+    /// hazard, and if push constants, bindings or the number of workgroups do not fit the shader
+    /// or the device.
     pub fn dispatch<P: Pod>(
         &mut self,
         pipeline: &Pipeline,
@@ -318,8 +318,8 @@ impl PassScope<'_> {
         let program = pipeline.program();
         let [x, y, z] = program.workgroups(&self.recorder.context, threads);
         if self.recorder.bind(program, bytemuck::bytes_of(push), bindings, None) {
-            // SAFETY: the commands are being recorded, and what they name lives until they have
-            // run.
+            // SAFETY: the commands are being recorded, and what they name lives until
+            // they have run.
             unsafe { self.recorder.context.device.cmd_dispatch(self.recorder.commands, x, y, z) };
             self.count_dispatch();
         }
@@ -344,8 +344,8 @@ impl PassScope<'_> {
         );
         if self.recorder.bind(pipeline.program(), bytemuck::bytes_of(push), bindings, Some(counts)) {
             let (device, handle) = (&self.recorder.context.device, counts.allocated.handle);
-            // SAFETY: the commands are being recorded, and what they name lives until they have
-            // run.
+            // SAFETY: the commands are being recorded, and what they name lives until
+            // they have run.
             unsafe { device.cmd_dispatch_indirect(self.recorder.commands, handle, offset) };
             self.count_dispatch();
         }
@@ -388,8 +388,8 @@ impl Drop for PassScope<'_> {
         self.recorder.leaves_out = self.recorder.only.is_some();
         self.recorder.timestamp();
         if let Some(debug_utils) = &self.recorder.context.names.0 {
-            // SAFETY: the commands are being recorded, and what they name lives until they have
-            // run.
+            // SAFETY: the commands are being recorded, and what they name lives until
+            // they have run.
             unsafe { debug_utils.cmd_end_debug_utils_label(self.recorder.commands) };
         }
     }

@@ -5,8 +5,8 @@
 pub struct Shader {
     /// Name of the file, the binary, the pass and the timing.
     pub stem: &'static str,
-    /// Hash of the GLSL source with its includes. `spirv/MANIFEST` holds the hash of the compiled
-    /// source.
+    /// Hash of the GLSL source with its includes. `spirv/MANIFEST` holds the hash of
+    /// the compiled source.
     pub source_hash: &'static str,
     /// The SPIR-V module, little endian.
     pub bytes: &'static [u8],

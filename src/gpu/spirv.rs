@@ -30,8 +30,8 @@ pub struct Binding {
     pub access: Access,
     /// Whether the buffer is bound as texels of four words (`usamplerBuffer`) instead of storage.
     pub is_texels: bool,
-    /// Type of the block's only member, without array brackets. `None` if the block has several
-    /// members.
+    /// Type of the block's only member, without array brackets. `None` if the block
+    /// has several members.
     pub element: Option<String>,
     /// Bytes from one element to the next, if the block is an array of unknown length.
     pub stride: Option<u32>,

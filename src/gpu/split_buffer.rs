@@ -1,5 +1,5 @@
-//! Split buffers: lists that may be longer than a binding of the device. They are cut into parts, a
-//! buffer each.
+//! Split buffers: lists that may be longer than a binding of the device. They are cut into parts,
+//! a buffer each.
 
 use super::{Buffer, Context};
 use crate::error::Result;

@@ -9,8 +9,8 @@ use super::spirv::LOCAL_SIZE;
 /// Values for a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tuning {
-    /// Maximum number of adjacent workgroups that are taken one after another; see
-    /// [`Tuning::swizzled`].
+    /// Maximum number of adjacent workgroups that are taken one after
+    /// another; see [`Tuning::swizzled`].
     pub strip: u32,
     /// Runs of workgroups, one for each thread of the device.
     pub layers: u32,

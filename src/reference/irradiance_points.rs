@@ -1,5 +1,5 @@
-//! Irradiance points of the photon mapper: points spread evenly over the surfaces that light can
-//! reach.
+//! Irradiance points of the photon mapper: points spread evenly over the surfaces that
+//! light can reach.
 //!
 //! [Christensen 1999] estimates irradiance at photons. Such an estimate counts its own photon, so
 //! it is too bright by 1 over the number of photons around it.
@@ -144,9 +144,9 @@ fn map_of(
     Ok(map)
 }
 
-/// Spreads `count` points over the active sides, each with its area (m²) as flux. Sides get points
-/// by area. On a side the points form a lattice: consecutive points of the additive recurrence R2.
-/// [Roberts 2018]
+/// Spreads `count` points over the active sides, each with its area (m²) as flux. Sides get
+/// points by area. On a side the points form a lattice: consecutive points of the additive
+/// recurrence R2. [Roberts 2018]
 fn spread(triangles: &[Triangle], surfaces: &[Surface], count: u32) -> Vec<Photon> {
     const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     let total: f64 = active_sides(triangles, surfaces).map(|(_, area)| area).sum();

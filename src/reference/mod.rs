@@ -1,5 +1,5 @@
-//! Reference renderers: other methods on the same scene, acceleration structure and device, for
-//! comparison.
+//! Reference renderers: other methods on the same scene, acceleration structure and
+//! device, for comparison.
 
 mod irradiance_points;
 mod path_tracer;

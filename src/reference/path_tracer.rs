@@ -14,8 +14,8 @@ use glam::{DVec3, Vec3};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Weight of the prior in the scale of the variance, in pixels: it keeps the scale of small images
-/// stable.
+/// Weight of the prior in the scale of the variance, in pixels: it keeps the scale of
+/// small images stable.
 const SCALE_PRIOR: f64 = 16.0;
 /// Estimates the light of every pixel from random paths; box-filtered over the pixel. Samples go
 /// alternately to two halves with independent sequences.
@@ -41,8 +41,8 @@ struct Half {
 struct Cut {
     /// Samples of each pixel, the unfinished ones included.
     samples: Vec<u32>,
-    /// Pixels whose only sample is unfinished, and the light that its path has found: direct and
-    /// indirect.
+    /// Pixels whose only sample is unfinished, and the light that its path has found:
+    /// direct and indirect.
     unfinished: Vec<(u32, [DVec3; 2])>,
 }
 
@@ -241,8 +241,8 @@ impl Progressive for PathTracer {
         for (half, sums) in self.halves.iter().zip(&sums) {
             let moments: Vec<SampleMoments> = half.sums.moments.read()?;
             for ((spread, pixel), samples) in spread.iter_mut().zip(&moments).zip(&sums.samples) {
-                // The factor 1/4: the mean of two halves, whose numbers of samples differ by at
-                // most one.
+                // The factor 1/4: the mean of two halves, whose numbers of samples differ by
+                // at most one.
                 *spread += 0.25 * pixel.squares.as_dvec3() / (samples * (samples - 1.0));
             }
         }

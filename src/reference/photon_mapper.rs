@@ -1,8 +1,8 @@
 //! Photon mapping with final gathering, progressive. [Jensen 1996]
 //!
 //! Each photon map serves a few samples of every pixel; the picture is the mean over all maps. The
-//! radius of the density estimate shrinks with the number of maps, and its bias with it. [Knaus and
-//! Zwicker 2011]
+//! radius of the density estimate shrinks with the number of maps, and its bias with it. [Knaus
+//! and Zwicker 2011]
 
 use super::irradiance_points::{IrradiancePoints, Reachable, bounding_sphere};
 use super::{Picture, Progressive, TracedScene};
@@ -27,8 +27,8 @@ use std::time::Instant;
 const PATHS: u32 = 1 << 17;
 /// Slots of a photon map, empty ones included: this bounds its buffers to 36 MiB.
 const SLOTS: u32 = 1 << 20;
-/// Number of paths that would meet the first map's kernel if light were spread evenly and not
-/// reflected.
+/// Number of paths that would meet the first map's kernel if light were spread evenly
+/// and not reflected.
 const PATHS_IN_KERNEL: f64 = 32.0;
 /// Gather rays that one map serves. Small images reach [`MAX_SAMPLES_A_MAP`] first.
 const RAYS_A_MAP: u32 = 1 << 19;

@@ -35,8 +35,8 @@ pub struct FirstHits {
     pub albedo: Vec<[f32; 3]>,
     /// Unit shading normal on the visible side; zero where the ray left the scene.
     pub normal: Vec<[f32; 3]>,
-    /// Distance along the viewing direction, metres, three times; infinite where the ray left the
-    /// scene.
+    /// Distance along the viewing direction, metres, three times; infinite where the ray
+    /// left the scene.
     pub depth: Vec<[f32; 3]>,
 }
 

@@ -49,8 +49,8 @@ pub struct Exact {
 }
 
 impl Renderer {
-    /// A layer of the last frame with one stage replaced by its reference. The renderer's own frame
-    /// stays.
+    /// A layer of the last frame with one stage replaced by its reference. The renderer's
+    /// own frame stays.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -71,8 +71,8 @@ impl Renderer {
         Ok(found)
     }
 
-    /// Path-traced indirect irradiance at each cache point, W/m², without the factor
-    /// [`super::StageBuffers::emission_scale`].
+    /// Path-traced indirect irradiance at each cache point, W/m², without
+    /// the factor [`super::StageBuffers::emission_scale`].
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -153,9 +153,9 @@ impl Renderer {
         Ok(())
     }
 
-    /// A layer of the last frame without splatting: a final gather at every pixel, from the same
-    /// clusters. Edge pixels take their samples' indirect light from pixels around them, as in a
-    /// frame.
+    /// A layer of the last frame without splatting: a final gather at every pixel, from the
+    /// same clusters. Edge pixels take their samples' indirect light from pixels around them,
+    /// as in a frame.
     ///
     /// # Errors
     /// The device lacks memory or failed.

@@ -1,5 +1,5 @@
-//! Culling statistics: the work with lights that frames skip. They are counted on request; no frame
-//! needs them.
+//! Culling statistics: the work with lights that frames skip. They are counted on request; no
+//! frame needs them.
 
 use super::Renderer;
 use crate::cpu::lights::{lattice_point, sample_light};

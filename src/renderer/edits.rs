@@ -1,5 +1,5 @@
-//! Edits between frames. Each edit marks the results that it makes stale; the next frame updates
-//! them.
+//! Edits between frames. Each edit marks the results that it makes stale; the next
+//! frame updates them.
 
 use super::Renderer;
 use super::changes::{Changes, Edited, Work};
@@ -20,8 +20,8 @@ impl Renderer {
         self.set_light(light, self.scene.lights[light].kind.moved_to(to))
     }
 
-    /// Replaces a light: kind, position, direction or colour. A change of emission alone traces
-    /// nothing.
+    /// Replaces a light: kind, position, direction or colour. A change of emission
+    /// alone traces nothing.
     ///
     /// # Errors
     /// The device failed.
@@ -143,8 +143,8 @@ impl Renderer {
         self.buffers.materials.write(&crate::passes::reflectances(&self.scene.materials))
     }
 
-    /// Ranges of the vertex array whose paths the edited materials reflect. `None` if all paths may
-    /// be affected.
+    /// Ranges of the vertex array whose paths the edited materials reflect. `None` if all paths
+    /// may be affected.
     pub(super) fn edited_paths(&self) -> Option<Vec<Range<u32>>> {
         let Edited::Some(bits) = self.changes.edited else { return None };
         let groups = self.path_groups.iter().filter(|group| group.materials & bits != 0);

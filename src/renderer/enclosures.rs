@@ -50,10 +50,10 @@ pub(super) fn lost_lights<'a>(solids: &'a Solids, lights: &'a [Light]) -> impl I
 }
 
 impl Renderer {
-    /// Precomputes the scene anew if an enclosure holds both the camera and a light. This equals a
-    /// cold start and takes as long. The enclosure then takes part for good. [`Self::frame`] calls
-    /// this. A caller that leaves out frames calls it in their place, to get the same bits in later
-    /// frames.
+    /// Precomputes the scene anew if an enclosure holds both the camera and a light. This equals
+    /// a cold start and takes as long. The enclosure then takes part for good. [`Self::frame`]
+    /// calls this. A caller that leaves out frames calls it in their place, to get the same bits
+    /// in later frames.
     ///
     /// # Errors
     /// The device lacks memory for the old and the new results, or failed; the renderer then stays

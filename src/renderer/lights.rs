@@ -1,5 +1,5 @@
-//! The renderer's lights: the device's table, and the cached contributions of each light, free of
-//! its colour.
+//! The renderer's lights: the device's table, and the cached contributions of each light, free
+//! of its colour.
 
 use super::near_lights::NearFactors;
 use crate::error::Result;
@@ -31,8 +31,8 @@ struct Rows {
     first_bounce: Option<Buffer>,
     /// Flux that slots (outgoing directions of clusters) emit. `None` if no material is glossy.
     slots: Option<Buffer>,
-    /// Radiance that the rays of glossy pixels see on glossy surfaces. `None` if no material is
-    /// glossy.
+    /// Radiance that the rays of glossy pixels see on glossy surfaces. `None` if no
+    /// material is glossy.
     hits: Option<Buffer>,
     /// Highlight of the light at each sample of glossy pixels. `None` if no material is glossy.
     highlights: Option<Buffer>,
@@ -54,9 +54,9 @@ pub(super) struct Lights {
     /// A `LightSource` for each light. A light that is off has a black emission.
     pub(super) table: Buffer,
     sources: Vec<LightSource>,
-    /// The factor of all light in a frame. A single active light has unit emission in the table,
-    /// and its emission stands here. A new colour of that light then changes only the picture's
-    /// last step.
+    /// The factor of all light in a frame. A single active light has unit emission in the
+    /// table, and its emission stands here. A new colour of that light then changes only the
+    /// picture's last step.
     pub(super) emission_scale: Vec3,
     rows: Vec<Rows>,
     factor_count: u32,
@@ -103,8 +103,8 @@ fn gloss_light<'a>(light: OneLight<'_>, rows: &'a Rows) -> Option<GlossLight<'a>
     })
 }
 
-/// Whether a light is part of the sums over lights. A light that is off has a black emission in the
-/// table.
+/// Whether a light is part of the sums over lights. A light that is off has a black emission
+/// in the table.
 fn is_active(source: &LightSource) -> bool {
     source.emission != Vec3::ZERO
 }
@@ -186,8 +186,8 @@ impl Lights {
         self.rows.iter_mut().for_each(|rows| (rows.has_hits, rows.has_highlights) = (false, false));
     }
 
-    /// Marks results stale that depend on the flux of light paths and on the reflectance at their
-    /// vertices.
+    /// Marks results stale that depend on the flux of light paths and on the reflectance
+    /// at their vertices.
     pub(super) fn paths_changed(&mut self) {
         self.rows.iter_mut().for_each(|rows| (rows.has_clusters, rows.has_hits) = (false, false));
     }

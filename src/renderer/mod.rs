@@ -62,8 +62,8 @@ use report::FrameWatch;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// A scene with traced light paths, cache points and gather rays. Every frame is the converged
-/// picture.
+/// A scene with traced light paths, cache points and gather rays. Every frame is
+/// the converged picture.
 pub struct Renderer {
     context: Arc<Context>,
     scene: Scene,
@@ -217,10 +217,10 @@ impl Renderer {
     }
 
     /// Renders one frame: updates the stale results and everything that depends on them. The first
-    /// frame without a change after a light edit gathers the records that the view does not use, so
-    /// that they are current when the camera moves. Later frames without a change do nothing. If
-    /// the camera and a light have come into the same enclosure, the frame precomputes the scene
-    /// anew ([`Self::open_enclosures`]).
+    /// frame without a change after a light edit gathers the records that the view does not use,
+    /// so that they are current when the camera moves. Later frames without a change do nothing.
+    /// If the camera and a light have come into the same enclosure, the frame precomputes the
+    /// scene anew ([`Self::open_enclosures`]).
     ///
     /// # Errors
     /// The device lacks memory or failed.

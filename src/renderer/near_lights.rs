@@ -18,8 +18,8 @@ pub(super) fn near_lights(context: &Arc<Context>, scene: &Scene, made: &Precompu
 }
 
 impl Renderer {
-    /// Computes the near-light correction of lights with stale form factors. Returns device time,
-    /// milliseconds.
+    /// Computes the near-light correction of lights with stale form factors. Returns
+    /// device time, milliseconds.
     pub(super) fn find_near_lights(&mut self) -> Result<f64> {
         let mut device_ms = 0.0;
         let (surfaces, gloss) = (&self.surfaces, &self.gloss);

@@ -29,8 +29,8 @@ type Account = BTreeMap<&'static str, u64>;
 
 impl Renderer {
     /// Bytes and rays of the passes that ran. Each stored input and output counts once, whatever
-    /// the caches do. Scene data that traced rays read does not count: rays per second measure such
-    /// a pass.
+    /// the caches do. Scene data that traced rays read does not count: rays per second measure
+    /// such a pass.
     ///
     /// # Errors
     /// The device failed.
@@ -52,8 +52,8 @@ impl Renderer {
         let edge_samples = sample_count * size_of::<EdgeSample>() as u64;
         let slots = slot_count * size_of::<EdgeSlot>() as u64;
         let points = pixels + slot_count;
-        // Shadow rays start at all samples of edge pixels, and at the samples of pixels at shadow
-        // edges.
+        // Shadow rays start at all samples of edge pixels, and at the samples of pixels
+        // at shadow edges.
         let mut edge_rays = 0;
         for (light, _) in self.lights.without_layer() {
             let crossed = Antialias::counted(self.lights.shadow_groups(light))?;
@@ -100,8 +100,8 @@ impl Renderer {
                 ClusterProxies::STEM => self.proxies.bytes(),
                 Gather::STEM => gathered * (self.gather.merged_rays.bytes() + records) / in_all + clusters,
                 NearField::STEM => near,
-                // Mask and sums of records, and sums of the list. Splat weights only if the view is
-                // new.
+                // Mask and sums of records, and sums of the list. Splat weights only if the
+                // view is new.
                 NeededRecords::STEM => {
                     u64::from(self.needs.marked_view()) * weights + self.blend.list_bytes() + 24 * in_all
                 }

@@ -201,8 +201,8 @@ pub(super) fn precompute(
     let mut placement =
         cache_points::place(&size_field, &buffers, &geometry, quality.cache_points, seed, progress)?;
     entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
-    // Cache points that see near clusters come first, and among these the points in narrow
-    // cavities.
+    // Cache points that see near clusters come first, and among these the points
+    // in narrow cavities.
     let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;
     let [is_narrow, is_near] = [TIGHT, SEES_NEAR].map(|cells| within(if has_gaps { cells } else { 0.0 }));
     placement.points.sort_by_key(|placed| (!is_near(placed), !is_narrow(placed)));

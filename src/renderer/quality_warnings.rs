@@ -48,13 +48,13 @@ pub(super) fn blurred(materials: &[Material], directions: Directions) -> impl It
 }
 
 /// Entry points on a square as wide as a gap that sample a light in it well enough. Measured
-/// (`hidden_light`): irradiance of the walls around is within 3 % with 26 entry points, within 35 %
-/// with 6.
+/// (`hidden_light`): irradiance of the walls around is within 3 % with 26 entry points, within 35
+/// % with 6.
 const ENOUGH: f32 = 16.0;
 
-/// Warnings about lights in narrow gaps with few entry points beside them. `gaps` are the widths at
-/// the lights, metres; widths below `resolved` count. `quality.entry_points` stand for `area_m2`,
-/// in cells of `cell_size`.
+/// Warnings about lights in gaps with few entry points beside them. `gaps` are the widths at the
+/// lights, metres; widths below `resolved` count. `quality.entry_points` stand for `area_m2`, in
+/// cells of `cell_size`.
 pub(super) fn undersampled(
     scene: &Scene,
     gaps: &[f32],

@@ -75,8 +75,8 @@ impl Seen {
         self.clearances.get(self.clearances.len() / 2).map_or(f64::INFINITY, |&room| f64::from(room))
     }
 
-    /// For each light path, whether it brings light to a visible cluster after at least one
-    /// reflection.
+    /// For each light path, whether it brings light to a visible cluster after at
+    /// least one reflection.
     pub(super) fn paths(&self, made: &Precomputed) -> Vec<bool> {
         let mut reach = vec![false; made.entry_points.len()];
         for (cluster, runs) in (0..).zip(made.paths.contribution_offsets.windows(3).step_by(2)) {
@@ -139,8 +139,8 @@ fn hemisphere(origin: Vec3, normal: Vec3) -> impl Iterator<Item = RayQuery> {
 }
 
 impl Renderer {
-    /// Warns of lights that few light paths carry to the visible clusters. `reach` marks paths as
-    /// [`Seen::paths`] does.
+    /// Warns of lights that few light paths carry to the visible clusters. `reach` marks paths
+    /// as [`Seen::paths`] does.
     pub(super) fn warn_of_few_paths(&mut self, reach: &[bool]) -> Result<()> {
         if reach.is_empty() {
             return Ok(());

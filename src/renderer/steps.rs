@@ -1,5 +1,5 @@
-//! Steps of a frame that consist of several passes: hierarchy, near field, per-light irradiance
-//! buffers.
+//! Steps of a frame that consist of several passes: hierarchy, near field,
+//! per-light irradiance buffers.
 
 use super::Renderer;
 use super::liveness::Scope;

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// Two seconds: the camera moves, the wall becomes glossy, the light moves and fades, and an area
-/// light appears.
+/// Two seconds: the camera moves, the wall becomes glossy, the light moves and fades, and an
+/// area light appears.
 const FILM: &str = r#"
 scene = "cube.toml"
 fps = 3
@@ -88,8 +88,8 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 #[test]
 fn shares_hold_the_bytes_of_the_whole() {
     let folder = folder();
-    // The shares run in another order; one has a single frame, and the last is longer than the
-    // film.
+    // The shares run in another order; one has a single frame, and the last is longer
+    // than the film.
     let output = film(&folder, &["-o", "whole", "--format", "exr"]);
     assert!(stdout(&output).contains("frames 0 to 5 of 6, 16x12"), "{}", stdout(&output));
     assert!(stdout(&output).contains("ms in the median"), "{}", stdout(&output));

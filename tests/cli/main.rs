@@ -1,5 +1,5 @@
-//! The command line, as scripts use it: exit codes, one line for each failure, files whole or
-//! absent.
+//! The command line, as scripts use it: exit codes, one line for each failure, files
+//! whole or absent.
 #![allow(unreachable_pub, clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "../common/mod.rs"]

@@ -43,8 +43,8 @@ fn every_method_shows_the_image_where_it_lies() {
         let channels = channels(&folder.path().join("a.exr"));
         let albedo =
             |x: usize, y: usize| ["R", "G", "B"].map(|c| channels[&format!("albedo.{c}")][32 * y + x]);
-        // A pixel of the far wall spans 1/11 of the image. Each corner of the image has one colour,
-        // times Kd.
+        // A pixel of the far wall spans 1/11 of the image. Each corner of the image has one
+        // colour, times Kd.
         let (half, full) = (0.215_86, 0.973_45);
         for (x, y, expected) in [
             (3, 3, [0.5 * full, 0.0, 0.0]),
@@ -87,8 +87,8 @@ fn a_missing_image_is_left_out_and_named() {
 
 #[test]
 fn lobes_too_sharp_for_the_directions_are_named() {
-    // The number of direction bins follows the exponent of materials that are not editable, up to
-    // 4096.
+    // The number of direction bins follows the exponent of materials that are not editable,
+    // up to 4096.
     for (exponent, is_too_sharp) in [(500, false), (5000, true)] {
         let material = format!(
             "[[material]]\nname = \"default\"\ndiffuse = [0.2, 0.2, 0.2]\nspecular = [0.5, 0.5, 0.5]\nexponent = {exponent}.0\n"

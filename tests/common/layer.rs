@@ -41,8 +41,8 @@ impl Layer {
     }
 }
 
-/// Number of calls of each function in a program that has ended. Empty if the program did not
-/// finish.
+/// Number of calls of each function in a program that has ended. Empty if the program
+/// did not finish.
 pub fn calls_in(file: &Path) -> BTreeMap<String, u64> {
     let text = std::fs::read_to_string(file).unwrap_or_default();
     let call =
@@ -50,8 +50,8 @@ pub fn calls_in(file: &Path) -> BTreeMap<String, u64> {
     text.lines().map(|line| call(line).unwrap()).collect()
 }
 
-/// Asserts that each object was destroyed. Failed calls create none, so none of the counted calls
-/// may fail.
+/// Asserts that each object was destroyed. Failed calls create none, so none of the counted
+/// calls may fail.
 pub fn assert_all_destroyed(calls: &BTreeMap<String, u64>, case: &str) {
     const MADE: [(&[&str], &str); 17] = [
         (&["vkAllocateMemory"], "vkFreeMemory"),

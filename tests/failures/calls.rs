@@ -17,8 +17,8 @@ const INFALLIBLE: &str = "vkGetPhysicalDeviceProperties2";
 /// Calls of the allocator: see `memory.rs`.
 const MEMORY: [&str; 2] = ["vkAllocateMemory", "vkMapMemory"];
 
-/// Renders a picture with a fault. Asserts that the fault is reported, with exit code 4 and without
-/// other effects.
+/// Renders a picture with a fault. Asserts that the fault is reported, with exit code 4 and
+/// without other effects.
 fn fails(stage: &Stage, arguments: &str, name: &str, call: &str, code: &str) {
     let case = format!("{name}:{call}:{code}");
     let outcome = stage.run(arguments, &case);
@@ -79,8 +79,8 @@ fn code_of(name: &str) -> &'static str {
 
 #[test]
 fn the_first_and_the_last_call_of_every_function_may_fail() {
-    // With the validation layer, which reports leaked objects on stderr: the test asserts a single
-    // line there.
+    // With the validation layer, which reports leaked objects on stderr: the test asserts a
+    // single line there.
     const RENDER: &str = "render CUBE --method path --spp 2 --validation -o old.png";
     let stage = Stage::new();
     let calls = stage.calls(RENDER);

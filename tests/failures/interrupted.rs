@@ -51,8 +51,8 @@ fn start(mut command: Command) -> Child {
 /// time, hundredths of a second.
 fn state(process: &Child) -> (char, u64) {
     let stat = fs::read_to_string(format!("/proc/{}/stat", process.id())).unwrap();
-    // The name in brackets may contain spaces; user and system time are the 12th and 13th fields
-    // after it.
+    // The name in brackets may contain spaces; user and system time are the 12th and 13th
+    // fields after it.
     let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
     let ticks = |field: usize| fields[field].parse::<u64>().unwrap();
     (fields[0].chars().next().unwrap(), ticks(11) + ticks(12))
@@ -62,8 +62,8 @@ fn has_ended(process: &Child) -> bool {
     state(process).0 == 'Z'
 }
 
-/// Waits until the process has taken `time` of processor time, hundredths of a second, or has
-/// ended.
+/// Waits until the process has taken `time` of processor time, hundredths of a second,
+/// or has ended.
 fn run_for(process: &Child, time: u64) {
     let has_run = || (state(process).1 >= time || has_ended(process)).then_some(());
     until(has_run).expect("it takes time, or ends");
@@ -108,8 +108,8 @@ fn every_command_ends_at_once_at_any_moment() {
         "render CUBE -o a.exr --method photon --seconds 300",
         "precompute CUBE -o a.paths",
         "render CUBE -o a.png --cache cache",
-        // Enough entry points that the picture is close to the path tracer's, if the run gets so
-        // far.
+        // Enough entry points that the picture is close to the path tracer's, if the run
+        // gets so far.
         "time CUBE -q --set quality.entry_points=20000 --json t.json",
         "film FILM -o film --video none",
         "sweep CUBE -o sweep --cache cache",

@@ -56,8 +56,8 @@ impl Stage {
         Self { scenes, folder: tempfile::tempdir().unwrap(), layer: Layer::new() }
     }
 
-    /// The program with these arguments, separated by spaces: `CUBE` and `FILM` are the scene and
-    /// the film.
+    /// The program with these arguments, separated by spaces: `CUBE` and `FILM` are the scene
+    /// and the film.
     pub fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
         command.current_dir(self.folder.path()).args(self.words(arguments));
@@ -126,8 +126,8 @@ fn is_end(name: &str) -> bool {
 }
 
 impl Outcome {
-    /// Asserts the exit code, and one line on stderr with these words. Requested faults must have
-    /// occurred.
+    /// Asserts the exit code, and one line on stderr with these words. Requested faults
+    /// must have occurred.
     pub fn assert_failed(&self, code: i32, words: &[&str], case: &str) {
         assert_eq!(self.status.code(), Some(code), "{case}: {:?}", self.said);
         let said = self.said_but_few_paths();
@@ -139,9 +139,9 @@ impl Outcome {
         }
     }
 
-    /// Whether the run succeeded because it never made the call that was to fail. The clock decides
-    /// into how many dispatches a precomputation is cut, so a run may make fewer calls than the one
-    /// before.
+    /// Whether the run succeeded because it never made the call that was to fail. The clock
+    /// decides into how many dispatches a precomputation is cut, so a run may make fewer calls
+    /// than the one before.
     pub fn is_beyond(&self, name: &str, call: u64) -> bool {
         self.status.success() && self.calls.get(name).copied().unwrap_or(0) < call
     }

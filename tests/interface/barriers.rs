@@ -1,6 +1,6 @@
 //! Shared memory of workgroups: an invocation reads or overwrites another's value only after a
-//! barrier. Lavapipe runs the invocations of a subgroup in lockstep, so no picture shows a missing
-//! `barrier()` there.
+//! barrier. Lavapipe runs the invocations of a subgroup in lockstep, so no picture shows a
+//! missing `barrier()` there.
 //!
 //! The check follows the control flow of the SPIR-V and keeps the accesses since the last barrier.
 //! Two accesses conflict if one of them writes. There are four exceptions: both are atomic; both
@@ -330,8 +330,8 @@ impl Program {
         }
     }
 
-    /// Follows a function, given the accesses before it. Returns the accesses after it, and adds
-    /// conflicts.
+    /// Follows a function, given the accesses before it. Returns the accesses after it,
+    /// and adds conflicts.
     fn follow(&self, function: u32, before: Pending, guard: &Guard, found: &mut Conflicts) -> Pending {
         let blocks = &self.functions[&function];
         let mut entering: HashMap<u32, Pending> = HashMap::from([(blocks[0].label, before)]);
@@ -410,8 +410,8 @@ fn without_barrier(words: &[u32], number: usize) -> Option<Vec<u32>> {
 
 /// Variables with indices that this check does not understand.
 const OTHERWISE: [(&str, &str); 2] = [
-    // Invocation 0 overwrites element 0, which no other invocation reads in the last step of the
-    // reduction.
+    // Invocation 0 overwrites element 0, which no other invocation reads in the last step
+    // of the reduction.
     ("clearance", "nearest"),
     // Invocation `lane` reads and writes only row `lane`.
     ("gather", "sums"),

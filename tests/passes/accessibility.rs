@@ -33,8 +33,8 @@ fn open_rays_equal_the_reference() {
             let strata = Strata { rings, sectors };
             cpu::accessibility::open_rays(world.geometry(), strata, (point.position, point.side), reach, SEED)
         };
-        // A ray that ends within an ulp of the reach, or passes an edge, may give different
-        // results.
+        // A ray that ends within an ulp of the reach, or passes an edge, may
+        // give different results.
         let differ = points.iter().zip(&found).filter(|(point, found)| reference(point) != **found).count();
         assert!(differ * 500 <= count, "{differ} of {count} points differ");
         let open: u32 = found.iter().sum();

@@ -25,8 +25,8 @@ pub(crate) struct Frame {
     pub(crate) pixels: Vec<PixelSurface>,
     /// For each light: its irradiance buffer before and after the averaging of shadow edges.
     pub(crate) layers: Vec<[Vec<f32>; 2]>,
-    /// For each light: the number of pixels that were averaged anew, and the samples that its edge
-    /// pixels need.
+    /// For each light: the number of pixels that were averaged anew, and the samples that its
+    /// edge pixels need.
     pub(crate) shadow_counts: Vec<u32>,
     pub(crate) needs: Vec<Vec<u32>>,
     pub(crate) irradiance: Vec<Vec3>,
@@ -158,8 +158,8 @@ impl Frame {
     }
 }
 
-/// Fields of a sample: the point that it shows, eighths that met a surface, position of its source,
-/// slot.
+/// Fields of a sample: the point that it shows, eighths that met a surface, position of
+/// its source, slot.
 pub(crate) fn parts_of(sample: EdgeSample) -> [u32; 4] {
     let what = sample.what;
     [what & 7, what >> 3 & 15, what >> 7 & 15, what >> 11 & 3]
@@ -309,8 +309,8 @@ fn an_outline_covers_its_share_of_each_pixel() {
     assert_silent(&context());
 }
 
-/// Shadow edges on flat walls and on triangles with smooth normals: the mean of the light over the
-/// pixel's samples.
+/// Shadow edges on flat walls and on triangles with smooth normals: the mean of the light over
+/// the pixel's samples.
 #[test]
 fn shadow_edges_equal_the_reference() {
     let room = path_trace::world();

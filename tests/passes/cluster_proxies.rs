@@ -49,8 +49,8 @@ fn irradiance_of_views_equals_the_reference() {
 const HEMISPHERE: u32 = 16;
 const SEED: u32 = 5;
 
-/// Proxies of some cache points, their rays before and after, and the bits of a cluster before and
-/// after.
+/// Proxies of some cache points, their rays before and after, and the bits of a cluster
+/// before and after.
 struct Made {
     world: World,
     points: Vec<CachePoint>,
@@ -126,8 +126,8 @@ fn weights_of_a_view_are_what_its_readers_see() {
         assert!(sum == 1.0 && parts.len() <= 64, "{sum} of {} parts", parts.len());
     }
 
-    // Each ray reads the same cluster or a proxy of it, and the proxy shows the surface that the
-    // ray hits.
+    // Each ray reads the same cluster or a proxy of it, and the proxy shows the surface that
+    // the ray hits.
     let is_below = |mut part: u32, cluster: u32| {
         while part < cluster {
             part = world.hvds.parents[part as usize];
@@ -164,8 +164,8 @@ fn weights_of_a_view_are_what_its_readers_see() {
         let run = &tables.part_offsets[pair[2] as usize..][..2];
         let parts = &tables.parts[run[0] as usize..run[1] as usize];
         assert!(parts.iter().all(|&part| is_below(tables.packing.cluster(part), pair[0])));
-        // The visibility of each child from all readers, sampled with many points, compared with
-        // the proxy.
+        // The visibility of each child from all readers, sampled with many points, compared
+        // with the proxy.
         let children =
             world.hvds.child_offsets[pair[0] as usize]..world.hvds.child_offsets[pair[0] as usize + 1];
         let seen = |cluster: u32| -> f64 {

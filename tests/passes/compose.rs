@@ -58,8 +58,8 @@ fn colours_of_pixels_and_samples_equal_the_reference() {
             [("pixels", &frame.colours.of_pixels, pixels), ("slots", &frame.colours.of_edges, slots)]
         {
             let found: Vec<u32> = buffer.read_range(0, reference.len()).unwrap();
-            // Half of the last bit of a packed root, and the error of f32 texture coordinates at a
-            // grazing angle.
+            // Half of the last bit of a packed root, and the error of f32 texture coordinates at
+            // a grazing angle.
             let apart = |(found, reference): &(&u32, &DVec3)| {
                 (unpack_colour(**found) - *reference).abs().max_element() > 2e-3
             };

@@ -146,9 +146,9 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
     assert_silent(&context);
 }
 
-/// Per-light irradiance buffers and their sum equal the result from path flux. A light's buffer is
-/// the same to the bit, whichever other lights are stale. Lights that are off do not change the
-/// sum.
+/// Per-light irradiance buffers and their sum equal the result from path flux. A light's
+/// buffer is the same to the bit, whichever other lights are stale. Lights that are off do not
+/// change the sum.
 #[test]
 fn layers_of_lights_equal_the_reference_and_add_up() {
     let context = context();

@@ -1,5 +1,5 @@
-//! The frame plan: the passes of each edit. The frame's barriers are sufficient, and none is
-//! redundant.
+//! The frame plan: the passes of each edit. The frame's barriers are sufficient, and
+//! none is redundant.
 
 use crate::common::{assert_silent, context};
 use crate::world::textured;

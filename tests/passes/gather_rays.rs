@@ -1,5 +1,5 @@
-//! Gather rays and clearances: the target of each ray of a cache point, and its weight in the
-//! translational gradient.
+//! Gather rays and clearances: the target of each ray of a cache point, and its weight in
+//! the translational gradient.
 
 use crate::common::assert_silent;
 use crate::world::{Random, World, room, textured};

@@ -259,8 +259,8 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
         })
         .unwrap();
 
-    // Beams are compared with their reference. Later stages use the device's beams, because rays
-    // graze edges.
+    // Beams are compared with their reference. Later stages use the device's beams, because
+    // rays graze edges.
     let mut of_paths: Vec<Vec<Beam>> = vec![Vec::new(); path_count];
     let (mut differ, mut lit) = (0, 0);
     for (light, beams) in lights.iter().zip(&beams) {

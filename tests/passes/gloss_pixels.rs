@@ -37,8 +37,8 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
     let has_images = world.buffers.textures.are_used;
     // No cluster is glossy here; the tests in `gloss` cover that.
     let mut lights = lights();
-    // Through the middle of the room, so that pixels see fronts and backs of both, with blocks
-    // before them.
+    // Through the middle of the room, so that pixels see fronts and backs of both, with
+    // blocks before them.
     let panel = |edges: [Vec3; 2]| LightKind::Area {
         corner: Vec3::new(-0.8, -0.15, -0.8),
         edge_u: 1.6 * edges[0],

@@ -153,9 +153,9 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
     assert!(lit > 20, "{lit} pixels see glossy surfaces");
 }
 
-/// Rays of glossy pixels that meet broad lobes read the slots of gather rays: of the cluster that
-/// they meet, or of an ancestor, in the direction of the pixel. The pixels show the radiance of
-/// these slots.
+/// Rays of glossy pixels that meet broad lobes read the slots of gather rays: of the cluster
+/// that they meet, or of an ancestor, in the direction of the pixel. The pixels show the
+/// radiance of these slots.
 pub(crate) fn pixels_read_the_slots_of_broad_lobes(
     glossy: &Glossy,
     gloss: &Gloss,

@@ -114,8 +114,8 @@ fn stored(renderer: &Renderer, point: u32) -> BTreeMap<u32, u32> {
     counts
 }
 
-/// If rays read only clusters, the clusters of rays that are traced again equal those of the merged
-/// rays.
+/// If rays read only clusters, the clusters of rays that are traced again equal those of
+/// the merged rays.
 #[test]
 fn gather_rays_meet_the_clusters_that_merged_rays_name() {
     let mut scene = the_box();
@@ -155,8 +155,8 @@ fn gather_rays_meet_the_clusters_that_merged_rays_name() {
 /// sum over its rays.
 #[test]
 fn gather_rays_bring_what_records_gathered() {
-    // Fine settings: in a cell of some level surfaces hide each other, and some surfaces are near
-    // cache points.
+    // Fine settings: in a cell of some level surfaces hide each other, and some surfaces are
+    // near cache points.
     let quality = Quality { entry_points: 60_000, cells: 64, gap_rounds: 2, ..SMALL };
     for (what, mut scene) in [("diffuse", the_box()), ("glossy", glossy_box())] {
         scene.quality = quality.clone();

@@ -303,8 +303,8 @@ fn samples_are_stratified() {
                     let cell = |value: f32, cells: u32| (value * cells as f32) as u32;
                     counts[(cell(point[a], columns) * rows + cell(point[b], rows)) as usize] += 1;
                 }
-                // The first two dimensions make perfect nets, the second and third nets of quality
-                // 1.
+                // The first two dimensions make perfect nets, the second and third nets
+                // of quality 1.
                 let bound = if a == 0 { 1 } else { 2 };
                 assert!(counts.iter().all(|&count| count <= bound), "axes {a} and {b}, {columns}×{rows}");
             }

@@ -164,8 +164,8 @@ fn near_clusters_have_the_nearest_record_that_sees_what_they_see() {
 fn near_clusters_of(extent: Extent) {
     let world = World::room();
     let mut random = Random::new(92);
-    // The nearest surfaces on one side of the room are within three cells of 0.1 m, on the other
-    // within six.
+    // The nearest surfaces on one side of the room are within three cells of 0.1 m, on the
+    // other within six.
     const CELL_SIZE: f32 = 0.1;
     let clearance = |fragment: &Fragment| if fragment.corners[0].x > 0.0 { 0.2 } else { 0.5 };
     let clearances: Vec<f32> = world.hvds.fragments.iter().map(clearance).collect();
@@ -188,8 +188,8 @@ fn near_clusters_of(extent: Extent) {
             && apart.length() <= 1.5 * f64::from(point.radius) * (1.0 + slack)
             && point.normal.as_dvec3().dot(cluster.normal) >= 0.8 - slack
             && apart.dot(point.wall.as_dvec3()) <= 1.0 + slack
-            // No other surface is between: a point at that height above or below belongs to another
-            // surface.
+            // No other surface is between: a point at that height above or below belongs
+            // to another surface.
             && (height.abs() <= 0.5 * room * (1.0 + slack) || height.abs() <= 0.1 * apart.length() * (1.0 + slack));
         fits.then_some(apart.length())
     };

@@ -130,8 +130,8 @@ fn paths_among_glossy_surfaces_equal_the_reference() {
             let material = random.below(5);
             (if material == 4 { FROM_ENTRY } else { material }, 0.5 + random.unit())
         });
-        // From the mirror direction, through the falloff of a sharp lobe, to the opposite
-        // direction.
+        // From the mirror direction, through the falloff of a sharp lobe, to
+        // the opposite direction.
         let lobes: Vec<f32> =
             (0..count).map(|_| 2.0 * random.unit().powi(1 + random.below(12) as i32)).collect();
         let found = scan_among(&materials, &steps, &[], &lobes);
@@ -191,8 +191,8 @@ fn long_paths_equal_the_reference_exactly() {
 
 #[test]
 fn a_path_of_many_blocks_carries_its_throughput_through_all() {
-    // More blocks than two rounds of the carry step hold, in one path, with a factor in the first
-    // block only.
+    // More blocks than two rounds of the carry step hold, in one path, with a factor in the
+    // first block only.
     let count = 2 * 256 * 1024 + 2_500;
     let albedos = [Vec3::ONE, Vec3::new(0.5, 0.0, 0.25)];
     let mut index = 0;

@@ -118,8 +118,8 @@ fn photons_equal_the_reference_in(world: &World) {
             }
             first += live.len() * STEPS as usize;
             live = survivors;
-            // If a path continues only on the device or only in the reference, all others are out
-            // of step.
+            // If a path continues only on the device or only in the reference, all others are
+            // out of step.
             if parted > 0 {
                 break;
             }
@@ -264,8 +264,8 @@ fn irradiances_equal_the_reference() {
     assert_silent(&world.context);
 }
 
-/// More photons in a spot than an estimate reads: it reads a fraction of them, which stands for
-/// all.
+/// More photons in a spot than an estimate reads: it reads a fraction of them, which
+/// stands for all.
 fn crowded_buckets_are_thinned(world: &World) {
     let mut random = Random::new(96);
     let (position, _, side) = world.surface_point(&mut random);

@@ -26,8 +26,8 @@ fn prefix_sum_on_device(prefix_sum: &PrefixSum, values: &[u32]) -> Vec<u32> {
 #[test]
 fn prefix_sum_equals_its_reference() {
     let context = context();
-    // Around an invocation's 8 or 256 values, a block's 2048, two blocks, and three levels of
-    // blocks.
+    // Around an invocation's 8 or 256 values, a block's 2048, two blocks, and three
+    // levels of blocks.
     let sizes = [
         0,
         1,

@@ -1,5 +1,5 @@
-//! The preview: direct light before there are light paths equals the renderer's direct light to the
-//! bit.
+//! The preview: direct light before there are light paths equals the renderer's direct light
+//! to the bit.
 
 use crate::common::{assert_silent, context};
 use crate::world::textured;

@@ -1,5 +1,5 @@
-//! A resized picture has the same bits, and takes the same memory, as after a cold start at that
-//! size.
+//! A resized picture has the same bits, and takes the same memory, as after a cold start
+//! at that size.
 
 use crate::common::{assert_silent, context};
 use crate::world::{glossy, textured};
@@ -74,8 +74,8 @@ fn a_picture_of_another_size_is_that_of_a_cold_start() {
         renderer.set_light(0, light).unwrap();
         renderer.frame().unwrap();
         assert!(bits(&renderer) == at_odd, "{what}: {odd:?} as a cold start has it");
-        // A later light has buffers of this size; a light that was off is traced when it is
-        // switched on.
+        // A later light has buffers of this size; a light that was off is traced when it
+        // is switched on.
         renderer.add_light(third.clone()).unwrap();
         renderer.frame().unwrap();
         if what == "glossy" {

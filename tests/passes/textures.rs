@@ -44,8 +44,8 @@ fn colours(scene: &Scene) -> Vec<DVec3> {
         fov_y_degrees: 2.0 * 0.5_f32.atan().to_degrees(),
         size: [SIDE; 2],
     });
-    // One of the two triangles serves all pixels: both have the same plane. The last pixel sees
-    // nothing.
+    // One of the two triangles serves all pixels: both have the same plane. The last
+    // pixel sees nothing.
     let mut pixels =
         vec![PixelSurface { position: Vec3::ZERO, side: 0, normal: Vec3::Y, footprint: 0.0 }; 16];
     pixels[15].side = NO_SIDE;

@@ -6,8 +6,8 @@ use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::tile_sort::TileSort;
 
-/// Sorts on the device, in a list with capacity for `capacity` pairs; the words after the pairs are
-/// no pairs.
+/// Sorts on the device, in a list with capacity for `capacity` pairs; the words after the pairs
+/// are no pairs.
 fn sort(pairs: &[[u32; 2]], capacity: u32, tile_count: u32) -> Vec<[u32; 2]> {
     let context = context();
     let sort = TileSort::new(&context, capacity).unwrap();

@@ -125,8 +125,8 @@ impl World {
         }
     }
 
-    /// A closed room of 2×1.5×1 m with sixty floating triangles, whose shading normals differ from
-    /// their planes.
+    /// A closed room of 2×1.5×1 m with sixty floating triangles, whose shading normals differ
+    /// from their planes.
     pub(crate) fn room() -> Self {
         Self::new(&room(), 16)
     }

@@ -1,5 +1,5 @@
-//! Antialiasing: the picture of a scene with edges is close to a downscaled picture with many times
-//! the pixels.
+//! Antialiasing: the picture of a scene with edges is close to a downscaled picture with many
+//! times the pixels.
 
 use crate::common::{assert_silent, context};
 use crate::render;

@@ -7,8 +7,8 @@ use lightpaths::renderer::Layer;
 use lightpaths::scene::{LightKind, Material, Quality, Scene, Triangle, shapes};
 use std::f64::consts::PI;
 
-/// Albedos: the floor is so dark that its light on the wall does not count, 0.01·0.8·0.2 of its own
-/// light.
+/// Albedos: the floor is so dark that its light on the wall does not count, 0.01·0.8·0.2 of
+/// its own light.
 const FLOOR: f64 = 0.01;
 const WALL: f64 = 0.8;
 const LIGHT: DVec3 = DVec3::new(0.1, 0.6, 0.3);

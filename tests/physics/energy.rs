@@ -1,5 +1,5 @@
-//! Energy balance: a closed sphere absorbs the power that the light emits, at every level of the
-//! hierarchy.
+//! Energy balance: a closed sphere absorbs the power that the light emits, at every level
+//! of the hierarchy.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_close, render};
@@ -181,8 +181,8 @@ fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
 #[test]
 fn an_edited_albedo_reweights_the_paths_exactly() {
     let mut renderer = sphere();
-    // Paths end with the probability of the albedo at tracing: far above it, few paths carry much
-    // flux.
+    // Paths end with the probability of the albedo at tracing: far above it, few paths
+    // carry much flux.
     for (albedo, tolerance) in [(0.1_f32, 2e-3), (0.3, 2e-3), (0.6, 1e-2)] {
         renderer.set_diffuse(0, Vec3::splat(albedo)).unwrap();
         renderer.frame().unwrap();

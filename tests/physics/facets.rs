@@ -31,8 +31,8 @@ fn relief(height: impl Fn(f32, f32) -> f32) -> Scene {
     }
     let camera = &mut scene.cameras[0];
     (camera.position, camera.target, camera.up) = (Vec3::new(0.0, 6.0, 0.01), Vec3::ZERO, Vec3::NEG_Z);
-    // No outline is in view: along one, sixteen samples resolve the covered fraction of a pixel
-    // only roughly.
+    // No outline is in view: along one, sixteen samples resolve the covered fraction of a
+    // pixel only roughly.
     camera.fov_y_degrees = 11.0;
     scene.lights[0].kind =
         LightKind::Point { position: Vec3::new(0.8, 3.0, 0.5), intensity: Vec3::splat(10.0) };

@@ -5,8 +5,8 @@ use crate::{SMALL, render};
 use glam::Vec3;
 use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
 
-/// A room of 5 × 2.6 × 4 m. The sun shines through a square window of width `window`. Around it is
-/// a ground of width `ground`, if not zero.
+/// A room of 5 × 2.6 × 4 m. The sun falls through a square window of width `window`. Around it is a
+/// ground of width `ground`, if not zero.
 fn room(window: f32, ground: f32) -> Scene {
     let mut scene = shapes::closed_box(Vec3::new(5.0, 2.6, 4.0), 0.75);
     scene.triangles.retain(|triangle| !triangle.positions.iter().all(|corner| corner.x < -2.49));

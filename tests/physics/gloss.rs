@@ -1,5 +1,5 @@
-//! Glossy surfaces against the path tracer: seen by the camera, by other surfaces, and by each
-//! other.
+//! Glossy surfaces against the path tracer: seen by the camera, by other surfaces, and
+//! by each other.
 
 use crate::common::{assert_silent, context};
 use crate::lights::room;
@@ -112,9 +112,9 @@ impl Case {
 static CASES: LazyLock<[Case; 3]> =
     LazyLock::new(|| [1.0, 40.0, 200.0].map(|exponent| Case::new(glossy(exponent, false), 256, QUALITY)));
 
-/// [Yue §5]: exponents up to 40 have no visible difference. Sharper lobes have a growing error:
-/// their light on other surfaces is blurred, and so is the reference's own noise. Their energy is
-/// right.
+/// [Yue §5]: exponents up to 40 have no visible difference. Sharper lobes have a growing
+/// error: their light on other surfaces is blurred, and so is the reference's own noise. Their
+/// energy is right.
 #[track_caller]
 fn check_lobe(case: &Case, tolerance: f64) {
     let exponent = case.exponent;
@@ -165,8 +165,8 @@ fn sharp_lobes_hold_against_the_path_tracer() {
     assert_silent(&context());
 }
 
-/// A sharper lobe gets more direction bins. An editable one gets the number of the settings, with a
-/// warning.
+/// A sharper lobe gets more direction bins. An editable one gets the number of the settings,
+/// with a warning.
 #[test]
 fn directions_follow_the_sharpest_lobe() {
     for (exponent, editable, directions) in [(1000.0, false, 2916), (200.0, true, 144)] {

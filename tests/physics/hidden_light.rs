@@ -77,8 +77,8 @@ fn check_gaps(gaps: &[f32]) {
         let exact = renderer.exact_irradiance(exact).unwrap();
         let kinds = [errors(&renderer, &exact, faces_the_screen), errors(&renderer, &exact, stands_beside)];
         println!("gap {gap}: mean and RMS error facing, beside: {kinds:.3?}");
-        // Before there was any of it: +2 443 % and +662 % in the narrower one, +58 % and +20 % in
-        // the other.
+        // Before there was any of it: +2 443 % and +662 % in the narrower one, +58 % and +20 %
+        // in the other.
         for [mean, rms] in kinds {
             assert!(mean.abs() < 0.12 && rms < 0.4, "{kinds:?}");
         }

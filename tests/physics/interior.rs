@@ -20,8 +20,8 @@ fn tiled_room() -> Scene {
     scene
 }
 
-/// The same with another slab inside the first: surface under both sees the outer side of the inner
-/// slab first.
+/// The same with another slab inside the first: surface under both sees the outer side of the
+/// inner slab first.
 fn nested_room() -> Scene {
     let mut scene = tiled_room();
     let inner = shapes::closed_box(Vec3::new(1.88, 0.004, 1.88), 0.5).triangles;

@@ -18,8 +18,8 @@ const AREA: LightKind = LightKind::Area {
     samples: 10,
 };
 
-/// Direct irradiance of each pixel of the square of albedo 1/2, first channel, W/m², and the
-/// pixel's position.
+/// Direct irradiance of each pixel of the square of albedo 1/2, first channel, W/m², and
+/// the pixel's position.
 fn direct(kind: LightKind) -> Vec<(DVec3, f64)> {
     let mut scene = square(kind);
     scene.cameras[0].size = [48, 32];

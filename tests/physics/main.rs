@@ -38,8 +38,8 @@ const SMALL: Quality = Quality {
     ..Quality::DRAFT
 };
 
-/// A renderer after its first frame. It skips no work, so that all buffers between the stages are
-/// complete.
+/// A renderer after its first frame. It skips no work, so that all buffers between the
+/// stages are complete.
 fn render(mut scene: Scene, quality: Quality) -> Renderer {
     scene.quality = quality;
     let mut renderer = Renderer::new(&context(), scene, &mut Silent).unwrap();

@@ -59,8 +59,8 @@ pub(crate) fn compare_direct(
     irradiance: impl Fn(DVec3) -> f64,
 ) {
     let positions = positions(scene);
-    // The mean over the pixel: image x runs along x, image y along z, and the plane is a metre
-    // away.
+    // The mean over the pixel: image x runs along x, image y along z, and the plane is
+    // a metre away.
     let pixel = 2.0 * 25.0_f64.to_radians().tan() / 32.0;
     let inside = |i: u32| pixel * (f64::from(i) - 3.5) / 8.0;
     let mean = |at: DVec3| {
@@ -173,8 +173,8 @@ fn check_sphere(cases: &[(f32, u32, u32, f64)]) {
     assert_silent(&context());
 }
 
-/// Estimated noise: 0.4 % at an albedo of one half, 0.8 % at 0.99. The bounds are 3 and 2.5 times
-/// that.
+/// Estimated noise: 0.4 % at an albedo of one half, 0.8 % at 0.99. The bounds are 3 and
+/// 2.5 times that.
 #[test]
 fn indirect_light_of_the_integrating_sphere() {
     check_sphere(&[(0.0, 8, 4, 0.0), (0.5, 32, 16, 0.012), (0.99, 16, 16, 0.02)]);
@@ -205,7 +205,8 @@ fn upright(a: f64, b: f64, height: f64) -> f64 {
 
 #[test]
 fn a_wall_lights_the_floor_beside_it() {
-    // The floor is in view; the sun shines along the floor, perpendicular to the wall at z = -1/2.
+    // The floor is in view; the sunlight runs along the floor, perpendicular to the wall at
+    // z = -1/2.
     let irradiance = Vec3::ONE;
     let mut scene = square(LightKind::Directional { direction: Vec3::NEG_Z, irradiance });
     scene.materials.push(Material { diffuse: Vec3::splat(0.8), ..scene.materials[0].clone() });
@@ -289,8 +290,8 @@ fn albedo(material: &Reflectance, outgoing: DVec3) -> f64 {
     2.0 * PI * sum / f64::from(steps * steps)
 }
 
-/// Between walls that absorb nothing, only the deadline ends paths. Every pixel has a sample by
-/// then.
+/// Between walls that absorb nothing, only the deadline ends paths. Every pixel has a
+/// sample by then.
 #[test]
 fn a_deadline_ends_paths_that_never_end() {
     for albedo in [1.0, 0.5] {

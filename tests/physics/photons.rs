@@ -135,8 +135,8 @@ fn the_same_samples_give_the_same_bytes_however_they_are_asked_for() {
     assert_silent(&context());
 }
 
-/// Light stays on its side of a wall of one millimetre, although the photons beyond are well within
-/// the kernel.
+/// Light stays on its side of a wall of one millimetre, although the photons beyond are well
+/// within the kernel.
 #[test]
 fn no_light_leaks_past_a_thin_wall() {
     let scene = shapes::thin_wall();
@@ -203,8 +203,8 @@ fn glossy_walls_and_all_lights_have_the_energy_of_the_path_tracer() {
         scene.lights =
             kinds.iter().map(|&kind| Light { name: kind.word().to_owned(), kind, is_on: true }).collect();
         let [direct, indirect] = differences(scene.clone(), 48, [96, 32]);
-        // Both are noisy: about 0.6 % of the photon mapper's indirect light, and 0.4 % of the path
-        // tracer's.
+        // Both are noisy: about 0.6 % of the photon mapper's indirect light, and 0.4 % of
+        // the path tracer's.
         assert!(direct.abs() < 0.01 && indirect.abs() < 0.02, "direct {direct}, indirect {indirect}");
     }
     assert_silent(&context());

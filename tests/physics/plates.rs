@@ -22,8 +22,8 @@ const QUALITY: Quality = Quality {
     ..Quality::DRAFT
 };
 
-/// Unit squares half a metre above and below the origin. The camera sees the lower one between
-/// them.
+/// Unit squares half a metre above and below the origin. The camera sees the lower
+/// one between them.
 pub(crate) fn scene() -> Scene {
     let mut scene = shapes::facing_squares(1.0, 1.0, ALBEDO as f32);
     scene.lights[0].kind = LightKind::Point { position: LIGHT.as_vec3(), intensity: Vec3::ONE };
@@ -32,8 +32,8 @@ pub(crate) fn scene() -> Scene {
     scene
 }
 
-/// Ratio of a picture's indirect light on the lower plate to the expected one, and the number of
-/// pixels.
+/// Ratio of a picture's indirect light on the lower plate to the expected one, and the
+/// number of pixels.
 pub(crate) fn ratio(positions: &[Option<DVec3>], indirect: &[[f32; 3]]) -> (f64, u32) {
     let plates = [-0.5, 0.5].map(middles);
     let [_, upper] = radiosities(&plates);
@@ -57,8 +57,8 @@ fn middles(height: f64) -> Vec<DVec3> {
     (0..PATCHES * PATCHES).map(|i| DVec3::new(along(i % PATCHES), height, along(i / PATCHES))).collect()
 }
 
-/// Irradiance at a point by a plate of given radiosities (W/m²) that is parallel to the point's
-/// surface.
+/// Irradiance at a point by a plate of given radiosities (W/m²) that is parallel to
+/// the point's surface.
 fn gathered(point: DVec3, plate: &[DVec3], radiosity: &[f64]) -> f64 {
     let area = 1.0 / (PATCHES * PATCHES) as f64;
     let kernel = |patch: &DVec3| {

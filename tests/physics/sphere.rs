@@ -11,12 +11,12 @@ use lightpaths::types::Record;
 const FLUX_W: f32 = 10.0;
 const RADIUS_M: f32 = 1.5;
 
-/// The paper's entry points, gather rays and cells; 1 000 cache points sample the wall as well as
-/// 40 000.
+/// The paper's entry points, gather rays and cells; 1 000 cache points sample the wall as well
+/// as 40 000.
 const PAPER: Quality = Quality { cache_points: 1_000, ..Quality::PAPER };
 
-/// Mean error and RMS of the indirect irradiance of all records, relative to the closed form, over
-/// all channels.
+/// Mean error and RMS of the indirect irradiance of all records, relative to the closed form,
+/// over all channels.
 fn errors(renderer: &Renderer, records: &Buffer, albedo: f64) -> [f64; 2] {
     // Flux and albedo are exact for the polyhedron, so its area must be, too.
     let expected = f64::from(FLUX_W) / renderer.scene().area_m2() * albedo / (1.0 - albedo);
@@ -31,8 +31,8 @@ fn errors(renderer: &Renderer, records: &Buffer, albedo: f64) -> [f64; 2] {
     [mean(&|e| e), mean(&|e| e * e).sqrt()]
 }
 
-/// One precomputation, with the light at the centre and then half-way to the wall. Mean errors are
-/// within `tolerance`.
+/// One precomputation, with the light at the centre and then half-way to the wall. Mean errors
+/// are within `tolerance`.
 fn check(albedo: f32, quality: Quality, tolerance: f64) {
     let scene = shapes::integrating_sphere(RADIUS_M, 4, albedo, Vec3::ZERO, FLUX_W);
     let mut renderer = render(scene, quality);
@@ -73,8 +73,8 @@ fn indirect_irradiance_is_uniform_at_the_papers_settings() {
     }
 }
 
-/// If hardly any cluster reaches the minimum number of vertices, chance must not decide which ones
-/// do.
+/// If hardly any cluster reaches the minimum number of vertices, chance must not decide
+/// which ones do.
 fn check_few_vertices(entry_points: u32, cells: u32, tolerance: f64) {
     let quality = Quality { entry_points, cells, cache_points: 400, ..PAPER };
     let scene = shapes::integrating_sphere(RADIUS_M, 4, 0.5, Vec3::ZERO, FLUX_W);

@@ -74,8 +74,8 @@ fn assert_layer(renderer: &Renderer, layer: Layer, expected: &[[f32; 3]], bound:
     assert!(relmse <= bound, "{layer:?}: {relmse:.2e}");
 }
 
-/// Compares the ratio of indirect to direct light with ρ/(1−ρ) for the mean albedo ρ, in every
-/// pixel.
+/// Compares the ratio of indirect to direct light with ρ/(1−ρ) for the mean albedo ρ,
+/// in every pixel.
 #[track_caller]
 fn check_ratio(what: &str, layers: [&[[f32; 3]]; 2], albedo: DVec3, tolerance: f64) {
     let [direct, indirect] = layers.map(sum);
@@ -116,8 +116,8 @@ fn a_sphere_of_many_colours_reflects_by_their_mean() {
         assert_close("records", mean[channel].into(), expected, 0.005);
     }
 
-    // The material's albedo is a separate factor: half of it is half the total albedo, without new
-    // paths.
+    // The material's albedo is a separate factor: half of it is half the total albedo,
+    // without new paths.
     renderer.set_diffuse(0, 0.5 * TINT).unwrap();
     renderer.frame().unwrap();
     let [darker, indirect] = layers(&renderer);

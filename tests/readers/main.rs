@@ -31,13 +31,13 @@ type Bound = (usize, usize);
 
 /// Lists grow by doubling, and exist twice if one is made from another; plus the rest of the scene.
 const TEXTS: Bound = (600, 4 << 20);
-/// Four times the largest growth of an image: decoded, as colours, with its transparency, and in
-/// the scene.
+/// Four times the largest growth of an image: decoded, as colours, with its transparency, and
+/// in the scene.
 const IMAGES: Bound = (4 * 8256, 4 << 20);
 
-/// Reads the corpus of a target, whose files named `good` are good, and files generated from it.
-/// `good_of_thousand` of a thousand must be good: beyond this range the test would cover too
-/// little.
+/// Reads the corpus of a target, whose files named `good` are good, and files generated
+/// from it. `good_of_thousand` of a thousand must be good: beyond this range the test would
+/// cover too little.
 fn hold(
     target: &str,
     read: impl Fn(&[u8]) -> bool,

@@ -17,8 +17,8 @@ fn take(bytes: usize) {
     PEAK.fetch_max(NOW.fetch_add(bytes, Ordering::Relaxed) + bytes, Ordering::Relaxed);
 }
 
-// SAFETY: the system's allocator does the work with the layouts that it is given; counting
-// allocates nothing.
+// SAFETY: the system's allocator does the work with the layouts that it is given;
+// counting allocates nothing.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         take(layout.size());

@@ -42,8 +42,8 @@ const TOKENS: [&[u8]; 24] = [
     b"\\",
 ];
 
-/// Good bytes with damage at up to four positions: bytes changed, left out, inserted, doubled, cut
-/// off.
+/// Good bytes with damage at up to four positions: bytes changed, left out, inserted,
+/// doubled, cut off.
 pub(super) fn damaged(random: &mut Random, good: &[u8]) -> Vec<u8> {
     let mut bytes = good.to_vec();
     for _ in 0..=random.below(3) {
@@ -172,8 +172,8 @@ pub(super) fn mtl(random: &mut Random) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// A scene file or a film, made of `good`'s tables in another order, with some of their keys and
-/// other values.
+/// A scene file or a film, made of `good`'s tables in another order, with some of their keys
+/// and other values.
 pub(super) fn toml(random: &mut Random, good: &str) -> Vec<u8> {
     let tables: Vec<&str> = good.split("\n\n").collect();
     let mut text = String::new();

@@ -187,8 +187,8 @@ fn numbers_of_materials_stand_for_what_they_can() {
     assert!(close(material("Kd 255 51 0\n").diffuse, Vec3::new(0.99, 0.198, 0.0)));
 }
 
-/// The specular albedo is lowered, so that light paths end with the defaults of exporters, and
-/// colours stay.
+/// The specular albedo is lowered, so that light paths end with the defaults of exporters,
+/// and colours stay.
 #[test]
 fn materials_reflect_less_than_they_receive() {
     let scene = with_mtl(

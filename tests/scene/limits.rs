@@ -1,5 +1,5 @@
-//! Input beyond a limit is refused, in a line that states the number, and before memory is
-//! allocated.
+//! Input beyond a limit is refused, in a line that states the number, and before
+//! memory is allocated.
 
 use lightpaths::scene::limits::{
     self, CAMERAS, FILM_KEYS, IMAGE_BYTES, IMAGE_SIDE, LIBRARIES, LIGHTS, MATERIALS, MODELS, MTL_BYTES,

@@ -226,8 +226,8 @@ fn far_away_models_keep_their_shape() {
 
 #[test]
 fn models_are_repaired_and_say_so() {
-    // A sliver, a repeated index, a repeated face (turned, then reversed); normals: reversed, zero,
-    // NaN.
+    // A sliver, a repeated index, a repeated face (turned, then reversed); normals:
+    // reversed, zero, NaN.
     let obj = format!(
         "{SQUARE}v 0.5 1e-12 0\nvn 0 -1 0\nvn 0 0 0\nvn nan 0 0\nvn 0 1 1\nv 5 0 0\nv 6 0 0\nv 6 0 -1\nv 5 0 -1\n\
          f 1 2 5\nf 1 1 2\nf 2 3 1\nf 3 2 1\nf 6//1 7//1 8//1\nf 6//2 8//3 9//4\n"

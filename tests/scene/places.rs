@@ -36,8 +36,8 @@ fn open_edges(triangles: &[Triangle]) -> usize {
 
 /// Invariants for every number of triangles.
 fn assert_sound(scene: &Scene) {
-    // The loader would warn of triangles without area, repeated ones, and normals against their
-    // front.
+    // The loader would warn of triangles without area, repeated ones, and normals
+    // against their front.
     assert_eq!(scene.warnings, Vec::<String>::new(), "{}", scene.name);
     assert_eq!(open_edges(&scene.triangles), 0, "{}: open edges", scene.name);
     for triangle in &scene.triangles {

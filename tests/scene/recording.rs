@@ -55,8 +55,8 @@ fn expect_camera(wanted: &Camera, found: &Camera) {
     assert!((wanted.fov_y_degrees / found.fov_y_degrees - 1.0).abs() < 1.01e-3);
 }
 
-/// A light that is off may be anywhere. Its old name does not matter if a light of another kind has
-/// taken it.
+/// A light that is off may be anywhere. Its old name does not matter if a light of another kind
+/// has taken it.
 fn expect_lights(wanted: &[Light], state: &State, scene: &Scene) {
     let changed = |index: usize| state.lights.iter().find(|(light, ..)| *light == index);
     let as_filmed = |(index, light): (usize, &Light)| match changed(index) {

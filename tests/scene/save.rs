@@ -1,5 +1,5 @@
-//! Scenes saved and loaded again: equal to the bit, and the text unchanged where nothing has
-//! changed.
+//! Scenes saved and loaded again: equal to the bit, and the text unchanged where
+//! nothing has changed.
 
 use std::path::{Path, PathBuf};
 

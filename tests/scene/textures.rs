@@ -142,8 +142,8 @@ fn options_place_the_image() {
 #[test]
 fn coordinates_follow_their_corners() {
     let image: &[(&str, &[u8])] = &[("a.png", &png())];
-    // Faces with and without coordinates, with normals and with negative indices, one triangle
-    // mirrored.
+    // Faces with and without coordinates, with normals and with negative indices,
+    // one triangle mirrored.
     let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nvn 0 1 0\nvt 0.5\nvt 0.25 0.75 0 # w\nusemtl wall\n\
 f 1/1/1 2/2/1 3/1/1\nf 1 3 4\n";
     let scene = load(obj, MTL, image).unwrap();
@@ -177,8 +177,8 @@ fn a_diffuse_albedo_in_the_scene_file_replaces_an_image() {
     assert_eq!(scene.materials[0].diffuse, Vec3::splat(0.2));
 }
 
-/// If an image cannot be used, the material keeps its `Kd`, and a warning has file, line and
-/// reason.
+/// If an image cannot be used, the material keeps its `Kd`, and a warning has file,
+/// line and reason.
 #[test]
 fn images_that_cannot_be_used_are_named() {
     let png = png();

@@ -1,5 +1,5 @@
-//! The light paths for fuzzing readers: small, of a scene with every feature, and valid for this
-//! program.
+//! The light paths for fuzzing readers: small, of a scene with every feature, and valid
+//! for this program.
 
 use crate::common::context;
 use lightpaths::renderer::{Renderer, Silent};

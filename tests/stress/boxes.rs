@@ -1,5 +1,5 @@
-//! The Box as small as a grain, as large as a town, and far from the origin: the picture is the
-//! same.
+//! The Box as small as a grain, as large as a town, and far from the origin: the picture
+//! is the same.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, count, relative_mse, render};
@@ -7,8 +7,8 @@ use glam::{DVec3, Vec3};
 use lightpaths::renderer::Layer;
 use lightpaths::scene::{LightKind, LoadOptions, Quality, Scene};
 
-/// The Box scaled by `scale` and moved by `to` metres; its light is as bright on the walls as
-/// before.
+/// The Box scaled by `scale` and moved by `to` metres; its light is as bright on the
+/// walls as before.
 fn placed(scale: f64, to: DVec3, size: u32) -> Scene {
     let still = Scene::load("box", &LoadOptions::default()).unwrap();
     let vector = |v: DVec3| format!("[{:e},{:e},{:e}]", v.x, v.y, v.z);

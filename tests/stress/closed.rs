@@ -1,5 +1,5 @@
-//! Enclosures: after the camera or a light enters and leaves one, the picture is that of a cold
-//! start.
+//! Enclosures: after the camera or a light enters and leaves one, the picture is that of
+//! a cold start.
 
 use crate::common::{assert_silent, context};
 use crate::determinism::bits;

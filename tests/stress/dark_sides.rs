@@ -47,8 +47,8 @@ fn on_a_floor(things: Vec<Triangle>, camera: Vec3, spot: Vec3, target: Vec3, rad
     scene
 }
 
-/// A block on the floor. Its faces along x are black, because they would take light around the
-/// corner.
+/// A block on the floor. Its faces along x are black, because they would take light
+/// around the corner.
 fn block(size: Vec3) -> Vec<Triangle> {
     let turned = |Triangle { positions: [a, b, c], normals, .. }: Triangle| {
         let normals = normals.map(|normal| -normal);

@@ -49,8 +49,8 @@ fn any_long_sequence_of_edits_ends_where_a_cold_start_does() {
     }
 }
 
-/// Makes `checks` checks, and renders `frames` frames before each; at least `least` edits must be
-/// made.
+/// Makes `checks` checks, and renders `frames` frames before each; at least `least` edits
+/// must be made.
 fn any_sequence_ends_where_a_cold_start_does(
     may_be_glossy: bool,
     quality: &Quality,

@@ -7,8 +7,8 @@ use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::film::Film;
 use lightpaths::scene::{LoadOptions, Scene};
 
-/// Frames per second. At this rate, motion between frames is below a pixel, and any jump is an
-/// error.
+/// Frames per second. At this rate, motion between frames is below a pixel, and any jump
+/// is an error.
 const FPS: f64 = 384.0;
 
 /// Frames in a row.
@@ -30,8 +30,8 @@ fn shown(renderer: &Renderer) -> Vec<f32> {
     pixels.as_flattened().iter().map(|value| value.powf(1.0 / 2.2)).collect()
 }
 
-/// Second differences of pixel values from this time on: quantiles at 0.9 and 0.999, and the
-/// maximum.
+/// Second differences of pixel values from this time on: quantiles at 0.9 and 0.999,
+/// and the maximum.
 fn second_differences(renderer: &mut Renderer, film: &Film, seconds: f64) -> [f32; 3] {
     let first = (seconds * FPS) as u32;
     let frames: Vec<Vec<f32>> = (first..first + FRAMES)

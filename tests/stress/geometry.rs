@@ -10,8 +10,8 @@ use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
 use lightpaths::types::{CachePoint, Contribution, ContributionRange, OPEN};
 
-/// The room, loaded from files with a scale and a translation; its light is as bright on the walls
-/// as before.
+/// The room, loaded from files with a scale and a translation; its light is as bright on the
+/// walls as before.
 fn placed(scale: f64, to: DVec3) -> Scene {
     let room = room();
     let vector = |v: DVec3| format!("[{:e},{:e},{:e}]", v.x, v.y, v.z);
@@ -213,8 +213,8 @@ fn balls(radius: f32, places: &[Vec3]) -> Vec<Triangle> {
     places.iter().flat_map(|&place| ball.iter().map(moved(place))).collect()
 }
 
-/// Records are far too few for the curvature: large balls could take all of them, and small ones
-/// come later.
+/// Records are far too few for the curvature: large balls could take all of them, and small
+/// ones come later.
 #[test]
 fn a_small_budget_reaches_all_surfaces() {
     const SMALL_RADIUS: f32 = 0.03;

@@ -218,8 +218,8 @@ fn more_lights_than_a_vertex_asks_are_no_picture() {
     if let Some(found) = found_or_refused(path(1024), "fewer lights") {
         assert!(relative_mse(&found, &expected) < 1e-6, "a wrong picture without a word");
     }
-    // Photons are distributed to lights differently; nearly all visible light comes straight from
-    // the lights.
+    // Photons are distributed to lights differently; nearly all visible light comes straight
+    // from the lights.
     if let Some(found) = found_or_refused(photon(512), "fewer lights") {
         let energy = |picture: &[[f32; 3]]| picture.as_flattened().iter().map(|v| f64::from(*v)).sum::<f64>();
         let ratio = energy(&found) / energy(&photon(1).unwrap());

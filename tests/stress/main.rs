@@ -62,8 +62,8 @@ fn the_box(set: &[String]) -> Scene {
     Scene::load("box", &LoadOptions { set: changes, ..LoadOptions::default() }).unwrap()
 }
 
-/// A closed room with a block in it, 64×48 pixels. Few records cover it, because it has no curved
-/// surface.
+/// A closed room with a block in it, 64×48 pixels. Few records cover it, because it has
+/// no curved surface.
 fn room() -> Scene {
     let mut scene = shapes::closed_box(Vec3::new(1.0, 0.8, 1.2), 0.5);
     let block = shapes::closed_box(Vec3::new(0.3, 0.2, 0.3), 0.5).triangles.into_iter().map(|triangle| {

@@ -1,5 +1,5 @@
-//! Lights on walls, in corners and inside solids: results are finite, and distant surface does not
-//! change.
+//! Lights on walls, in corners and inside solids: results are finite, and distant surface
+//! does not change.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_finite, positions, prepare, relative_mse, render, room};

@@ -36,8 +36,8 @@ fn reported_bytes_are_those_of_the_records_that_a_frame_gathers() {
     assert!(moved.gathered > 0 && passes(&moved, "gather") == 1, "{}", moved.gathered);
     assert_eq!(moved.bytes["gather"], gathering(&renderer, moved.gathered));
 
-    // A new view reads the splat weights to build the list of needed records. An edit of a light
-    // does not.
+    // A new view reads the splat weights to build the list of needed records. An edit of a
+    // light does not.
     renderer.move_light(0, Vec3::new(0.01, 0.0, 0.0)).unwrap();
     let lit = renderer.frame().unwrap();
     let listed = |report: &FrameReport| report.bytes["needed_records"];

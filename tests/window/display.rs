@@ -18,8 +18,8 @@ const LEAVES: Duration = Duration::from_secs(5);
 /// cannot be captured.
 pub const SCREEN: (u32, u32) = (1600, 1000);
 
-/// A separate X server for each test: input has one pointer and one focus, which tests must not
-/// share.
+/// A separate X server for each test: input has one pointer and one focus, which tests
+/// must not share.
 pub struct Display {
     name: String,
     server: Child,

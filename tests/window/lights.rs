@@ -47,7 +47,7 @@ irradiance = [2.0, 2.0, 2.0]
 /// Names of the lights in the panel, from the top.
 const NAMES: [Point; 3] = [(SIDE as i32 + 93, 69), (SIDE as i32 + 93, 90), (SIDE as i32 + 93, 111)];
 
-/// Distance of handles from their light, points: of the aim, and of the rim of a cone.
+/// Distance of gizmos from their light, points: of the aim, and of the rim of a cone.
 const AIM: f32 = 110.0;
 const RIM: f32 = 84.0;
 
@@ -78,12 +78,12 @@ impl Sight {
         points * (2.0 * self.view.up.length() * depth / self.side).min(0.5 * depth / AIM)
     }
 
-    /// The handle of an aim.
+    /// The gizmo of an aim.
     fn aim(&self, light: Vec3, direction: Vec3) -> Vec2 {
         self.seen(light + self.metres(light, AIM) * direction)
     }
 
-    /// The handle on the rim of a cone.
+    /// The gizmo on the rim of a cone.
     fn rim(&self, light: Vec3, direction: Vec3, angle: f32) -> Vec2 {
         let side = direction.cross((light - self.view.position).normalize()).normalize();
         let (sin, cos) = angle.sin_cos();
@@ -114,7 +114,7 @@ impl<'a> Room<'a> {
         self.scene.lights[index].kind
     }
 
-    /// Selects a light and drags its handle. Returns the light as it is saved then. The drag must
+    /// Selects a light and drags its gizmo. Returns the light as it is saved then. The drag must
     /// change the picture, and undo must restore picture and scene.
     fn drag(&self, index: usize, from: Vec2, to: Vec2) -> LightKind {
         let client = self.demo.client();
@@ -167,7 +167,7 @@ fn assert_near(found: Vec3, wanted: Vec3) {
 }
 
 #[test]
-fn spots_areas_and_suns_are_dragged_by_their_handles() {
+fn spots_areas_and_suns_are_dragged_by_their_gizmos() {
     let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
     let room = Room::open(&display, folder.path());
     let sight = &room.sight;

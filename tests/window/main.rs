@@ -1,5 +1,5 @@
-//! The window as a user sees it: a screen of its own, input of mouse and keyboard, and captured
-//! pixels.
+//! The window as a user sees it: a screen of its own, input of mouse and keyboard,
+//! and captured pixels.
 //!
 //! A test that fails leaves the window's last picture in `target/window-failures`.
 #![cfg(all(target_os = "linux", feature = "window"))]

@@ -39,8 +39,8 @@ pub fn mean_difference(a: &RgbImage, b: &RgbImage, area: Area) -> f64 {
     sum as f64 / (3 * area.pixels()) as f64
 }
 
-/// Number of pixels in `area` with a code that differs by more than `codes`; all if the sizes
-/// differ.
+/// Number of pixels in `area` with a code that differs by more than `codes`; all if
+/// the sizes differ.
 pub fn changed_pixels(a: &RgbImage, b: &RgbImage, area: Area, codes: u8) -> usize {
     if a.dimensions() != b.dimensions() {
         return area.pixels();

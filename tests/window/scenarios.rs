@@ -56,8 +56,8 @@ pub const ASIDE: Point = (SIDE as i32 - 2, SIDE as i32 - 2);
 pub use crate::HANG as READY;
 pub use crate::HANG as SOON;
 
-/// The Box in a window that is ready for input. Panels are hidden, so that the picture fills the
-/// window.
+/// The Box in a window that is ready for input. Panels are hidden, so that the picture
+/// fills the window.
 pub fn open(display: &Display) -> Demo<'_> {
     open_with(display, &[])
 }
@@ -88,7 +88,7 @@ pub fn changed(demo: &Demo, before: &RgbImage) -> RgbImage {
 }
 
 /// Position of the light's gizmo in a viewport that fills the window.
-pub fn handle() -> Point {
+pub fn gizmo() -> Point {
     let options = LoadOptions { size: Some([SIDE; 2]), ..LoadOptions::default() };
     let scene = Scene::load("box", &options).unwrap();
     let view = View::from(&scene.cameras[0]);
@@ -100,7 +100,7 @@ pub fn handle() -> Point {
 
 /// Drags the light 60 points to the right.
 pub fn drag_light(demo: &Demo) {
-    let (x, y) = handle();
+    let (x, y) = gizmo();
     demo.drag(1, (x, y), (x + 60, y), 12);
 }
 
@@ -280,8 +280,8 @@ fn a_monkey_does_no_harm() {
     // Two rounds of the same input: allocations at first use happen in the first round.
     let mut memory = [0, 1].map(|_| {
         Monkey::new(&demo, setting("LIGHTPATHS_MONKEY_SEED", 1), &CHORDS).act(actions);
-        // Some lists keep the length that the camera's views needed, until the picture changes its
-        // size.
+        // Some lists keep the length that the camera's views needed, until the picture
+        // changes its size.
         demo.client().tap(&[], keys::of('1'));
         demo.client().tap(&[], keys::HOME);
         for width in [SIDE + 64, SIDE] {

@@ -10,7 +10,7 @@ use crate::display::{Display, SCREEN};
 use crate::keys;
 use crate::manager::Manager;
 use crate::picture::{Area, changed_pixels, colours};
-use crate::scenarios::{BOX, READY, SIDE, SOON, changed, close, handle, settled};
+use crate::scenarios::{BOX, READY, SIDE, SOON, changed, close, gizmo, settled};
 use crate::until;
 
 fn start<'a>(display: &'a Display, scale: &str, extra: &[&str]) -> Demo<'a> {
@@ -66,7 +66,7 @@ fn on_a_screen_of_small_pixels_panels_are_twice_as_large_and_the_picture_is_as_f
     assert!(colours(&before, panels) > 100, "panels");
 
     // The pointer finds the light where it is drawn.
-    let (x, y): Point = handle();
+    let (x, y): Point = gizmo();
     demo.drag(1, (x, y), (x + 60, y), 12);
     let after = changed(&demo, &before);
     let share = changed_pixels(&before, &after, below, 2) as f64 / below.pixels() as f64;

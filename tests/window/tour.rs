@@ -170,8 +170,8 @@ fn sizes_in_quick_succession(demo: &Demo, _: &RgbImage) {
 /// Processor time of a process so far, clock ticks.
 fn ticks(process: u32) -> u64 {
     let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
-    // The name in brackets may contain spaces; user and system time are the 12th and 13th fields
-    // after it.
+    // The name in brackets may contain spaces; user and system time are the 12th and 13th
+    // fields after it.
     let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
     fields[11].parse::<u64>().unwrap() + fields[12].parse::<u64>().unwrap()
 }

@@ -34,8 +34,8 @@ pub enum Seen {
     Close,
 }
 
-/// A window in its own thread. Its colour encodes the number of button presses and its size: see
-/// [`colour`].
+/// A window in its own thread. Its colour encodes the number of button presses and its
+/// size: see [`colour`].
 pub struct Toy {
     seen: Arc<Mutex<Vec<Seen>>>,
     is_over: Arc<AtomicBool>,
@@ -65,7 +65,7 @@ impl Toy {
         self.seen.lock().unwrap().clone()
     }
 
-    /// Freezes or thaws the toy: a frozen one handles no events.
+    /// Freezes or thaws the toy: a frozen one gizmos no events.
     pub fn freeze(&self, is_frozen: bool) {
         self.is_frozen.store(is_frozen, Ordering::Relaxed);
     }

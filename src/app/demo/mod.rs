@@ -5,7 +5,7 @@ mod cells;
 mod document;
 mod files;
 mod films;
-mod handles;
+mod gizmos;
 mod layered;
 mod navigate;
 mod open;

@@ -164,7 +164,7 @@ fn place(camera: &mut Camera, position: DVec3, ahead: DVec3) {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::super::handles::Lens;
+    use super::super::gizmos::Projection;
     use super::*;
     use crate::cpu::sampling::sample_3d;
 
@@ -180,7 +180,7 @@ pub(super) mod tests {
     }
 
     fn seen(camera: &Camera, point: Vec3) -> Vec2 {
-        Lens::new(camera, Vec2::ZERO, Vec2::new(800.0, 600.0)).project(point).unwrap().0
+        Projection::new(camera, Vec2::ZERO, Vec2::new(800.0, 600.0)).project(point).unwrap().0
     }
 
     /// Degrees between the view and the nearer pole.
@@ -266,10 +266,10 @@ pub(super) mod tests {
         for i in 0..100 {
             let mut camera = camera();
             let [a, b] = [sample_3d(i, 1), sample_3d(i, 2)];
-            let lens = Lens::new(&camera, Vec2::ZERO, Vec2::new(800.0, 600.0));
-            let (origin, way) = lens.ray(a.truncate() * Vec2::new(800.0, 600.0));
+            let projection = Projection::new(&camera, Vec2::ZERO, Vec2::new(800.0, 600.0));
+            let (origin, way) = projection.ray(a.truncate() * Vec2::new(800.0, 600.0));
             let point = origin + way * (0.5 + 20.0 * a.z);
-            let (from, depth) = lens.project(point).unwrap();
+            let (from, depth) = projection.project(point).unwrap();
             let shift = (b.truncate() - 0.5) * 400.0;
             pan(&mut camera, shift, 600.0, depth);
             assert!(seen(&camera, point).distance(from + shift) < 0.02);

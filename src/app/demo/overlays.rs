@@ -1,10 +1,10 @@
-//! Overlays on the picture: lights and their handles, cache points, rays and paths.
+//! Overlays on the picture: lights and their gizmos, cache points, rays and paths.
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape as Drawn, Stroke, Ui, pos2};
 use glam::{Vec2, Vec3};
 
 use super::document::LightEntry;
-use super::handles::{Axis, Handle, Lens, Part, Shape};
+use super::gizmos::{Axis, Gizmo, Part, Projection, Shape};
 use super::panels::{AXES, PALETTE};
 use super::session::Session;
 use super::ui_state::{UiState, View};
@@ -47,7 +47,7 @@ impl Overlays {
     pub(super) fn paint(
         &mut self,
         ui: &Ui,
-        lens: Lens,
+        projection: Projection,
         area: Rect,
         session: &Session,
         ui_state: &UiState,
@@ -60,9 +60,9 @@ impl Overlays {
         match ui_state.view {
             View::CachePoints => {
                 let pointer = ui.input(|input| input.pointer.hover_pos());
-                self.points(&painter, lens, session.version, renderer, pointer)
+                self.points(&painter, projection, session.version, renderer, pointer)
             }
-            View::Inspect => self.rays(&painter, lens, renderer, ui_state, session),
+            View::Inspect => self.rays(&painter, projection, renderer, ui_state, session),
             _ => Ok(()),
         }
     }
@@ -72,7 +72,7 @@ impl Overlays {
     fn points(
         &mut self,
         painter: &Painter,
-        lens: Lens,
+        projection: Projection,
         version: u64,
         renderer: &Renderer,
         pointer: Option<Pos2>,
@@ -88,8 +88,8 @@ impl Overlays {
         let pointer = pointer.map(|pointer| Vec2::new(pointer.x, pointer.y));
         let mut dots = egui::Mesh::default();
         for point in &self.cache_points {
-            let Some((seen, depth)) = lens.project(point.position) else { continue };
-            let [x, y] = lens.pixel(seen, *size);
+            let Some((seen, depth)) = projection.project(point.position) else { continue };
+            let [x, y] = projection.pixel(seen, *size);
             let shown = depths[(y * size[0] + x) as usize];
             let rect = painter.clip_rect();
             if depth > shown * (1.0 + DEPTH_SLACK) || !rect.contains(pos2(seen.x, seen.y)) {
@@ -98,7 +98,7 @@ impl Overlays {
             let dot = Rect::from_center_size(pos2(seen.x, seen.y), egui::vec2(2.0, 2.0));
             dots.add_colored_rect(dot, PALETTE[3]);
             if pointer.is_some_and(|pointer| pointer.distance(seen) < NEAR) {
-                ring(painter, lens, point, PALETTE[0]);
+                ring(painter, projection, point, PALETTE[0]);
             }
         }
         painter.add(Drawn::mesh(dots));
@@ -110,7 +110,7 @@ impl Overlays {
     fn rays(
         &mut self,
         painter: &Painter,
-        lens: Lens,
+        projection: Projection,
         renderer: &Renderer,
         ui_state: &UiState,
         session: &Session,
@@ -128,9 +128,9 @@ impl Overlays {
                     }
                 }
             }
-            if let Some((seen, _)) = lens.project(place.position) {
+            if let Some((seen, _)) = projection.project(place.position) {
                 let points: Vec<CachePoint> = renderer.stages().cache_points.read()?;
-                let records = renderer.records_at(lens.pixel(seen, renderer.size()))?;
+                let records = renderer.records_at(projection.pixel(seen, renderer.size()))?;
                 self.lines.records = records.iter().map(|found| points[found.record as usize]).collect();
             }
             if let Some(entry) = renderer.entry_point_near(place.position)? {
@@ -139,18 +139,18 @@ impl Overlays {
             }
         }
         let line = |[a, b]: [Vec3; 2], width: f32, colour: Color32| {
-            if let Some(ends) = lens.segment(a, b) {
+            if let Some(ends) = projection.segment(a, b) {
                 painter.line_segment(ends.map(pos), Stroke::new(width, colour));
             }
         };
         self.lines.lost.iter().for_each(|ray| line(*ray, 1.0, PALETTE[4].gamma_multiply(0.6)));
         self.lines.rays.iter().for_each(|ray| line(*ray, 1.0, PALETTE[0].gamma_multiply(0.8)));
-        self.lines.records.iter().for_each(|point| ring(painter, lens, point, PALETTE[3]));
+        self.lines.records.iter().for_each(|point| ring(painter, projection, point, PALETTE[3]));
         for ends in self.lines.path.windows(2) {
             line([ends[0], ends[1]], 3.0, PALETTE[1]);
         }
         for point in &self.lines.path {
-            if let Some((seen, _)) = lens.project(*point) {
+            if let Some((seen, _)) = projection.project(*point) {
                 painter.circle(pos(seen), 4.0, PALETTE[1], Stroke::new(1.0, Color32::BLACK));
             }
         }
@@ -159,14 +159,14 @@ impl Overlays {
 }
 
 /// Draws a cache point's validity disc.
-fn ring(painter: &Painter, lens: Lens, point: &CachePoint, colour: Color32) {
+fn ring(painter: &Painter, projection: Projection, point: &CachePoint, colour: Color32) {
     let (right, up) = point.normal.any_orthonormal_pair();
     let corner = |step: usize| {
         let (sin, cos) = (std::f32::consts::TAU * step as f32 / CIRCLE as f32).sin_cos();
         point.position + point.radius * (cos * right + sin * up)
     };
     for step in 0..CIRCLE {
-        if let Some(ends) = lens.segment(corner(step), corner(step + 1)) {
+        if let Some(ends) = projection.segment(corner(step), corner(step + 1)) {
             painter.line_segment(ends.map(pos), Stroke::new(1.0, colour));
         }
     }
@@ -193,18 +193,18 @@ pub(super) fn caption(painter: &Painter, place: Vec2, text: &str) {
     painter.galley(rect.min, galley, Color32::WHITE);
 }
 
-/// Draws the handles of the chosen light; the held or hovered one is highlighted.
-pub(super) fn light_handles(painter: &Painter, handles: &[Handle], held: Option<Part>) {
-    for handle in handles {
-        let colour = match handle.axis {
+/// Draws the gizmos of the chosen light; the held or hovered one is highlighted.
+pub(super) fn light_gizmos(painter: &Painter, gizmos: &[Gizmo], held: Option<Part>) {
+    for gizmo in gizmos {
+        let colour = match gizmo.axis {
             Some(Axis::X) => AXES[0],
             Some(Axis::Y) => AXES[1],
             Some(Axis::Z) => AXES[2],
             None => Color32::WHITE,
         };
-        let is_held = held == Some(handle.part);
+        let is_held = held == Some(gizmo.part);
         let width = if is_held { 3.5 } else { 2.0 };
-        for shape in &handle.shapes {
+        for shape in &gizmo.shapes {
             match shape {
                 Shape::Disc { centre, radius } => {
                     let radius = if is_held { radius + 1.5 } else { *radius };

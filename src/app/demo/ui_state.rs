@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// The item that panels and handles edit.
+/// The item that panels and gizmos edit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Chosen {
     Nothing,
@@ -27,7 +27,7 @@ pub(super) enum View {
     Inspect,
 }
 
-/// A request that the window handles outside of the panels.
+/// A request that the window gizmos outside of the panels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Request {
     Save,

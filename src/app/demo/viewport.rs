@@ -5,7 +5,7 @@ use std::time::Instant;
 use egui::{CentralPanel, Color32, Frame, Key, PointerButton, Rect, Response, Sense, Ui, pos2};
 use glam::{Vec2, Vec3};
 
-use super::handles::{Drag, Lens, Part, handles, hit};
+use super::gizmos::{Drag, Part, Projection, gizmos, hit};
 use super::navigate::{self, Held};
 use super::overlays;
 use super::session::Session;
@@ -18,7 +18,7 @@ use crate::scene::Camera;
 const PATIENCE_S: f64 = 0.15;
 /// Range of a picture's width and height, pixels.
 const SIDES: [u32; 2] = [16, 8192];
-/// Largest distance between the pointer and a handle that it takes, points.
+/// Largest distance between the pointer and a gizmo that it takes, points.
 const TOLERANCE: f32 = 6.0;
 /// Largest distance between a click and a light's mark, points.
 const MARK: f32 = 10.0;
@@ -26,7 +26,7 @@ const MARK: f32 = 10.0;
 const TURN: f32 = 0.006;
 /// Fraction of the distance that remains per point of the wheel.
 const WHEEL: f32 = 0.996;
-/// Snap step of handles with Ctrl, in scene sizes.
+/// Snap step of gizmos with Ctrl, in scene sizes.
 const SNAP: f32 = 0.01;
 /// Speed of the flying camera, scene sizes a second.
 const SPEED: f32 = 0.2;
@@ -38,14 +38,14 @@ pub(super) struct Viewport {
     hold: Option<Hold>,
     /// Pointer position at the last movement of the held part.
     pointer: Vec2,
-    /// Position of handles of lights at infinity; fixed during a drag.
+    /// Position of gizmos of lights at infinity; fixed during a drag.
     anchor: Vec3,
 }
 
 /// The object that the pointer holds.
 enum Hold {
-    /// A handle, and the identifier of its light.
-    Handle(Drag, u64),
+    /// A gizmo, and the identifier of its light.
+    Gizmo(Drag, u64),
     Orbit(Vec3),
     Pan(f32),
     Look,
@@ -72,7 +72,7 @@ impl Viewport {
         Self { size: ([0, 0], Instant::now()), hold: None, pointer: Vec2::ZERO, anchor: Vec3::ZERO }
     }
 
-    /// Draws the picture in the area that the panels leave, and handles its input.
+    /// Draws the picture in the area that the panels leave, and gizmos its input.
     pub(super) fn show(
         &mut self,
         ui: &mut Ui,
@@ -86,14 +86,14 @@ impl Viewport {
             self.fit(ui, session, ui_state, area);
             let response = ui.allocate_rect(area, Sense::click_and_drag());
             self.fly(ui, session, ui_state);
-            let lens = lens(&session.camera, area);
-            self.take(ui, &response, lens, session, ui_state)?;
+            let projection = projection(&session.camera, area);
+            self.take(ui, &response, projection, session, ui_state)?;
             self.drag(ui, &response, session, ui_state, area);
             self.wheel(ui, &response, session, ui_state)?;
             draw(ui, area, textures, ui_state.split);
-            let lens = self::lens(&session.camera, area);
-            overlays.paint(ui, lens, area, session, ui_state)?;
-            self.draw_lights(ui, &response, lens, session, ui_state);
+            let projection = self::projection(&session.camera, area);
+            overlays.paint(ui, projection, area, session, ui_state)?;
+            self.draw_lights(ui, &response, projection, session, ui_state);
             Ok(())
         });
         shown.inner
@@ -158,7 +158,7 @@ impl Viewport {
         &mut self,
         ui: &Ui,
         response: &Response,
-        lens: Lens,
+        projection: Projection,
         session: &mut Session,
         ui_state: &mut UiState,
     ) -> Result<()> {
@@ -167,26 +167,26 @@ impl Viewport {
             // The release event has the clicked point; the pointer may have moved since.
             && let Some(pointer) = ui.input(|input| input.events.iter().find_map(released))
         {
-            self.choose(vec(pointer), lens, session, ui_state)?;
+            self.choose(vec(pointer), projection, session, ui_state)?;
         }
         if !response.drag_started() {
             return Ok(());
         }
         let Some(start) = ui.input(|input| input.pointer.press_origin()).map(vec) else { return Ok(()) };
-        let seen = surface(session, lens, start)?;
+        let seen = surface(session, projection, start)?;
         let pivot = seen.map_or(session.camera.target, |place| place.position);
         self.pointer = start;
-        let depth = (pivot - lens.eye()).dot(lens.forward()).max(1e-3 * size(session));
+        let depth = (pivot - projection.eye()).dot(projection.forward()).max(1e-3 * size(session));
         let is_primary = response.drag_started_by(PointerButton::Primary);
         let on_wipe = ui_state.split.is_some_and(|wipe| {
             (response.rect.left() + wipe * response.rect.width() - start.x).abs() < TOLERANCE
         });
-        let part = self.part_at(start, lens, session, ui_state);
+        let part = self.part_at(start, projection, session, ui_state);
         self.hold = Some(match part {
             Some((part, id)) if is_primary => {
                 let kind = session.document.lights.iter().find(|entry| entry.id == id);
                 let Some(kind) = kind.map(|entry| entry.light.kind) else { return Ok(()) };
-                Hold::Handle(Drag::begin(&lens, &kind, part, self.anchor, start), id)
+                Hold::Gizmo(Drag::begin(&projection, &kind, part, self.anchor, start), id)
             }
             _ if is_primary && on_wipe => Hold::Wipe,
             _ if response.drag_started_by(PointerButton::Middle) || modifiers.shift => Hold::Pan(depth),
@@ -222,10 +222,10 @@ impl Viewport {
         let snap = ui.input(|input| input.modifiers.command).then_some(SNAP * size(session));
         let camera = &mut session.camera;
         match &self.hold {
-            Some(Hold::Handle(drag, id)) => {
-                let lens = lens(camera, area);
+            Some(Hold::Gizmo(drag, id)) => {
+                let projection = projection(camera, area);
                 if let Some(entry) = session.document.lights.iter_mut().find(|entry| entry.id == *id) {
-                    entry.light.kind = drag.to(&lens, vec(pointer), snap);
+                    entry.light.kind = drag.to(&projection, vec(pointer), snap);
                 }
             }
             Some(Hold::Wipe) => {
@@ -247,8 +247,8 @@ impl Viewport {
         let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
         let factor = WHEEL.powf(scroll) / pinch;
         if factor != 1.0 && factor.is_finite() {
-            let lens = lens(&session.camera, response.rect);
-            let seen = surface(session, lens, vec(pointer))?;
+            let projection = projection(&session.camera, response.rect);
+            let seen = surface(session, projection, vec(pointer))?;
             let towards = seen.map_or(session.camera.target, |place| place.position);
             let size = size(session);
             navigate::dolly(&mut session.camera, towards, factor, size);
@@ -257,9 +257,15 @@ impl Viewport {
     }
 
     /// Chooses the light whose mark was clicked, else the surface there.
-    fn choose(&mut self, pointer: Vec2, lens: Lens, session: &Session, ui_state: &mut UiState) -> Result<()> {
+    fn choose(
+        &mut self,
+        pointer: Vec2,
+        projection: Projection,
+        session: &Session,
+        ui_state: &mut UiState,
+    ) -> Result<()> {
         let marks = session.document.lights.iter().filter_map(|entry| {
-            let (mark, _) = lens.project(entry.light.kind.position()?)?;
+            let (mark, _) = projection.project(entry.light.kind.position()?)?;
             Some((mark.distance(pointer), entry.id))
         });
         if let Some((away, id)) = marks.min_by(|a, b| a.0.total_cmp(&b.0))
@@ -268,7 +274,7 @@ impl Viewport {
             ui_state.chosen = Chosen::Light(id);
             return Ok(());
         }
-        ui_state.place = surface(session, lens, pointer)?;
+        ui_state.place = surface(session, projection, pointer)?;
         match ui_state.place {
             Some(place) if ui_state.view != View::Inspect => {
                 ui_state.chosen = Chosen::Material(place.material);
@@ -282,61 +288,61 @@ impl Viewport {
     fn part_at(
         &self,
         pointer: Vec2,
-        lens: Lens,
+        projection: Projection,
         session: &Session,
         ui_state: &UiState,
     ) -> Option<(Part, u64)> {
         let Chosen::Light(id) = ui_state.chosen else { return None };
         let entry = session.document.lights.iter().find(|entry| entry.id == id)?;
-        Some((hit(&handles(&lens, &entry.light.kind, self.anchor), pointer, TOLERANCE)?, id))
+        Some((hit(&gizmos(&projection, &entry.light.kind, self.anchor), pointer, TOLERANCE)?, id))
     }
 
-    /// Draws a mark for each light, and the handles of the chosen one.
+    /// Draws a mark for each light, and the gizmos of the chosen one.
     fn draw_lights(
         &mut self,
         ui: &Ui,
         response: &Response,
-        lens: Lens,
+        projection: Projection,
         session: &Session,
         ui_state: &UiState,
     ) {
         let painter = ui.painter_at(response.rect);
         if self.hold.is_none() {
-            self.anchor = lens.eye() + 0.15 * size(session) * lens.forward();
+            self.anchor = projection.eye() + 0.15 * size(session) * projection.forward();
         }
         let pointer = response.hover_pos().map(vec);
         for entry in &session.document.lights {
             let is_chosen = ui_state.chosen == Chosen::Light(entry.id);
-            if let Some((mark, _)) = entry.light.kind.position().and_then(|place| lens.project(place)) {
+            if let Some((mark, _)) = entry.light.kind.position().and_then(|place| projection.project(place)) {
                 overlays::mark(&painter, mark, entry, is_chosen);
                 if pointer.is_some_and(|pointer| pointer.distance(mark) < MARK) && !is_chosen {
                     overlays::caption(&painter, mark, &entry.light.name);
                 }
             }
             if is_chosen {
-                let handles = handles(&lens, &entry.light.kind, self.anchor);
+                let gizmos = gizmos(&projection, &entry.light.kind, self.anchor);
                 let held = match &self.hold {
-                    Some(Hold::Handle(drag, _)) => Some(drag.part()),
+                    Some(Hold::Gizmo(drag, _)) => Some(drag.part()),
                     Some(_) => None,
-                    None => pointer.and_then(|pointer| hit(&handles, pointer, TOLERANCE)),
+                    None => pointer.and_then(|pointer| hit(&gizmos, pointer, TOLERANCE)),
                 };
-                overlays::light_handles(&painter, &handles, held);
+                overlays::light_gizmos(&painter, &gizmos, held);
             }
         }
     }
 }
 
-/// The lens of the picture's area.
-fn lens(camera: &Camera, area: Rect) -> Lens {
+/// The projection of the picture's area.
+fn projection(camera: &Camera, area: Rect) -> Projection {
     // A picture that waits for its new size is stretched, and the overlays are too.
-    Lens::new(camera, vec(area.min), Vec2::new(area.width(), area.height()))
+    Projection::new(camera, vec(area.min), Vec2::new(area.width(), area.height()))
 }
 
 /// The surface under the pointer. `None` until the light paths are traced.
-fn surface(session: &Session, lens: Lens, pointer: Vec2) -> Result<Option<Place>> {
+fn surface(session: &Session, projection: Projection, pointer: Vec2) -> Result<Option<Place>> {
     let Some(renderer) = session.renderer() else { return Ok(None) };
     let size = renderer.size();
-    let pixel = lens.pixel(pointer, size);
+    let pixel = projection.pixel(pointer, size);
     let found = renderer.surface_at(pixel)?;
     Ok(found.map(|found| Place { position: found.position, normal: found.normal, material: found.material }))
 }

@@ -67,8 +67,8 @@ impl Image {
                     size[0], size[1]
                 ))
             })?;
-        // SAFETY: the memory is the allocator's, fits the requirements, and outlives the image (see
-        // `drop`).
+        // SAFETY: the memory is the allocator's, fits the requirements, and outlives the
+        // image (see `drop`).
         let bound =
             unsafe { context.device.bind_image_memory(handle, allocation.memory(), allocation.offset()) };
         image.allocation = Some(allocation);

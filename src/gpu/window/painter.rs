@@ -146,8 +146,8 @@ impl WindowPainter {
         Ok(PictureId(self.pictures.len() - 1))
     }
 
-    /// Sets the size of a picture; its texture stays. The content is undefined before
-    /// [`Self::show`].
+    /// Sets the size of a picture; its texture stays. The content is
+    /// undefined before [`Self::show`].
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -254,8 +254,8 @@ impl WindowPainter {
         Ok(Shown::NotNow)
     }
 
-    /// Creates the swapchain anew. Returns false if the window has no area, or if the surface was
-    /// lost again.
+    /// Creates the swapchain anew. Returns false if the window has no area, or if the surface
+    /// was lost again.
     fn renew_swapchain(&mut self, window: &dyn WindowHandles) -> Result<bool> {
         self.frame.wait()?;
         if self.surface.is_none() && !self.renew_surface(window)? {
@@ -285,8 +285,8 @@ impl WindowPainter {
         Ok(())
     }
 
-    /// Creates another surface, which may be on another screen. Returns false if it was lost at
-    /// once.
+    /// Creates another surface, which may be on another screen. Returns false if it was
+    /// lost at once.
     fn renew_surface(&mut self, window: &dyn WindowHandles) -> Result<bool> {
         let raw = RawSurface::new(self.context.vulkan_instance().clone(), window)?;
         let surface = Surface::new(raw, &self.context);

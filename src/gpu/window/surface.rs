@@ -42,8 +42,8 @@ impl RawSurface {
         let display = window.display_handle().map_err(|error| no_window(&error.to_string()))?;
         let handle = window.window_handle().map_err(|error| no_window(&error.to_string()))?;
         let (entry, raw) = (instance.entry(), &instance.raw);
-        // SAFETY: both handles are alive, and the caller keeps the window until the surface is
-        // gone.
+        // SAFETY: both handles are alive, and the caller keeps the window until the
+        // surface is gone.
         let handle =
             unsafe { ash_window::create_surface(entry, raw, display.as_raw(), handle.as_raw(), None) }
                 .vk("vkCreateSurfaceKHR")?;

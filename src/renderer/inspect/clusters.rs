@@ -16,8 +16,8 @@ pub struct ClusterAt {
 }
 
 impl Renderer {
-    /// Number of levels of the hierarchy: the first is the base, with the finest cells; the last is
-    /// the root.
+    /// Number of levels of the hierarchy: the first is the base, with the finest cells; the last
+    /// is the root.
     pub fn hvds_level_count(&self) -> u32 {
         self.cluster_tables.hvds.levels.len() as u32
     }

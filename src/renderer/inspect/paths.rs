@@ -14,8 +14,8 @@ pub struct PathPoint {
     pub position: Vec3,
     /// Unit geometric normal on the side that it lies on.
     pub normal: Vec3,
-    /// Base cluster that the vertex contributes to. `None` inside a solid, where surface is
-    /// interior.
+    /// Base cluster that the vertex contributes to. `None` inside a solid, where
+    /// surface is interior.
     pub cluster: Option<u32>,
     /// Fraction of the path's flux that arrives here, per channel, with the materials of the last
     /// frame. If the entry point is glossy, the fraction of the flux after the first bounce. Zero

@@ -60,8 +60,8 @@ fn hierarchy(hvds: &Hvds) -> Result<(), CacheMiss> {
     let areas = hvds.areas_m2.iter().chain(&hvds.shown_m2);
     demand(areas.into_iter().all(|area| area.is_finite() && *area >= 0.0), "areas")?;
 
-    // Children of a cluster are contiguous, in the order of their parents, and each cluster has a
-    // child.
+    // Children of a cluster are contiguous, in the order of their parents, and each cluster
+    // has a child.
     for (level, up) in hvds.levels.iter().zip(&hvds.levels[1..]) {
         let mut next = up.start;
         for &parent in &hvds.parents[level.start as usize..level.end as usize] {

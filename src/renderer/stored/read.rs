@@ -1,5 +1,5 @@
-//! Restores the precomputation from a file. Results that follow quickly from the scene are computed
-//! again.
+//! Restores the precomputation from a file. Results that follow quickly from the scene
+//! are computed again.
 
 use super::checks::{self, has_images};
 use super::contents::Contents;
@@ -166,8 +166,8 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     })
 }
 
-/// Adds the precomputation's warnings about lights and materials, in its order. Lights may have
-/// moved since.
+/// Adds the precomputation's warnings about lights and materials, in its order. Lights may
+/// have moved since.
 fn warn(
     scene: &mut Scene,
     contents: &Contents,

@@ -34,8 +34,8 @@ const EARLY: [&CStr; 6] = [
 static FOUND: LazyLock<Mutex<HashMap<(usize, &CStr), vk::PFN_vkVoidFunction>>> =
     LazyLock::new(Mutex::default);
 
-/// The loader's data for a layer that creates an instance or a device (`VkLayerInstanceCreateInfo`,
-/// `VkLayerDeviceCreateInfo`).
+/// The loader's data for a layer that creates an instance or a
+/// device (`VkLayerInstanceCreateInfo`, `VkLayerDeviceCreateInfo`).
 #[repr(C)]
 struct Link {
     kind: vk::StructureType,

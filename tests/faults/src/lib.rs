@@ -1,5 +1,5 @@
-//! A Vulkan layer that makes calls fail. The driver does not receive these calls, so they have no
-//! effect.
+//! A Vulkan layer that makes calls fail. The driver does not receive these calls, so they
+//! have no effect.
 //!
 //! `LIGHTPATHS_FAULTS` lists the faults, separated by commas.
 //! `vkAcquireNextImageKHR:5:VK_ERROR_SURFACE_LOST_KHR` makes the fifth call fail,

@@ -103,7 +103,7 @@ impl WindowState {
         }
     }
 
-    /// Handles an out-of-memory error: raises an alarm and hides the additional pictures.
+    /// Gizmos an out-of-memory error: raises an alarm and hides the additional pictures.
     /// Returns other errors.
     pub(super) fn tolerate(&mut self, done: Result<()>) -> Result<()> {
         match done {

@@ -14,7 +14,7 @@ const FARTHEST: f32 = 1e4;
 
 /// A camera and its picture's rectangle on the screen: y down, points.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::app::demo) struct Lens {
+pub(in crate::app::demo) struct Projection {
     view: View,
     /// Upper left corner of the picture, points.
     min: Vec2,
@@ -22,8 +22,8 @@ pub(in crate::app::demo) struct Lens {
     size: Vec2,
 }
 
-impl Lens {
-    /// The lens of a picture with its upper left corner at `min`.
+impl Projection {
+    /// The projection of a picture with its upper left corner at `min`.
     pub(in crate::app::demo) fn new(camera: &Camera, min: Vec2, size: Vec2) -> Self {
         Self { view: View::from(camera), min, size: size.max(Vec2::ONE) }
     }
@@ -105,52 +105,55 @@ mod tests {
 
     #[test]
     fn rays_are_those_of_the_renderer() {
-        let (lens, view) = (Lens::new(&camera(), MIN, SIZE), View::from(&camera()));
+        let (projection, view) = (Projection::new(&camera(), MIN, SIZE), View::from(&camera()));
         for i in 0..500 {
             let sample = 2.0 * sample_3d(i, 1) - 1.0;
             let way = (view.forward + sample.x * view.right - sample.y * view.up).normalize();
             let seen = MIN + 0.5 * SIZE * (1.0 + sample.truncate());
-            let (origin, direction) = lens.ray(seen);
+            let (origin, direction) = projection.ray(seen);
             assert!(origin == view.position && direction.distance(way) < 1e-6);
-            let (back, depth) = lens.project(origin + direction * (2.0 + sample.z)).unwrap();
+            let (back, depth) = projection.project(origin + direction * (2.0 + sample.z)).unwrap();
             assert!(back.distance(seen) < 1e-3, "{back} {seen}");
             assert!((depth - (2.0 + sample.z) * way.dot(view.forward)).abs() < 1e-5);
-            assert!(lens.project(origin - direction).is_none());
+            assert!(projection.project(origin - direction).is_none());
         }
-        let corner = lens.ray(MIN).1;
+        let corner = projection.ray(MIN).1;
         assert!(corner.dot(view.right) < 0.0 && corner.dot(view.up) > view.forward.dot(view.up));
         for wild in [Vec2::splat(1e30), Vec2::splat(f32::INFINITY)] {
-            assert!(lens.ray(wild).1.is_finite());
+            assert!(projection.ray(wild).1.is_finite());
         }
     }
 
     #[test]
     fn a_point_of_the_screen_covers_what_it_says() {
-        let lens = Lens::new(&camera(), MIN, SIZE);
+        let projection = Projection::new(&camera(), MIN, SIZE);
         let [right, up, forward] = camera().frame();
         let middle = camera().position + 4.0 * forward;
         for side in [right, up] {
-            let [a, b] =
-                [middle, middle + side * lens.metres_per_point(4.0)].map(|p| lens.project(p).unwrap().0);
+            let [a, b] = [middle, middle + side * projection.metres_per_point(4.0)]
+                .map(|p| projection.project(p).unwrap().0);
             assert!((a.distance(b) - 1.0).abs() < 1e-3);
         }
     }
 
     #[test]
     fn lines_end_before_the_camera() {
-        let lens = Lens::new(&camera(), MIN, SIZE);
+        let projection = Projection::new(&camera(), MIN, SIZE);
         let [right, up, forward] = camera().frame();
         let (eye, side) = (camera().position, 0.3 * right - 0.2 * up);
         let [ahead, behind] = [eye + 4.0 * forward + side, eye - 2.0 * forward + side];
-        let [from, to] = lens.segment(ahead, behind).unwrap();
-        assert_eq!(from, lens.project(ahead).unwrap().0);
+        let [from, to] = projection.segment(ahead, behind).unwrap();
+        assert_eq!(from, projection.project(ahead).unwrap().0);
         // Still on the line, far outside the picture.
-        let (between, _) = lens.project(ahead.lerp(behind, 0.4)).unwrap();
+        let (between, _) = projection.project(ahead.lerp(behind, 0.4)).unwrap();
         assert!((between - from).normalize().dot((to - from).normalize()) > 0.99999);
         assert!(to.distance(from) > 1e4);
-        assert_eq!(lens.segment(behind, ahead), Some([to, from]));
-        assert_eq!(lens.segment(behind, behind + side), None);
+        assert_eq!(projection.segment(behind, ahead), Some([to, from]));
+        assert_eq!(projection.segment(behind, behind + side), None);
         let nearer = eye + forward;
-        assert_eq!(lens.segment(ahead, nearer), Some([ahead, nearer].map(|p| lens.project(p).unwrap().0)));
+        assert_eq!(
+            projection.segment(ahead, nearer),
+            Some([ahead, nearer].map(|p| projection.project(p).unwrap().0))
+        );
     }
 }

@@ -1,14 +1,14 @@
-//! Handles of lights, drawn over the picture and dragged by the pointer. Their size on the screen
-//! is constant. The handles at the ends of an area light's edges lie at their true positions.
+//! Gizmos of lights, drawn over the picture and dragged by the pointer. Their size on the screen
+//! is constant. The gizmos at the ends of an area light's edges lie at their true positions.
 
 mod drag;
-mod lens;
+mod projection;
 
 use glam::{Vec2, Vec3};
 
 use crate::scene::LightKind;
 pub(super) use drag::Drag;
-pub(super) use lens::Lens;
+pub(super) use projection::Projection;
 
 /// Distances from the light at which axis arrows start and end, points.
 const ARROW: [f32; 2] = [14.0, 70.0];
@@ -16,7 +16,7 @@ const ARROW: [f32; 2] = [14.0, 70.0];
 const HEAD: [f32; 2] = [12.0, 5.0];
 /// Near and far side of the plane squares, distances from the light in points.
 const SQUARE: [f32; 2] = [24.0, 40.0];
-/// Distance of the aim handle ahead of the light, points.
+/// Distance of the aim gizmo ahead of the light, points.
 const AIM: f32 = 110.0;
 /// Distance of the drawn cone rim from the light, points.
 const RIM: f32 = 84.0;
@@ -24,9 +24,9 @@ const RIM: f32 = 84.0;
 const MIDDLE_RADIUS: f32 = 9.0;
 /// Radius of the other discs, points.
 const KNOB_RADIUS: f32 = 6.0;
-/// Sine of the angle to the line of sight below which an axis or a plane has no handle.
+/// Sine of the angle to the line of sight below which an axis or a plane has no gizmo.
 const EDGE_ON: f32 = 0.15;
-/// Edges shorter than this have no handles, points: they would overlap the middle disc.
+/// Edges shorter than this have no gizmos, points: they would overlap the middle disc.
 const SHORTEST_EDGE: f32 = 36.0;
 
 /// An axis of the scene.
@@ -84,7 +84,7 @@ pub(super) enum Shape {
 
 /// A draggable part and its shapes.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Handle {
+pub(super) struct Gizmo {
     pub(super) part: Part,
     /// Axis that gives the colour: the part moves along or across it.
     pub(super) axis: Option<Axis>,
@@ -92,39 +92,39 @@ pub(super) struct Handle {
     pub(super) shapes: Vec<Shape>,
 }
 
-/// The handles of a light, in drawing order. A light at infinity has its handles at `anchor`. Empty
-/// if the origin of the handles is behind the camera.
-pub(super) fn handles(lens: &Lens, kind: &LightKind, anchor: Vec3) -> Vec<Handle> {
+/// The gizmos of a light, in drawing order. A light at infinity has its gizmos at `anchor`. Empty
+/// if the origin of the gizmos is behind the camera.
+pub(super) fn gizmos(projection: &Projection, kind: &LightKind, anchor: Vec3) -> Vec<Gizmo> {
     let origin = kind.position().unwrap_or(anchor);
-    let Some((centre, metres)) = scale(lens, origin) else { return Vec::new() };
-    let mut handles = Vec::new();
+    let Some((centre, metres)) = scale(projection, origin) else { return Vec::new() };
+    let mut gizmos = Vec::new();
     if kind.position().is_some() {
-        handles.extend(Axis::ALL.iter().filter_map(|axis| square(lens, origin, metres, *axis)));
-        handles.extend(Axis::ALL.iter().filter_map(|axis| arrow(lens, origin, metres, *axis)));
+        gizmos.extend(Axis::ALL.iter().filter_map(|axis| square(projection, origin, metres, *axis)));
+        gizmos.extend(Axis::ALL.iter().filter_map(|axis| arrow(projection, origin, metres, *axis)));
         let shapes = vec![Shape::Disc { centre, radius: MIDDLE_RADIUS }];
-        handles.push(Handle { part: Part::Middle, axis: None, shapes });
+        gizmos.push(Gizmo { part: Part::Middle, axis: None, shapes });
     }
     if let LightKind::Area { corner, edge_u, edge_v, .. } = *kind {
         for (part, edge) in [(Part::EdgeU, edge_u), (Part::EdgeV, edge_v)] {
-            handles.extend(edge_end(lens, part, [corner, edge, edge_u + edge_v - edge]));
+            gizmos.extend(edge_end(projection, part, [corner, edge, edge_u + edge_v - edge]));
         }
     }
     if let LightKind::Spot { direction, angle, .. } = *kind {
-        handles.extend(cone(lens, origin, metres * RIM, direction, angle));
+        gizmos.extend(cone(projection, origin, metres * RIM, direction, angle));
     }
     if let Some(aim) = aim(kind)
-        && let Some((tip, _)) = lens.project(origin + AIM * metres * aim)
+        && let Some((tip, _)) = projection.project(origin + AIM * metres * aim)
     {
         let shapes = vec![Shape::Guide(vec![centre, tip]), Shape::Disc { centre: tip, radius: KNOB_RADIUS }];
-        handles.push(Handle { part: Part::Aim, axis: None, shapes });
+        gizmos.push(Gizmo { part: Part::Aim, axis: None, shapes });
     }
-    handles
+    gizmos
 }
 
 /// The part under the pointer, the smallest of several. Otherwise the nearest part
 /// within `tolerance` points.
-pub(super) fn hit(handles: &[Handle], pointer: Vec2, tolerance: f32) -> Option<Part> {
-    let places = handles.iter().flat_map(|handle| handle.shapes.iter().map(|shape| (handle.part, shape)));
+pub(super) fn hit(gizmos: &[Gizmo], pointer: Vec2, tolerance: f32) -> Option<Part> {
+    let places = gizmos.iter().flat_map(|gizmo| gizmo.shapes.iter().map(|shape| (gizmo.part, shape)));
     let near = places.filter_map(|(part, shape)| {
         let (away, size) = match shape {
             Shape::Disc { centre, radius } => (pointer.distance(*centre) - radius, *radius),
@@ -138,11 +138,11 @@ pub(super) fn hit(handles: &[Handle], pointer: Vec2, tolerance: f32) -> Option<P
     near.min_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2))).map(|(part, ..)| part)
 }
 
-/// Screen position of the handles' origin, and metres that one point covers there. The scale is
-/// smaller near the camera, so that no handle reaches behind it.
-fn scale(lens: &Lens, origin: Vec3) -> Option<(Vec2, f32)> {
-    let (centre, depth) = lens.project(origin)?;
-    Some((centre, lens.metres_per_point(depth).min(0.5 * depth / AIM)))
+/// Screen position of the gizmos' origin, and metres that one point covers there. The scale is
+/// smaller near the camera, so that no gizmo reaches behind it.
+fn scale(projection: &Projection, origin: Vec3) -> Option<(Vec2, f32)> {
+    let (centre, depth) = projection.project(origin)?;
+    Some((centre, projection.metres_per_point(depth).min(0.5 * depth / AIM)))
 }
 
 /// Unit direction of emission. `None` if the light emits in all directions.
@@ -156,76 +156,76 @@ fn aim(kind: &LightKind) -> Option<Vec3> {
     }
 }
 
-/// Direction to the rim handle of a spot's cone: perpendicular to the axis and the line of sight,
-/// where the handle is seen best.
-fn rim_side(lens: &Lens, origin: Vec3, direction: Vec3) -> Vec3 {
-    let side = direction.cross((origin - lens.eye()).normalize_or_zero());
+/// Direction to the rim gizmo of a spot's cone: perpendicular to the axis and the line of sight,
+/// where the gizmo is seen best.
+fn rim_side(projection: &Projection, origin: Vec3, direction: Vec3) -> Vec3 {
+    let side = direction.cross((origin - projection.eye()).normalize_or_zero());
     if side.length() > 1e-3 { side.normalize() } else { direction.any_orthonormal_vector() }
 }
 
 /// Whether the direction `way` at `origin` points at the viewer.
-fn points_at_viewer(lens: &Lens, origin: Vec3, way: Vec3) -> bool {
-    (origin - lens.eye()).normalize_or_zero().cross(way).length() < EDGE_ON
+fn points_at_viewer(projection: &Projection, origin: Vec3, way: Vec3) -> bool {
+    (origin - projection.eye()).normalize_or_zero().cross(way).length() < EDGE_ON
 }
 
-fn arrow(lens: &Lens, origin: Vec3, metres: f32, axis: Axis) -> Option<Handle> {
-    if points_at_viewer(lens, origin, axis.unit()) {
+fn arrow(projection: &Projection, origin: Vec3, metres: f32, axis: Axis) -> Option<Gizmo> {
+    if points_at_viewer(projection, origin, axis.unit()) {
         return None;
     }
-    let at = |points: f32| Some(lens.project(origin + axis.unit() * metres * points)?.0);
+    let at = |points: f32| Some(projection.project(origin + axis.unit() * metres * points)?.0);
     let (from, tip) = (at(ARROW[0])?, at(ARROW[1])?);
     let along = (tip - from).normalize_or_zero();
     // At most half as long as an arrow that is seen from ahead.
     let neck = tip - along * HEAD[0].min(0.5 * from.distance(tip));
     let head = Shape::Fill(vec![tip, neck + HEAD[1] * along.perp(), neck - HEAD[1] * along.perp()]);
     let shapes = vec![Shape::Line(vec![from, neck]), head];
-    Some(Handle { part: Part::Axis(axis), axis: Some(axis), shapes })
+    Some(Gizmo { part: Part::Axis(axis), axis: Some(axis), shapes })
 }
 
-fn square(lens: &Lens, origin: Vec3, metres: f32, axis: Axis) -> Option<Handle> {
-    let sight = (origin - lens.eye()).normalize_or_zero();
+fn square(projection: &Projection, origin: Vec3, metres: f32, axis: Axis) -> Option<Gizmo> {
+    let sight = (origin - projection.eye()).normalize_or_zero();
     if sight.dot(axis.unit()).abs() < EDGE_ON {
         return None;
     }
     let [a, b] = axis.others().map(|axis| axis.unit() * metres);
     let [near, far] = SQUARE;
     let corners = [[near, near], [far, near], [far, far], [near, far]];
-    let points = corners.iter().map(|[u, v]| Some(lens.project(origin + a * *u + b * *v)?.0));
+    let points = corners.iter().map(|[u, v]| Some(projection.project(origin + a * *u + b * *v)?.0));
     let shapes = vec![Shape::Fill(points.collect::<Option<_>>()?)];
-    Some(Handle { part: Part::Plane(axis), axis: Some(axis), shapes })
+    Some(Gizmo { part: Part::Plane(axis), axis: Some(axis), shapes })
 }
 
-/// Handle at the far end of an area's edge; shows the edge and the opposite one.
-fn edge_end(lens: &Lens, part: Part, [corner, edge, other]: [Vec3; 3]) -> Option<Handle> {
-    let (end, _) = lens.project(corner + edge)?;
-    let sides = [corner, corner + other].map(|from| lens.segment(from, from + edge));
+/// Gizmo at the far end of an area's edge; shows the edge and the opposite one.
+fn edge_end(projection: &Projection, part: Part, [corner, edge, other]: [Vec3; 3]) -> Option<Gizmo> {
+    let (end, _) = projection.project(corner + edge)?;
+    let sides = [corner, corner + other].map(|from| projection.segment(from, from + edge));
     let length = sides[0].map_or(0.0, |[from, to]| from.distance(to));
-    if length < SHORTEST_EDGE || points_at_viewer(lens, corner + edge, edge.normalize_or_zero()) {
+    if length < SHORTEST_EDGE || points_at_viewer(projection, corner + edge, edge.normalize_or_zero()) {
         return None;
     }
     let mut shapes: Vec<_> = sides.into_iter().flatten().map(|side| Shape::Guide(side.to_vec())).collect();
     shapes.push(Shape::Disc { centre: end, radius: KNOB_RADIUS });
-    Some(Handle { part, axis: None, shapes })
+    Some(Gizmo { part, axis: None, shapes })
 }
 
-/// Handle on the rim of a spot's cone; shows the cone.
-fn cone(lens: &Lens, origin: Vec3, reach: f32, direction: Vec3, angle: f32) -> Option<Handle> {
+/// Gizmo on the rim of a spot's cone; shows the cone.
+fn cone(projection: &Projection, origin: Vec3, reach: f32, direction: Vec3, angle: f32) -> Option<Gizmo> {
     const CORNERS: u16 = 48;
     let (sin, cos) = angle.sin_cos();
-    let side = rim_side(lens, origin, direction);
+    let side = rim_side(projection, origin, direction);
     let across = direction.cross(side);
     let at = |turn: f32| {
         let way = cos * direction + sin * (turn.cos() * side + turn.sin() * across);
-        Some(lens.project(origin + reach * way)?.0)
+        Some(projection.project(origin + reach * way)?.0)
     };
     let turns = (0..=CORNERS).map(|i| f32::from(i) * std::f32::consts::TAU / f32::from(CORNERS));
-    let (centre, _) = lens.project(origin)?;
+    let (centre, _) = projection.project(origin)?;
     let shapes = vec![
         Shape::Guide(turns.map(at).collect::<Option<_>>()?),
         Shape::Guide(vec![at(0.0)?, centre, at(std::f32::consts::PI)?]),
         Shape::Disc { centre: at(0.0)?, radius: KNOB_RADIUS },
     ];
-    Some(Handle { part: Part::Cone, axis: None, shapes })
+    Some(Gizmo { part: Part::Cone, axis: None, shapes })
 }
 
 /// Distance from the nearest point of a polyline.

@@ -11,7 +11,7 @@ const AREA: u32 = 2;
 const SPOT: u32 = 1;
 
 /// A direction, a light and a view of it.
-fn case(seed: u32, form: u32) -> (Lens, LightKind, Vec3) {
+fn case(seed: u32, form: u32) -> (Projection, LightKind, Vec3) {
     let way = |k: u32| (2.0 * sample_3d(seed, k) - 1.0).normalize_or(Vec3::X);
     let middle = 10.0 * sample_3d(seed, 100) - 5.0;
     let sample = sample_3d(seed, 101);
@@ -44,11 +44,11 @@ fn case(seed: u32, form: u32) -> (Lens, LightKind, Vec3) {
         }
         _ => LightKind::Directional { direction, irradiance: color },
     };
-    (Lens::new(&camera, Vec2::new(20.0, 40.0), SIZE), kind, middle)
+    (Projection::new(&camera, Vec2::new(20.0, 40.0), SIZE), kind, middle)
 }
 
-fn seen(lens: &Lens, point: Vec3) -> Vec2 {
-    lens.project(point).unwrap().0
+fn seen(projection: &Projection, point: Vec3) -> Vec2 {
+    projection.project(point).unwrap().0
 }
 
 fn pointer(seed: u32) -> Vec2 {
@@ -56,9 +56,9 @@ fn pointer(seed: u32) -> Vec2 {
 }
 
 /// Screen position of a part's disc.
-fn disc(lens: &Lens, kind: &LightKind, anchor: Vec3, requested: Part) -> Option<Vec2> {
-    let handle = handles(lens, kind, anchor).into_iter().find(|handle| handle.part == requested)?;
-    handle.shapes.iter().find_map(|shape| match shape {
+fn disc(projection: &Projection, kind: &LightKind, anchor: Vec3, requested: Part) -> Option<Vec2> {
+    let gizmo = gizmos(projection, kind, anchor).into_iter().find(|gizmo| gizmo.part == requested)?;
+    gizmo.shapes.iter().find_map(|shape| match shape {
         Shape::Disc { centre, .. } => Some(*centre),
         _ => None,
     })
@@ -72,24 +72,24 @@ fn parts() -> Vec<Part> {
 #[test]
 fn what_is_shown_is_hit() {
     for seed in 0..300 {
-        let (lens, kind, anchor) = case(seed, seed % 4);
-        let handles = handles(&lens, &kind, anchor);
-        for handle in &handles {
-            for shape in &handle.shapes {
+        let (projection, kind, anchor) = case(seed, seed % 4);
+        let gizmos = gizmos(&projection, &kind, anchor);
+        for gizmo in &gizmos {
+            for shape in &gizmo.shapes {
                 let place = match shape {
                     Shape::Disc { centre, .. } => *centre,
                     Shape::Line(points) => points[0].midpoint(points[1]),
                     Shape::Fill(points) => points.iter().sum::<Vec2>() / points.len() as f32,
                     Shape::Guide(_) => continue,
                 };
-                // Other handles may cover it; alone it is found.
-                assert!(hit(&handles, place, 5.0).is_some());
-                assert_eq!(hit(std::slice::from_ref(handle), place, 5.0), Some(handle.part));
-                assert_eq!(hit(std::slice::from_ref(handle), place + 2000.0, 5.0), None);
+                // Other gizmos may cover it; alone it is found.
+                assert!(hit(&gizmos, place, 5.0).is_some());
+                assert_eq!(hit(std::slice::from_ref(gizmo), place, 5.0), Some(gizmo.part));
+                assert_eq!(hit(std::slice::from_ref(gizmo), place + 2000.0, 5.0), None);
             }
         }
-        if let Some(knob) = disc(&lens, &kind, anchor, Part::Cone) {
-            assert_eq!(hit(&handles, knob, 5.0), Some(Part::Cone));
+        if let Some(knob) = disc(&projection, &kind, anchor, Part::Cone) {
+            assert_eq!(hit(&gizmos, knob, 5.0), Some(Part::Cone));
         }
     }
 }
@@ -106,13 +106,13 @@ fn what_points_at_the_viewer_is_hidden() {
     };
     let kind = LightKind::Point { position: Vec3::ZERO, intensity: Vec3::ONE };
     let shown = |camera: &Camera| -> Vec<Part> {
-        let handles = handles(&Lens::new(camera, Vec2::ZERO, SIZE), &kind, Vec3::ZERO);
-        handles.iter().map(|handle| handle.part).collect()
+        let gizmos = gizmos(&Projection::new(camera, Vec2::ZERO, SIZE), &kind, Vec3::ZERO);
+        gizmos.iter().map(|gizmo| gizmo.part).collect()
     };
     use Axis::{X, Y, Z};
     assert_eq!(shown(&camera), [Part::Plane(Z), Part::Axis(X), Part::Axis(Y), Part::Middle]);
-    let lens = Lens::new(&camera, Vec2::ZERO, SIZE);
-    let shown_at = handles(&lens, &kind, Vec3::ZERO);
+    let projection = Projection::new(&camera, Vec2::ZERO, SIZE);
+    let shown_at = gizmos(&projection, &kind, Vec3::ZERO);
     assert_eq!(hit(&shown_at, SIZE / 2.0 + Vec2::new(50.0, 1.0), 4.0), Some(Part::Axis(X)));
     assert_eq!(hit(&shown_at, SIZE / 2.0 - Vec2::new(0.0, 50.0), 4.0), Some(Part::Axis(Y)));
     assert_eq!(hit(&shown_at, SIZE / 2.0 + Vec2::new(30.0, -30.0), 4.0), Some(Part::Plane(Z)));
@@ -122,32 +122,32 @@ fn what_points_at_the_viewer_is_hidden() {
     camera.target = Vec3::splat(6.0);
     assert_eq!(shown(&camera), []);
     // A part behind the camera does not move.
-    let lens = Lens::new(&camera, Vec2::ZERO, SIZE);
+    let projection = Projection::new(&camera, Vec2::ZERO, SIZE);
     for part in parts() {
         for kind in [kind, case(1, SPOT).1.moved_to(Vec3::ZERO)] {
-            let drag = Drag::begin(&lens, &kind, part, Vec3::ZERO, SIZE / 2.0);
-            assert_eq!(drag.to(&lens, SIZE / 3.0, None), kind);
+            let drag = Drag::begin(&projection, &kind, part, Vec3::ZERO, SIZE / 2.0);
+            assert_eq!(drag.to(&projection, SIZE / 3.0, None), kind);
         }
     }
-    // In a small picture no handle reaches behind the camera.
+    // In a small picture no gizmo reaches behind the camera.
     camera.target = Vec3::ZERO;
     let kind = LightKind::Directional { direction: Vec3::ONE.normalize(), irradiance: Vec3::ONE };
-    let lens = Lens::new(&camera, Vec2::ZERO, Vec2::new(75.0, 50.0));
-    assert_eq!(handles(&lens, &kind, Vec3::ZERO).len(), 1);
+    let projection = Projection::new(&camera, Vec2::ZERO, Vec2::new(75.0, 50.0));
+    assert_eq!(gizmos(&projection, &kind, Vec3::ZERO).len(), 1);
 }
 
 #[test]
 fn the_smallest_under_the_pointer_is_hit() {
-    let handle = |part, shape| Handle { part, axis: None, shapes: vec![shape] };
-    let handles = [
-        handle(Part::Middle, Shape::Disc { centre: Vec2::ZERO, radius: 9.0 }),
-        handle(Part::Aim, Shape::Disc { centre: Vec2::new(4.0, 0.0), radius: 6.0 }),
-        handle(Part::Cone, Shape::Guide(vec![Vec2::splat(-99.0), Vec2::splat(99.0)])),
+    let gizmo = |part, shape| Gizmo { part, axis: None, shapes: vec![shape] };
+    let gizmos = [
+        gizmo(Part::Middle, Shape::Disc { centre: Vec2::ZERO, radius: 9.0 }),
+        gizmo(Part::Aim, Shape::Disc { centre: Vec2::new(4.0, 0.0), radius: 6.0 }),
+        gizmo(Part::Cone, Shape::Guide(vec![Vec2::splat(-99.0), Vec2::splat(99.0)])),
         // Seen edge-on, without area.
-        handle(Part::EdgeU, Shape::Fill(vec![Vec2::new(500.0, 0.0); 3])),
+        gizmo(Part::EdgeU, Shape::Fill(vec![Vec2::new(500.0, 0.0); 3])),
     ];
-    let at = |x: f32| hit(&handles, Vec2::new(x, 0.0), 3.0);
+    let at = |x: f32| hit(&gizmos, Vec2::new(x, 0.0), 3.0);
     let expected = [None, Some(Part::Middle), Some(Part::Aim), Some(Part::Aim), None];
     assert_eq!([-12.5, -2.5, 0.0, 12.9, 13.5].map(at), expected);
-    assert_eq!(hit(&handles, Vec2::splat(50.0), 3.0), None);
+    assert_eq!(hit(&gizmos, Vec2::splat(50.0), 3.0), None);
 }

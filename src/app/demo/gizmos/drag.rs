@@ -1,8 +1,8 @@
-//! The drag of a light's handle.
+//! The drag of a light's gizmo.
 
 use glam::{DQuat, DVec3, Vec2, Vec3};
 
-use super::{AIM, Lens, Part, RIM, aim, rim_side, scale};
+use super::{AIM, Part, Projection, RIM, aim, rim_side, scale};
 use crate::scene::LightKind;
 
 /// Longest movement of a drag, in distances from the camera.
@@ -21,28 +21,28 @@ const CONE: [f32; 2] = [0.010_001, 89.999_99];
 pub(in crate::app::demo) struct Drag {
     kind: LightKind,
     part: Part,
-    /// Origin of the movement: the far end of an edge, else the origin of the light's handles.
+    /// Origin of the movement: the far end of an edge, else the origin of the light's gizmos.
     origin: Vec3,
     /// Pointer at the start, points.
     start: Vec2,
-    /// From the handle to the pointer at the start, points.
+    /// From the gizmo to the pointer at the start, points.
     grab: Vec2,
     /// The value of [`Drag::movement`] at the start.
     before: Vec3,
     /// Longest movement, metres.
     reach: f32,
-    /// Metres that one point on the screen covers at the handles.
+    /// Metres that one point on the screen covers at the gizmos.
     metres: f32,
-    /// Direction to the handle on the cone's rim.
+    /// Direction to the gizmo on the cone's rim.
     side: Vec3,
     /// Whether the aim points away from the viewer.
     is_far: bool,
 }
 
 impl Drag {
-    /// Starts the drag of a part of a light; `anchor` as for [`super::handles`].
+    /// Starts the drag of a part of a light; `anchor` as for [`super::gizmos`].
     pub(in crate::app::demo) fn begin(
-        lens: &Lens,
+        projection: &Projection,
         kind: &LightKind,
         part: Part,
         anchor: Vec3,
@@ -54,7 +54,7 @@ impl Drag {
             (LightKind::Area { corner, edge_v, .. }, Part::EdgeV) => corner + edge_v,
             _ => place,
         };
-        let metres = scale(lens, place).map_or(0.0, |(_, metres)| metres);
+        let metres = scale(projection, place).map_or(0.0, |(_, metres)| metres);
         let aim = aim(kind).unwrap_or(Vec3::ZERO);
         let mut drag = Self {
             kind: *kind,
@@ -64,18 +64,18 @@ impl Drag {
             grab: Vec2::ZERO,
             before: Vec3::ZERO,
             // A part behind the camera does not move.
-            reach: lens.project(origin).map_or(0.0, |_| REACH * origin.distance(lens.eye())),
+            reach: projection.project(origin).map_or(0.0, |_| REACH * origin.distance(projection.eye())),
             metres,
-            side: rim_side(lens, place, aim),
+            side: rim_side(projection, place, aim),
             is_far: false,
         };
-        let handle = match (*kind, part) {
+        let gizmo = match (*kind, part) {
             (LightKind::Spot { angle, .. }, Part::Cone) => drag.rim(aim, angle),
             _ => origin + AIM * metres * aim,
         };
-        drag.is_far = (handle - origin).dot(handle - lens.eye()) > 0.0;
-        drag.grab = lens.project(handle).map_or(Vec2::ZERO, |(seen, _)| pointer - seen);
-        drag.before = drag.movement(lens, pointer);
+        drag.is_far = (gizmo - origin).dot(gizmo - projection.eye()) > 0.0;
+        drag.grab = projection.project(gizmo).map_or(Vec2::ZERO, |(seen, _)| pointer - seen);
+        drag.before = drag.movement(projection, pointer);
         drag
     }
 
@@ -90,32 +90,37 @@ impl Drag {
     ///
     /// `snap` rounds axis movements and edge lengths to multiples of that many metres. Aims then
     /// snap to 15° of longitude and latitude around y, and cones to 5°.
-    pub(in crate::app::demo) fn to(&self, lens: &Lens, pointer: Vec2, snap: Option<f32>) -> LightKind {
+    pub(in crate::app::demo) fn to(
+        &self,
+        projection: &Projection,
+        pointer: Vec2,
+        snap: Option<f32>,
+    ) -> LightKind {
         if pointer == self.start || !pointer.is_finite() {
             return self.kind;
         }
         let mut kind = self.kind;
         match (&mut kind, self.part) {
             (LightKind::Point { position, .. } | LightKind::Spot { position, .. }, part) if moves(part) => {
-                *position += self.moved(lens, pointer, snap);
+                *position += self.moved(projection, pointer, snap);
             }
             (LightKind::Area { corner, .. }, part) if moves(part) => {
-                *corner += self.moved(lens, pointer, snap);
+                *corner += self.moved(projection, pointer, snap);
             }
             (LightKind::Spot { direction, .. } | LightKind::Directional { direction, .. }, Part::Aim) => {
-                *direction = self.aimed(lens, pointer, snap).unwrap_or(direction.as_dvec3()).as_vec3();
+                *direction = self.aimed(projection, pointer, snap).unwrap_or(direction.as_dvec3()).as_vec3();
             }
             (LightKind::Area { corner, edge_u, edge_v, .. }, Part::Aim) => {
-                if let Some(aimed) = self.aimed(lens, pointer, snap) {
+                if let Some(aimed) = self.aimed(projection, pointer, snap) {
                     turn_area([corner, edge_u, edge_v], aimed);
                 }
             }
             (LightKind::Spot { direction, angle, .. }, Part::Cone) => {
-                *angle = self.opened(lens, pointer, *direction, *angle, snap);
+                *angle = self.opened(projection, pointer, *direction, *angle, snap);
             }
             (LightKind::Area { edge_u: edge, .. }, Part::EdgeU)
             | (LightKind::Area { edge_v: edge, .. }, Part::EdgeV) => {
-                *edge = self.resized(lens, pointer, *edge, snap);
+                *edge = self.resized(projection, pointer, *edge, snap);
             }
             _ => {}
         }
@@ -123,20 +128,20 @@ impl Drag {
     }
 
     /// The light's movement, metres.
-    fn moved(&self, lens: &Lens, pointer: Vec2, snap: Option<f32>) -> Vec3 {
-        let movement = (self.movement(lens, pointer) - self.before).clamp_length_max(self.reach);
+    fn moved(&self, projection: &Projection, pointer: Vec2, snap: Option<f32>) -> Vec3 {
+        let movement = (self.movement(projection, pointer) - self.before).clamp_length_max(self.reach);
         movement.map(|metres| snapped(metres, snap))
     }
 
     /// Vector from the origin to the pointer, within the part's freedom.
-    fn movement(&self, lens: &Lens, pointer: Vec2) -> Vec3 {
+    fn movement(&self, projection: &Projection, pointer: Vec2) -> Vec3 {
         let mut movement = match (self.part, self.kind) {
-            (Part::Middle, _) => self.in_plane(lens, pointer, lens.forward()),
-            (Part::Plane(axis), _) => self.in_plane(lens, pointer, axis.unit()),
-            (Part::Axis(axis), _) => self.along(lens, pointer, axis.unit()),
+            (Part::Middle, _) => self.in_plane(projection, pointer, projection.forward()),
+            (Part::Plane(axis), _) => self.in_plane(projection, pointer, axis.unit()),
+            (Part::Axis(axis), _) => self.along(projection, pointer, axis.unit()),
             (Part::EdgeU, LightKind::Area { edge_u: edge, .. })
             | (Part::EdgeV, LightKind::Area { edge_v: edge, .. }) => {
-                self.along(lens, pointer, edge.normalize_or_zero())
+                self.along(projection, pointer, edge.normalize_or_zero())
             }
             _ => Vec3::ZERO,
         };
@@ -149,8 +154,8 @@ impl Drag {
 
     /// Vector to the point where the pointer's ray meets the plane through the origin. Beyond the
     /// horizon, the farthest point in that direction.
-    fn in_plane(&self, lens: &Lens, pointer: Vec2, normal: Vec3) -> Vec3 {
-        let (eye, ray) = lens.ray(pointer);
+    fn in_plane(&self, projection: &Projection, pointer: Vec2, normal: Vec3) -> Vec3 {
+        let (eye, ray) = projection.ray(pointer);
         let (away, slope) = ((self.origin - eye).dot(normal), ray.dot(normal));
         let meets = eye + ray * (away / slope) - self.origin;
         if away * slope > 0.0 && meets.length_squared().is_finite() {
@@ -161,26 +166,26 @@ impl Drag {
 
     /// Vector to the pointer along a line through the origin. It is found in the plane of the line
     /// that faces the viewer most.
-    fn along(&self, lens: &Lens, pointer: Vec2, way: Vec3) -> Vec3 {
-        let sight = self.origin - lens.eye();
+    fn along(&self, projection: &Projection, pointer: Vec2, way: Vec3) -> Vec3 {
+        let sight = self.origin - projection.eye();
         match (sight - sight.dot(way) * way).try_normalize() {
-            Some(normal) => way * self.in_plane(lens, pointer, normal).dot(way),
+            Some(normal) => way * self.in_plane(projection, pointer, normal).dot(way),
             None => Vec3::ZERO,
         }
     }
 
     /// Direction of the dragged aim. The tip stays on a sphere around the light. A pointer beyond
     /// the sphere's rim moves it onto the other side.
-    fn aimed(&self, lens: &Lens, pointer: Vec2, snap: Option<f32>) -> Option<DVec3> {
+    fn aimed(&self, projection: &Projection, pointer: Vec2, snap: Option<f32>) -> Option<DVec3> {
         let radius = f64::from(AIM * self.metres);
         if radius <= 0.0 {
             return None;
         }
-        let (eye, ray) = lens.ray(pointer - self.grab);
+        let (eye, ray) = projection.ray(pointer - self.grab);
         let ray = ray.as_dvec3().normalize();
         let sight = self.origin.as_dvec3() - eye.as_dvec3();
         let across = ray * sight.dot(ray) - sight;
-        // The scale of the handles guarantees that a ray away from the sphere misses it by two
+        // The scale of the gizmos guarantees that a ray away from the sphere misses it by two
         // radii or more.
         let off = across.length() / radius;
         let (off, is_far) = if off > 1.0 { ((2.0 - off).max(0.0), !self.is_far) } else { (off, self.is_far) };
@@ -197,10 +202,17 @@ impl Drag {
         Some(DVec3::new(cos * east, sin, cos * south).map(whole))
     }
 
-    /// Half-angle of the cone, radians, whose rim handle is nearest to the pointer on the screen.
-    fn opened(&self, lens: &Lens, pointer: Vec2, direction: Vec3, before: f32, snap: Option<f32>) -> f32 {
+    /// Half-angle of the cone, radians, whose rim gizmo is nearest to the pointer on the screen.
+    fn opened(
+        &self,
+        projection: &Projection,
+        pointer: Vec2,
+        direction: Vec3,
+        before: f32,
+        snap: Option<f32>,
+    ) -> f32 {
         let away = |degrees: f32| {
-            let seen = lens.project(self.rim(direction, degrees.to_radians()));
+            let seen = projection.project(self.rim(direction, degrees.to_radians()));
             seen.map_or(f32::INFINITY, |(seen, _)| seen.distance(pointer - self.grab))
         };
         let nearest = (0..=90u8).map(f32::from).min_by(|a, b| away(*a).total_cmp(&away(*b)));
@@ -214,16 +226,16 @@ impl Drag {
         degrees.clamp(CONE[0], CONE[1]).to_radians()
     }
 
-    /// Position of the rim handle for a cone's half-angle, radians.
+    /// Position of the rim gizmo for a cone's half-angle, radians.
     fn rim(&self, direction: Vec3, angle: f32) -> Vec3 {
         let (sin, cos) = angle.sin_cos();
         self.origin + RIM * self.metres * (cos * direction + sin * self.side)
     }
 
     /// The edge with the length that the pointer sets.
-    fn resized(&self, lens: &Lens, pointer: Vec2, edge: Vec3, snap: Option<f32>) -> Vec3 {
+    fn resized(&self, projection: &Projection, pointer: Vec2, edge: Vec3, snap: Option<f32>) -> Vec3 {
         let (length, way) = (edge.length(), edge.normalize_or_zero());
-        let longer = (self.movement(lens, pointer) - self.before).dot(way);
+        let longer = (self.movement(projection, pointer) - self.before).dot(way);
         let least = SHORTEST.min(length);
         way * snapped(length + longer, snap).clamp(least, length + self.reach)
     }

@@ -38,7 +38,7 @@ terms() {
     replaced '\bnarrow.?gaps?\b' 'narrow cavity' "${all[@]}"
     replaced '\bunmixed\b' 'consistent' "${all[@]}"
     replaced '\bcut.short\b' 'truncated' "${all[@]}"
-    replaced '\bjournal\b' 'timeline' "${all[@]}"
+    replaced '\bjournal\b' 'timeline' "${all[@]}" ':!docs/references.md'
     replaced '\brivals?\b(?!")' 'baseline' "${all[@]}" ':!src/app/sweep/results.rs'
     replaced '\bsurvey(s|ed|or)?\b' 'size field' "${all[@]}"
     replaced '\bfollows_addresses\b' 'USE_BUFFER_DEVICE_ADDRESS' "${all[@]}"
@@ -56,7 +56,7 @@ sentences() {
                 count = split(text, parts, /[.!?]["\x27)*_]*( |$)/)
                 for (i = 1; i <= count; i++) {
                     words = gsub(/[^[:space:]]+/, "&", parts[i])
-                    if (words > 0) print file ":" start ": " words " words: " substr(parts[i], 1, 80)
+                    if (words > 0) print file ":" start ": " words " words" kind ": " substr(parts[i], 1, 80)
                 }
                 text = ""
             }
@@ -64,7 +64,9 @@ sentences() {
             is_code || /^#/ || /^ *</ || /^\|[-| :]*$/ { flush(); next }
             /^\|/ {
                 flush(); start = NR; cells = split($0, cell, "|")
+                kind = " in a cell"
                 for (i = 2; i < cells; i++) { text = cell[i]; flush() }
+                kind = ""
                 next
             }
             /^[[:space:]]*$/ || /^ *[-*] / || /^ *[0-9]+\. / { flush() }
@@ -77,8 +79,10 @@ long_sentences() { sentences | awk '{ count = $2 } count > 40'; }
 # Doc lines of two words or fewer.
 short_docs() { git grep -nIE '^ *//[/!] +[^ ]+( [^ ]+)?$' -- src examples | grep -vE '# (Errors|Panics)$' || true; }
 # Comments and prose that are longer than 100 columns; tables and links are not wrapped.
-long_comments() { git grep -nIE '^ *//.{98}|^ *//.*.{98}$' -- "${code[@]}" | awk -F: '{ line = $0; sub(/^[^:]*:[^:]*:/, "", line); if (length(line) > 100) print }'; }
-long_prose() { git grep -nIE '^[^|].{100}' -- "${prose[@]}" | grep -E '^[^:]*\.md:' | grep -vE ':[0-9]+: *(\||!\[|\[|<|https?:)' || true; }
+long_comments() { git grep -nIP '^(?=.{101}) *//(?!! \|)' -- "${code[@]}" || true; }
+long_prose() {
+    git grep -nIP '^(?! *(\||!\[|\[|<|https?:)).{101}' -- "${prose[@]}" | grep -a '^[^:]*\.md:' || true
+}
 banned() {
     git grep -nIPi '\b(nobody|all that|so many|so large a|without a word|takes? care of|those that)\b' -- "${code[@]}" "${prose[@]}" | grep -vE '"[^"]*(nobody|so many)[^"]*"' || true
 }
@@ -95,7 +99,8 @@ banned 3000'
 case ${1:-} in
     --show) "$2" ;;
     --figures)
-        sentences | awk '{ words += $2 } END { printf "mean words a sentence: %.1f of %d sentences\n", words / NR, NR }'
+        sentences | grep -av ' words in a cell: ' | awk '{ words += $2 }
+            END { printf "mean words a sentence outside of tables: %.1f of %d sentences\n", words / NR, NR }'
         awk '{ all += length($0); digits += gsub(/[0-9]/, "&") }
             END { printf "README.md: %d lines, %.1f %% digits\n", NR, 100 * digits / all }' README.md
         while read -r name limit; do echo "$name: $(count "$name") (limit $limit)"; done <<<"$limits"

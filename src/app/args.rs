@@ -33,7 +33,7 @@ pub(super) struct SceneArgs {
     /// Overrides one key of the scene file, as in --set quality.cache_points=8000; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Lets a scene or film read files outside of its own folder: for files from people you trust
+    /// Allows a scene or film to read files outside of its folder. Only for files that you trust
     #[arg(long)]
     allow_outside: bool,
 }
@@ -41,12 +41,12 @@ pub(super) struct SceneArgs {
 /// Where light paths are kept.
 #[derive(Clone, Debug, Args)]
 pub(super) struct CacheArgs {
-    /// Keeps light paths in this folder, and takes them from there as long as they would come out
-    /// the same; or from a file that `precompute` wrote
+    /// Folder in which light paths are stored, and reused while nothing that they depend on
+    /// changes; or a file that `precompute` wrote
     #[arg(long, value_name = "DIR")]
     cache: Option<PathBuf>,
-    /// What the light paths in the folder take at most, as in 500M or 8G; those that were not used
-    /// for longest go [default: 4G]
+    /// Size of the folder at most, as in 500M or 8G. Files that were unused for longest are deleted
+    /// [default: 4G]
     #[arg(long, value_name = "SIZE", requires = "cache", value_parser = parse_bytes)]
     cache_limit: Option<u64>,
 }

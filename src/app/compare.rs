@@ -23,19 +23,19 @@ use crate::metrics::{self, Comparison, PIXELS_PER_DEGREE, ZTest};
 pub(super) struct Compare {
     /// The image to judge: .exr or .png
     image: PathBuf,
-    /// What it should be
+    /// The image that it should be
     reference: PathBuf,
     /// Prints the figures as JSON
     #[arg(long)]
     json: bool,
-    /// Writes a picture of where they differ
+    /// Writes a picture of the differences
     #[arg(long, value_name = "FILE.png")]
     heatmap: Option<PathBuf>,
     /// What the heat map shows: FLIP from 0 to 1, or the relative error on a logarithmic
     /// scale [default: flip]
     #[arg(long, value_enum, requires = "heatmap")]
     heatmap_of: Option<HeatmapOf>,
-    /// Fails with exit code 1 where relMSE is above this
+    /// Exits with code 1 if relMSE is above this
     #[arg(long, value_name = "X", value_parser = parse_bound)]
     max_relmse: Option<f64>,
     /// Layer of both EXR files [default: the image itself]

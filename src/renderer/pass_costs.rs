@@ -62,8 +62,8 @@ impl Renderer {
                 u64::from(light.samples) * (sample_count + u64::from(of_crossed) * u64::from(crossed));
         }
         let records = self.gather.records.bytes();
-        // Passes of the same name share one entry. The gather passes (ahead, again in narrow
-        // cavities, and the rest) take the mean.
+        // Passes of the same name share one entry, which is their mean: gather passes ahead of the
+        // frame's own, again in narrow cavities, and the rest.
         let gathers = passes.iter().filter(|pass| pass.name == Gather::STEM).count();
         let scope = self.scopes.of(self.skips);
         let ahead = scope.source_count + self.gathered_again(scope).map(|again| again.1).sum::<u32>();

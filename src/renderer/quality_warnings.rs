@@ -1,4 +1,4 @@
-//! Quality warnings: they name what the settings do not resolve in a scene.
+//! Quality warnings: they name the features of a scene that the settings do not resolve.
 
 use super::precompute::{FINEST, finest_cells};
 use crate::passes::frame::gloss::is_little;

@@ -1,4 +1,4 @@
-//! `render --exact`.
+//! `render --exact`, as scripts use it.
 
 use super::{assert_refused, folder_with, listing, render, run};
 use lightpaths::image::read;

@@ -64,7 +64,7 @@ fn a_light_that_few_entry_points_carry_is_told() {
     assert_silent(&context());
 }
 
-/// The room stands beside a box with the camera and a light. The box opens away from the sun.
+/// The room is beside a box with the camera and a light. The box opens away from the sun.
 #[test]
 fn what_few_entry_points_carry_where_no_camera_looks_is_not_told() {
     let mut scene = room(0.1, 0.0);

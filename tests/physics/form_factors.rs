@@ -1,4 +1,4 @@
-//! Form factors: the share of light paths that leave one surface and arrive at another.
+//! Form factors: the fraction of light paths that leave one surface and arrive at another.
 
 use std::sync::Arc;
 
@@ -16,18 +16,17 @@ use lightpaths::scene::{Scene, bvh::Bvh, grid, hvds::Hvds, shapes, surfaces};
 const PATHS: u32 = 200_000;
 const CELLS: u32 = 16;
 
-/// Targets of each path in order, then one entry for its last vertex: material of every vertex but
-/// the last, whose surface nothing left any more.
+/// Targets of all paths in order. The last vertex of a path has no target.
 struct Walks {
-    /// Material where each path starts.
+    /// Material at the start of each path.
     starts: Vec<u32>,
-    /// Targets along each path: as many as it has vertices, less one.
+    /// Targets along each path: one fewer than its vertices.
     targets: Vec<Vec<u32>>,
     lost: u64,
 }
 
-/// Traces the light paths of a scene as the precomputation does, all sides that see
-/// something taking part.
+/// Traces the light paths of a scene as the precomputation does; all sides that see something take
+/// part.
 fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     let bvh = Bvh::build(&scene.triangles).unwrap();
     scene.triangles = bvh.order.iter().map(|&index| scene.triangles[index as usize]).collect();
@@ -38,7 +37,7 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
         SceneBuffers::new(context, &bvh, &scene.triangles, &surfaces, &[], &scene.materials).unwrap();
     let (low, high) = scene.bounds();
     let hvds = Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, CELLS), CELLS);
-    // As dense everywhere: a path is a path.
+    // Uniform density, so that all paths have the same weight.
     let strata = Strata::new(&hvds, &vec![1.0; hvds.fragments.len()], PATHS);
     let clusters = ClusterTables::new(&hvds, &strata.in_clusters).upload(context).unwrap();
     let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, 3).unwrap();
@@ -66,22 +65,21 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     Walks { starts, targets, lost: paths.lost }
 }
 
-/// Gives every pair of triangles, which is one rectangle of the scene, a material of its own.
+/// Gives each pair of triangles, a rectangle of the scene, its own material.
 fn tell_rectangles_apart(scene: &mut Scene) {
     let wall = scene.materials[0].clone();
     scene.materials = vec![wall; scene.triangles.len() / 2];
     scene.triangles.iter_mut().enumerate().for_each(|(index, t)| t.material = index as u32 / 2);
 }
 
-/// Form factor of a point at height 1 over the corner of an x × y rectangle that lies parallel
-/// to its surface.
+/// Form factor of a point at height 1 over the corner of a parallel x × y rectangle.
 fn corner_form_factor(x: f64, y: f64) -> f64 {
     let term = |a: f64, b: f64| a / (1.0 + a * a).sqrt() * (b / (1.0 + a * a).sqrt()).atan();
     (term(x, y) + term(y, x)) / std::f64::consts::TAU
 }
 
-/// Form factor from one square to a parallel, coaxial one, the distance between them 1: the exact
-/// form factor of a point, averaged over the first square by the midpoint rule.
+/// Form factor from one square to a parallel, coaxial one at distance 1: the exact form factor of a
+/// point, averaged over the first square by the midpoint rule.
 fn square_form_factor(from: f64, to: f64) -> f64 {
     const STEPS: u32 = 400;
     let middle = |i: u32| from * ((f64::from(i) + 0.5) / f64::from(STEPS) - 0.5);
@@ -97,9 +95,9 @@ fn square_form_factor(from: f64, to: f64) -> f64 {
     sum / f64::from(STEPS * STEPS)
 }
 
-/// Share of the paths from each of two squares that arrive at the other.
+/// Fraction of the paths from each of two squares that arrive at the other.
 fn exchanged(scene: &mut Scene) -> [f64; 2] {
-    // Nothing is absorbed: a path ends where it leaves the scene.
+    // No surface absorbs: a path ends where it leaves the scene.
     tell_rectangles_apart(scene);
     let walks = walk(&context(), scene);
     assert_eq!(walks.lost, 0);
@@ -115,7 +113,8 @@ fn facing_unit_squares_exchange_what_the_closed_form_says() {
     assert_close("the integral itself", square_form_factor(1.0, 1.0), 0.199_825, 1e-5);
     let measured = exchanged(&mut shapes::facing_squares(1.0, 1.0, 1.0));
     for share in measured {
-        // 100 000 paths a square, were they independent: 0.6 % of noise; stratified, far less.
+        // 100 000 independent paths for each square would have 0.6 % of noise; stratified ones have
+        // far less.
         assert_close("form factor", share, 0.199_825, 0.005);
     }
     assert_silent(&context());
@@ -154,8 +153,8 @@ fn rows_of_a_closed_box_sum_to_one() {
     tell_rectangles_apart(&mut scene);
     let walks = walk(&context(), &mut scene);
     assert_eq!(walks.lost, 0);
-    // Roulette starts after six reflections at the earliest (0.9⁶ > ½): a shorter path has found a
-    // way out of the box.
+    // Roulette starts after six reflections at the earliest (0.9⁶ > ½): a shorter path has escaped
+    // from the box.
     assert!(walks.targets.iter().all(|targets| targets.len() >= 6), "no path escapes");
     for from in 0..6 {
         let mut row = [0_u32; 6];
@@ -163,7 +162,7 @@ fn rows_of_a_closed_box_sum_to_one() {
         paths.for_each(|(_, targets)| row[targets[1] as usize] += 1);
         let total: u32 = row.iter().sum();
         for (to, &count) in (0..6).zip(&row) {
-            // A wall's opposite stands three places further on.
+            // The opposite wall has an index larger by three.
             let expected = if to == from {
                 0.0
             } else if to == (from + 3) % 6 {

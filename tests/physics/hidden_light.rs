@@ -1,5 +1,5 @@
-//! A light just behind a screen, both in one cell with the wall: what gather rays read where they
-//! meet the screen. [Yue §5, Figure 3]
+//! A light just behind a screen, both in one cell with the wall: the clusters that gather rays read
+//! at the screen. [Yue §5, Figure 3]
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, render};
@@ -8,10 +8,11 @@ use lightpaths::renderer::{Exact, Renderer, Stage};
 use lightpaths::scene::{LightKind, Quality, shapes};
 use lightpaths::types::{CachePoint, Record};
 
-/// What the statistics call clusters that hold surface in a narrow cavity, and surface outside.
+/// Name in the statistics of clusters with surface inside and outside a narrow cavity.
 const INCONSISTENT: &str = "clusters of inconsistent visibility";
 
-/// Relative errors of the irradiance gathered at cache points of a kind: of the mean, and RMS.
+/// Relative errors of the gathered irradiance at the cache points of one kind: of the mean, and
+/// RMS.
 fn errors(renderer: &Renderer, exact: &[Vec3], is_meant: fn(&CachePoint) -> bool) -> [f64; 2] {
     let points: Vec<CachePoint> = renderer.stages().cache_points.read().unwrap();
     let records: Vec<Record> = renderer.stages().gathered.read().unwrap();
@@ -29,12 +30,12 @@ fn errors(renderer: &Renderer, exact: &[Vec3], is_meant: fn(&CachePoint) -> bool
     [sum / expected, (squares / count).sqrt()]
 }
 
-/// On the wall that the screen faces.
+/// Cache points on the wall that the screen faces.
 fn faces_the_screen(point: &CachePoint) -> bool {
     point.normal.x < -0.9 && point.position.x > 0.9
 }
 
-/// On the four walls between.
+/// Cache points on the four walls between.
 fn stands_beside(point: &CachePoint) -> bool {
     point.normal.x.abs() < 0.1
 }
@@ -42,7 +43,7 @@ fn stands_beside(point: &CachePoint) -> bool {
 #[test]
 fn light_behind_a_screen_stays_there() {
     let [without, with] = [false, true].map(|occlusion| {
-        // Rays so few and wide that they read cells as large as the gap.
+        // Rays that are few and wide, so that they read cells as large as the gap.
         let quality = Quality { entry_points: 100_000, gather_rays: 16, occlusion, ..SMALL };
         let renderer = render(shapes::hidden_light(0.8, 0.16, 0.5), quality);
         let statistics = renderer.statistics().unwrap();
@@ -55,8 +56,8 @@ fn light_behind_a_screen_stays_there() {
         println!("occlusion {occlusion}: mean and RMS error facing, beside: {kinds:.3?}");
         kinds
     });
-    // Wrong by more than there is of it; then right in the mean, and in each point but for the
-    // noise of sixteen rays.
+    // Without occlusion, the error exceeds the irradiance. With it, the mean is right, and each
+    // point is within the noise of sixteen rays.
     assert!(without[0][0] > 0.8, "without proxies the hidden light leaks: {without:?}");
     assert!(with[0][0].abs() < 0.12 && with[1][0].abs() < 0.12, "{with:?}");
     assert!(with[0][1] < 0.6 && with[1][1] < 0.6, "{with:?}");
@@ -66,8 +67,8 @@ fn light_behind_a_screen_stays_there() {
     assert_silent(&context());
 }
 
-/// The paper's Figure 3 in gaps that hold both surfaces in one cell of the finest level: found at
-/// precompute, and refined.
+/// The paper's Figure 3, in gaps with both surfaces in one cell of the finest level: the
+/// precomputation detects and refines them.
 fn check_gaps(gaps: &[f32]) {
     for &gap in gaps {
         let quality = Quality { entry_points: 200_000, gather_rays: 144, ..SMALL };
@@ -77,8 +78,8 @@ fn check_gaps(gaps: &[f32]) {
         let exact = renderer.exact_irradiance(exact).unwrap();
         let kinds = [errors(&renderer, &exact, faces_the_screen), errors(&renderer, &exact, stands_beside)];
         println!("gap {gap}: mean and RMS error facing, beside: {kinds:.3?}");
-        // Before there was any of it: +2 443 % and +662 % in the narrower one, +58 % and +20 %
-        // in the other.
+        // Without refinement: +2 443 % and +662 % in the narrower gap, +58 % and +20 % in the
+        // other.
         for [mean, rms] in kinds {
             assert!(mean.abs() < 0.12 && rms < 0.4, "{kinds:?}");
         }
@@ -97,7 +98,7 @@ fn gaps_nearly_as_wide_as_a_cell_are_refined() {
     check_gaps(&[0.1]);
 }
 
-/// The same at the paper's settings; of their cache points every twentieth, for each ray's hit
+/// The same at the paper's settings, with a twentieth of the cache points, because each ray's hit
 /// is path traced.
 #[test]
 #[ignore = "full size: make stress"]
@@ -121,8 +122,8 @@ fn a_gap_at_the_papers_settings_keeps_its_light() {
     assert_silent(&context());
 }
 
-/// Where few entry points are as near to a light as its gap is wide, the number that is
-/// told is enough.
+/// If few entry points are within a gap's width of a light, the number in the warning is
+/// sufficient.
 #[test]
 fn a_light_in_too_narrow_a_gap_is_told() {
     let warning = |gap, entry_points| {
@@ -142,8 +143,8 @@ fn a_light_in_too_narrow_a_gap_is_told() {
     assert_silent(&context());
 }
 
-/// Gaps are found wherever the lights are: one that moves in gives the picture of a cold start
-/// with it there.
+/// Gaps are detected for any position of the lights: a light that moves into one gives the picture
+/// of a cold start.
 #[test]
 fn a_light_that_moves_into_a_gap_is_as_good_as_loaded() {
     let quality = Quality { entry_points: 20_000, ..SMALL };

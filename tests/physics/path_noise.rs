@@ -1,4 +1,4 @@
-//! What the path tracer says of its own noise, and what it does not lose.
+//! The path tracer's estimate of its own noise, and the accuracy of its sums.
 
 use crate::common::{assert_silent, context};
 use crate::path_tracer::trace;
@@ -6,7 +6,7 @@ use glam::Vec3;
 use lightpaths::reference::{Picture, Progressive};
 use lightpaths::scene::{LightKind, Scene, shapes};
 
-/// A room whose light is uneven, its paths named by `seed`.
+/// A room with uneven light; `seed` selects the random sequence.
 fn room(seed: u32) -> Scene {
     let mut scene = shapes::closed_box(Vec3::new(2.0, 1.0, 1.5), 0.6);
     scene.quality.seed = seed;
@@ -27,14 +27,14 @@ fn the_stated_variance_is_that_of_independent_pictures() {
     };
     let mean = (0..a.len()).map(z2).sum::<f64>() / a.len() as f64;
     println!("mean z² {mean:.3}");
-    // Of 1024 pixels: 4.4 % of its own noise, and as much for the two scales.
+    // 1024 pixels have 4.4 % of their own noise, and as much from the two scales.
     assert!((mean - 1.0).abs() < 0.2, "mean z² {mean}");
     assert_silent(&context());
 }
 
 #[test]
 fn the_halves_are_independent() {
-    // Even light: what is not the mean is noise.
+    // Uniform light: each difference from the mean is noise.
     let scene = shapes::integrating_sphere(1.0, 3, 0.5, Vec3::ZERO, 10.0);
     let tracer = trace(scene, [32, 32], 16);
     let apart = tracer.halves().unwrap().map(|half| {
@@ -68,10 +68,10 @@ fn the_same_samples_give_the_same_bytes_however_they_are_asked_for() {
     assert_silent(&context());
 }
 
-/// The mean of equal samples equals one sample. A plain sum of as many as each half of the picture
-/// has is off by more than `plain_error`.
+/// The mean of equal samples equals one sample. A plain f32 sum of the samples of one half has an
+/// error above `plain_error`.
 fn check_many_samples(samples: u32, plain_error: f32) {
-    // A plane under a sun: every sample is the same.
+    // A plane under a directional light: all samples are the same.
     let mut scene = shapes::facing_squares(100.0, 0.0, 0.7);
     scene.triangles.truncate(2);
     scene.lights[0].kind =
@@ -82,7 +82,7 @@ fn check_many_samples(samples: u32, plain_error: f32) {
     let tracer = trace(scene, [1, 1], samples);
     let mean = tracer.picture().unwrap().beauty[0];
     for (mean, once) in mean.into_iter().zip(once) {
-        // All but equal: interpolated normals are unit to some units in the last place.
+        // Almost equal: interpolated normals have unit length within a few ulps.
         assert!((mean / once - 1.0).abs() < 1e-6, "the mean of equal samples: {mean}, {once}");
         let plain = (0..samples / 2).fold(0.0_f32, |sum, _| sum + once) / (samples / 2) as f32;
         assert!(

@@ -1,4 +1,4 @@
-//! Stored light paths: the form of the files, what they hold, and pictures from them.
+//! Stored light paths: the format of the files, their contents, and pictures from them.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "../common/mod.rs"]

@@ -118,7 +118,7 @@ fn a_tile_of_more_records_than_it_goes_through_is_no_picture() {
     let few = one_tile(5_000).unwrap();
     match one_tile(500_000) {
         // A device without an iteration limit.
-        Ok(many) => assert!(relative_mse(&many, &few) < 0.01, "a wrong picture without a word"),
+        Ok(many) => assert!(relative_mse(&many, &few) < 0.01, "a wrong picture unreported"),
         Err(error) => {
             let said = error.to_string();
             assert!(said.contains("lower quality.cache_points"), "{said}");
@@ -150,7 +150,7 @@ fn rays_through_more_boxes_than_they_go_through_find_nothing_without_a_word() {
     let ends = rays.trace(&few.buffers, &queries).unwrap();
     if let Some(found) = found_or_refused(rays.trace(&many.buffers, &queries), OVER_ONE_ANOTHER) {
         let is_off = found.iter().zip(&ends).filter(|(a, b)| (a.t - b.t).abs() > 1e-3 * b.t).count();
-        assert!(is_off < 40, "{is_off} of {} rays end elsewhere without a word", queries.len());
+        assert!(is_off < 40, "{is_off} of {} rays end elsewhere unreported", queries.len());
     }
     // Sixteen rays for each point, and few boxes for each.
     let some_needles = TracedScene::new(&context(), box_of_needles(10_000)).unwrap();
@@ -159,7 +159,7 @@ fn rays_through_more_boxes_than_they_go_through_find_nothing_without_a_word() {
         |scene: &TracedScene| open_rays(&context(), &scene.buffers, &points, Hemisphere::new(16), 0.4, 3);
     let expected = open(&few).unwrap();
     if let Some(found) = found_or_refused(open(&some_needles), OVER_ONE_ANOTHER) {
-        assert_eq!(found, expected, "other rays without a word");
+        assert_eq!(found, expected, "other rays unreported");
     }
     assert_silent(&context());
 }
@@ -187,7 +187,7 @@ fn paths_through_more_boxes_than_they_go_through_are_no_picture() {
     let picture = |needles| sampled(PathTracer::new(&context(), box_of_needles(needles), &mut Silent), 4);
     let expected = picture(0).unwrap();
     if let Some(found) = found_or_refused(picture(120_000), OVER_ONE_ANOTHER) {
-        assert!(relative_mse(&found, &expected) < 0.01, "a wrong picture without a word");
+        assert!(relative_mse(&found, &expected) < 0.01, "a wrong picture unreported");
     }
     assert_silent(&context());
 }
@@ -216,14 +216,14 @@ fn more_lights_than_a_vertex_asks_are_no_picture() {
     let photon = |lamps| sampled(PhotonMapper::new(&context, atrium_of_lamps(lamps), &mut Silent), 2);
     let expected = path(1).unwrap();
     if let Some(found) = found_or_refused(path(1024), "fewer lights") {
-        assert!(relative_mse(&found, &expected) < 1e-6, "a wrong picture without a word");
+        assert!(relative_mse(&found, &expected) < 1e-6, "a wrong picture unreported");
     }
     // Photons are distributed to lights differently; nearly all visible light comes straight
     // from the lights.
     if let Some(found) = found_or_refused(photon(512), "fewer lights") {
         let energy = |picture: &[[f32; 3]]| picture.as_flattened().iter().map(|v| f64::from(*v)).sum::<f64>();
         let ratio = energy(&found) / energy(&photon(1).unwrap());
-        assert!((ratio - 1.0).abs() < 0.02, "{ratio} of the light without a word");
+        assert!((ratio - 1.0).abs() < 0.02, "{ratio} of the light unreported");
     }
     assert_silent(&context);
 }

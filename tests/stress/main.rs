@@ -55,7 +55,7 @@ fn render(scene: Scene, quality: Quality) -> Renderer {
     renderer
 }
 
-/// The built-in Box with changes, 64×48 pixels unless they say otherwise.
+/// The built-in Box with changes, by default 64×48 pixels.
 fn the_box(set: &[String]) -> Scene {
     let mut changes = vec!["camera.size=[64,48]".to_owned()];
     changes.extend_from_slice(set);

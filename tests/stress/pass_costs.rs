@@ -7,7 +7,7 @@ use glam::Vec3;
 use lightpaths::renderer::{FrameReport, Renderer};
 use lightpaths::scene::{Quality, shapes};
 
-/// Bytes that the gather pass reads and writes for that many records, each once.
+/// Bytes that the gather pass reads and writes for `records` records, each once.
 fn gathering(renderer: &Renderer, records: u32) -> u64 {
     let stages = renderer.stages();
     let all = stages.merged_rays.bytes() + stages.gathered.bytes();

@@ -1,5 +1,5 @@
-//! A single edit gives the bits of a cold start. Edits that come together may hide what one of them
-//! misses. A query between two frames changes neither.
+//! A single edit gives the bits of a cold start. Edits that come together may hide an error of one
+//! of them. A query between two frames changes neither.
 
 use crate::common::edits::{TINY, scene};
 use crate::common::{assert_silent, context};

@@ -33,7 +33,7 @@ use window::{App, WakeUp, keep_edits};
 
 /// Open the window: move lights, edit materials, walk, and see the light follow
 ///
-/// Direct light is there at once; all light when the light paths are traced. F1 lists keys.
+/// Direct light is shown at once, all light when the light paths are traced. F1 lists the keys.
 #[derive(Debug, Args)]
 pub(super) struct Demo {
     /// A .toml scene file, an .obj model, or a built-in scene

@@ -22,9 +22,9 @@ use video::Video;
 
 /// Render a film: a scene that changes in time, as numbered frames and, with ffmpeg, a video
 ///
-/// Frames are DIR/frame-00000.png and so on; those that are there are replaced. A frame is the same
-/// to the bit whichever share of the film is rendered, so that any number of machines can render
-/// one film into one folder.
+/// Frames are DIR/frame-00000.png and so on; existing files are replaced. A frame is the same to
+/// the bit whichever frames are rendered with it, so several machines can render one film into one
+/// folder.
 #[derive(Debug, Args)]
 pub(super) struct Film {
     /// A .toml film file (docs/films.md), or a built-in film
@@ -36,7 +36,7 @@ pub(super) struct Film {
     /// Renders frames A, A+1, …, B-1 only; also A.., ..B and a single number [default: all]
     #[arg(long, value_name = "A..B", value_parser = share::parse)]
     frames: Option<Share>,
-    /// Of the frames: png is exposed and tone mapped, exr holds linear radiance
+    /// Format of the frames: png is exposed and tone mapped, exr holds linear radiance
     #[arg(long, value_enum, default_value = "png")]
     format: Format,
     /// What ffmpeg makes of a whole film's PNG frames [default: mp4]

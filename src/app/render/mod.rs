@@ -31,9 +31,9 @@ pub(super) struct Render {
     /// reference; photon: photon mapping with final gathering
     #[arg(long, value_enum, default_value = "lightpaths", help_heading = "Method")]
     method: Method,
-    /// For the method lightpaths, to find out which stage errs: replaces one by its exact
-    /// reference. splat: gathers at every pixel; clusters: path traces the radiance at the gather
-    /// hits; gather: also sends many new gather rays. Slow
+    /// Replaces one stage of the method lightpaths by its reference, to find the stage that errs
+    /// (slow). splat: gathers at every pixel; clusters: path traces the radiance at gather hits;
+    /// gather: also traces many more gather rays
     #[arg(long, value_name = "STAGE", value_enum, help_heading = "Method")]
     exact: Option<ExactStage>,
     /// Samples of each pixel, for the methods path and photon [default: 64, or
@@ -50,14 +50,14 @@ pub(super) struct Render {
     /// Brightens a PNG by this many stops [default: 0]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_finite, help_heading = "Output")]
     exposure: Option<f32>,
-    /// Traces shadow rays that cannot bring light, too: the picture is the same to the bit
+    /// Does work that cannot change the picture, too: the picture is the same to the bit
     #[arg(long, help_heading = "Method")]
     no_skip: bool,
     /// Writes times, memory and counts as JSON
     #[arg(long, value_name = "FILE.json", help_heading = "Output")]
     stats: Option<PathBuf>,
-    /// Has RenderDoc capture the frame, to files whose names begin so; the program must
-    /// run under RenderDoc
+    /// Captures the frame with RenderDoc, under which the program must run. The value is the
+    /// beginning of the file's name
     #[arg(long, value_name = "FILE_TEMPLATE", help_heading = "Profiling")]
     capture: Option<PathBuf>,
     #[command(flatten, next_help_heading = "Scene")]

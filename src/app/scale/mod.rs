@@ -31,8 +31,7 @@ pub(super) struct Scale {
     /// Folder for the results; created if it is not there
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Numbers of triangles, of scenes whose first model is made to
-    /// measure [default: 10000,100000,1000000]
+    /// Numbers of triangles, of scenes whose first model is atrium or room [default: 10000,100000,1000000]
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = each_whole(1..=u32::MAX, "10000,100000"))]
     triangles: Option<Vec<u32>>,
     /// Numbers of entry points
@@ -41,7 +40,7 @@ pub(super) struct Scale {
     /// Numbers of cache points
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "10000,40000,160000", allow_negative_numbers = true, value_parser = each_whole(1..=1_000_000, "10000,40000"))]
     cache_points: Vec<u32>,
-    /// Numbers of lights, one of which moves: the scene's own, copies of them where there are fewer
+    /// Numbers of lights, of which one moves: the scene's lights, and copies if there are fewer
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,16,256", allow_negative_numbers = true, value_parser = each_whole(1..=4096, "1,16,256"))]
     lights: Vec<u32>,
     #[command(flatten, next_help_heading = "Scene")]

@@ -35,11 +35,11 @@ use verify::Energy;
 
 /// Time frames after each kind of edit and set them beside the paper's: its tables 1, 2 and 3
 ///
-/// Before a scene's numbers are printed its picture is held against the path tracer: where the
-/// energy is further off than the tracer's noise and 1 %, they are not, and the exit code is 1.
+/// The picture's energy is first compared with the path tracer's. If it is off by more than 1 % and
+/// the tracer's noise, no times are printed and the exit code is 1.
 ///
-/// Times are milliseconds by the device's timestamps, medians over frames after warm-up; "on the
-/// clock" is what a frame takes in all, with recording and waiting.
+/// Times are milliseconds by the device's timestamps, medians over frames after warm-up. "On the
+/// clock" includes recording and waiting.
 #[derive(Debug, Args)]
 pub(super) struct Time {
     /// Scenes, as for render [default: every built-in one]
@@ -47,11 +47,11 @@ pub(super) struct Time {
     /// Frames timed after each kind of edit
     #[arg(long, value_name = "N", default_value_t = 20, allow_negative_numbers = true, value_parser = whole(1..=100_000, "20"))]
     frames: u32,
-    /// Numbers of lights to time, one of which moves: the scene's own, copies of them where
-    /// there are fewer
+    /// Numbers of lights to time, of which one moves: the scene's lights, and copies if there are
+    /// fewer
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,2,4,8", allow_negative_numbers = true, value_parser = each_whole(1..=256, "1,2,4,8"))]
     lights: Vec<u32>,
-    /// Does in every frame all work there is, also what cannot change the picture
+    /// Does all work in every frame, also work that cannot change the picture
     #[arg(long)]
     no_skip: bool,
     /// Writes the tables as JSON too

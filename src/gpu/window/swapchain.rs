@@ -1,4 +1,4 @@
-//! The images that the system shows in turn.
+//! The swapchain: images that the system shows one after another.
 
 use std::sync::Arc;
 

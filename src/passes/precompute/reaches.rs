@@ -61,7 +61,7 @@ impl Reaches {
     /// Adds a point. Panics if its reach exceeds that of the map.
     pub(super) fn insert(&mut self, position: Vec3, reach: f32, index: u32) {
         let layer = self.layers.iter_mut().rev().find(|layer| reach <= layer.most);
-        let layer = layer.expect("the first layer takes all that the map was made for");
+        let layer = layer.expect("the first layer takes every point");
         let cell = layer.index(layer.cell(position));
         let reach2 = SLACK * reach * reach;
         layer.lists[cell].push(Point { position, reach2, index });

@@ -340,7 +340,7 @@ fn write_keys(film: &mut String, list: &str, name: Option<&str>, keys: Timed) {
     for (time, lines) in keys {
         let (time, lines) = (numbers::text(time), lines.join("\n"));
         let written = writeln!(film, "\n[[{list}]]\n{name}time = {time}\n{lines}");
-        written.expect("strings take all that is written");
+        written.expect("writing to a string succeeds");
     }
 }
 

@@ -47,8 +47,9 @@ void main() {
     float half_height = length(view.up);
     float depth = dot(d, view.forward);
 
-    // A record serves no visible pixel if its plane, tilted by the tolerated ten degrees, still
-    // faces away: visible shading normals lean at most a few degrees beyond the silhouette.
+    // sin 20.5°: the 10° of `VALID` in records.glsl, and as much for shading normals that
+    // lean beyond the silhouette. A record whose plane, tilted so, still faces away serves
+    // no pixel validly.
     bool faces_away = dot(d, point.normal) > 0.35 * length(d) + point.radius;
     vec2 x = tangent_slopes(dot(d, view.right) / half_width, depth, point.radius) / half_width;
     vec2 y = tangent_slopes(-dot(d, view.up) / half_height, depth, point.radius) / half_height;

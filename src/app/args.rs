@@ -45,8 +45,8 @@ pub(super) struct CacheArgs {
     /// changes; or a file that `precompute` wrote
     #[arg(long, value_name = "DIR")]
     cache: Option<PathBuf>,
-    /// Size of the folder at most, as in 500M or 8G. Files that were unused for longest are deleted
-    /// [default: 4G]
+    /// Size of the folder at most, as in 500M or 8G. Files that were unused for longest are
+    /// deleted [default: 4G]
     #[arg(long, value_name = "SIZE", requires = "cache", value_parser = parse_bytes)]
     cache_limit: Option<u64>,
 }

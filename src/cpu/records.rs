@@ -16,7 +16,7 @@ pub struct Tolerance {
     above2: f32,
     below2: f32,
     facets: f32,
-    inverse_normal_error: f32,
+    pub(crate) inverse_normal_error: f32,
 }
 
 impl Tolerance {
@@ -37,8 +37,8 @@ fn height_between(d: Vec3, n: Vec3, facet: Vec3, record: &CachePoint) -> f32 {
 }
 
 /// Weight of a record at a point `x` with shading normal `n`, on a facet with that geometric
-/// normal: positive inside its validity, 1 at its centre.
-pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
+/// normal, as placement takes it: positive inside its validity, 1 at its centre.
+pub fn cover_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
     let d = x - record.position;
     let distance2 = d.dot(d);
     let height = height_between(d, n, facet, record);
@@ -55,18 +55,18 @@ pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within:
     1.0 - position_error.max(normal_error)
 }
 
-/// As [`record_weight`], for a pixel: the shader's `record_weight`. It is zero for a point that is
+/// As [`cover_weight`], for a pixel: the shader's `record_weight`. It is zero for a point that is
 /// further off the record's plane than half the distance to the nearest occluder: cloth in front of
 /// the surface, or the spine of a book beside the crevice of the record. Placement has no such
 /// test, because it would fill every crevice with records.
-pub fn splat_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
+pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
     let d = x - record.position;
     let height = height_between(d, n, facet, record);
     let is_beyond = height * height * record.wall.length_squared() > 0.25;
     if is_beyond && height * height > FLAT_SINE2 * d.length_squared() {
         return 0.0;
     }
-    record_weight(x, n, facet, record, within)
+    cover_weight(x, n, facet, record, within)
 }
 
 #[cfg(test)]
@@ -92,11 +92,11 @@ mod tests {
         let leaning = Vec3::new(0.17, 0.98, 0.0).normalize();
         let there = Vec3::new(-0.3, 0.0, 0.0);
         assert!(
-            (record_weight(there, leaning, Vec3::Y, &record(leaning), Tolerance::VALID) - 0.7).abs() < 1e-6
+            (cover_weight(there, leaning, Vec3::Y, &record(leaning), Tolerance::VALID) - 0.7).abs() < 1e-6
         );
         // The table under the rim of a plate is another surface.
         assert_eq!(
-            record_weight(there - 0.03 * Vec3::Y, Vec3::Y, Vec3::Y, &record(Vec3::Y), Tolerance::VALID),
+            cover_weight(there - 0.03 * Vec3::Y, Vec3::Y, Vec3::Y, &record(Vec3::Y), Tolerance::VALID),
             0.0
         );
     }
@@ -108,13 +108,13 @@ mod tests {
         let facet = Vec3::new(-0.3, 1.0, 0.0).normalize();
         let height = 0.5 * x.dot(Vec3::Y + facet) / x.length();
         assert!(height < -0.1, "facets alone would have it beneath");
-        assert!(record_weight(x, n, facet, &record(Vec3::Y), Tolerance::VALID) > 0.0);
+        assert!(cover_weight(x, n, facet, &record(Vec3::Y), Tolerance::VALID) > 0.0);
     }
 
     #[test]
     fn a_record_in_a_narrow_place_says_nothing_of_what_is_outside() {
         let weight = |record: &CachePoint, height: f32| {
-            splat_weight(Vec3::new(0.4, height, 0.0), Vec3::Y, Vec3::Y, record, Tolerance::VALID)
+            record_weight(Vec3::new(0.4, height, 0.0), Vec3::Y, Vec3::Y, record, Tolerance::VALID)
         };
         // Under cloth 10 cm away, and between two books: beyond half the distance, and within it.
         for wall in [Vec3::Y / 0.1, Vec3::NEG_X / 0.1] {
@@ -123,7 +123,7 @@ mod tests {
             assert!(weight(&narrow, 0.04) > 0.5);
             // Placement accepts the record for both.
             let outside = Vec3::new(0.4, 0.06, 0.0);
-            assert!(record_weight(outside, Vec3::Y, Vec3::Y, &narrow, Tolerance::VALID) > 0.5);
+            assert!(cover_weight(outside, Vec3::Y, Vec3::Y, &narrow, Tolerance::VALID) > 0.5);
         }
         // With the wall a millimetre away, flat surface is still one surface.
         let narrow = CachePoint { wall: Vec3::NEG_X / 0.001, ..record(Vec3::Y) };

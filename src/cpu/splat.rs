@@ -1,6 +1,6 @@
 //! Reference of the splat weights: tests every record at every pixel.
 
-use crate::cpu::records::{Tolerance, splat_weight};
+use crate::cpu::records::{Tolerance, record_weight};
 use crate::types::{CachePoint, PixelSurface};
 use glam::Vec3;
 
@@ -12,7 +12,7 @@ pub fn splat(
     records: &[CachePoint],
     within: Tolerance,
 ) -> Vec<(u32, f32)> {
-    let weight = |record| splat_weight(pixel.position, pixel.normal, facet, record, within);
+    let weight = |record| record_weight(pixel.position, pixel.normal, facet, record, within);
     let weights = (0..).zip(records).map(|(index, record)| (index, weight(record)));
     weights.filter(|&(_, weight)| weight > 0.0).collect()
 }

@@ -51,7 +51,8 @@ struct Rows {
 /// All lights, in the order of the scene.
 pub(super) struct Lights {
     context: Arc<Context>,
-    /// A `LightSource` for each light. A light that is off has a black emission.
+    /// A `LightSource` for each light. A light that is off has a black emission. Kernels of frames
+    /// work per unit of emission: the colour reaches them in the sums over lights.
     pub(super) table: Buffer,
     sources: Vec<LightSource>,
     /// The factor of all light in a frame. A single active light has unit emission in the

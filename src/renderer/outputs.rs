@@ -119,7 +119,7 @@ impl Renderer {
     pub fn path_flux(&self) -> Result<Vec<Vec3>> {
         let flux =
             Buffer::storage(&self.context, "path flux", 12 * u64::from(self.form_factors.point_count()))?;
-        self.context.run(|rec| self.form_factors.record_flux(rec, &self.lights.factors(), &flux))?;
+        self.context.run(|rec| self.form_factors.record_entry_flux(rec, &self.lights.factors(), &flux))?;
         flux.read()
     }
 

@@ -1,5 +1,5 @@
-//! The keys of a scene file: what the readers accept, `lightpaths help scene` prints and
-//! `docs/scene-files.md` lists.
+//! The keys of a scene file: what the readers accept, `lightpaths help scene` prints
+//! and `docs/scene-files.md` lists.
 
 use std::fmt::Write as _;
 

@@ -4,7 +4,7 @@ use crate::common::assert_silent;
 use crate::world::{Random, SUM, World, assert_near};
 use glam::{Mat3, UVec2, Vec3};
 use lightpaths::cpu;
-use lightpaths::cpu::records::{Tolerance, record_weight, splat_weight};
+use lightpaths::cpu::records::{Tolerance, cover_weight, record_weight};
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::primary::Primary;
@@ -106,7 +106,7 @@ fn check_pixel(
     }
     assert!(shares.is_sorted_by(|a, b| a.record < b.record), "records ascend");
     let weight_of =
-        |record: u32| splat_weight(pixel.position, pixel.normal, facet, &points[record as usize], within);
+        |record: u32| record_weight(pixel.position, pixel.normal, facet, &points[record as usize], within);
     if let [only] = shares
         && weight_of(only.record) <= 0.0
         && reference.iter().all(|&(_, weight)| weight < HAIR)
@@ -221,9 +221,9 @@ fn facets_at_a_sharp_edge_share_no_records() {
         unused: UVec2::ZERO,
     };
     let there = Vec3::new(0.1, 0.0, 0.0);
-    assert!(record_weight(there, normal, Vec3::Y, &record, Tolerance::VALID) > 0.85);
+    assert!(cover_weight(there, normal, Vec3::Y, &record, Tolerance::VALID) > 0.85);
     assert!(
-        record_weight(there, normal, Vec3::new(0.0, 0.98, 0.2).normalize(), &record, Tolerance::VALID) > 0.85
+        cover_weight(there, normal, Vec3::new(0.0, 0.98, 0.2).normalize(), &record, Tolerance::VALID) > 0.85
     );
-    assert_eq!(record_weight(there, normal, Vec3::Z, &record, Tolerance::VALID), 0.0);
+    assert_eq!(cover_weight(there, normal, Vec3::Z, &record, Tolerance::VALID), 0.0);
 }

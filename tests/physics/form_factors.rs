@@ -25,8 +25,8 @@ struct Walks {
     lost: u64,
 }
 
-/// Traces the light paths of a scene as the precomputation does; all sides that see something take
-/// part.
+/// Traces the light paths of a scene as the precomputation does; all sides that see
+/// something take part.
 fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     let bvh = Bvh::build(&scene.triangles).unwrap();
     scene.triangles = bvh.order.iter().map(|&index| scene.triangles[index as usize]).collect();

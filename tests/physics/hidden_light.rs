@@ -11,8 +11,8 @@ use lightpaths::types::{CachePoint, Record};
 /// Name in the statistics of clusters with surface inside and outside a narrow cavity.
 const INCONSISTENT: &str = "clusters of inconsistent visibility";
 
-/// Relative errors of the gathered irradiance at the cache points of one kind: of the mean, and
-/// RMS.
+/// Relative errors of the gathered irradiance at the cache points of one kind: of the
+/// mean, and RMS.
 fn errors(renderer: &Renderer, exact: &[Vec3], is_meant: fn(&CachePoint) -> bool) -> [f64; 2] {
     let points: Vec<CachePoint> = renderer.stages().cache_points.read().unwrap();
     let records: Vec<Record> = renderer.stages().gathered.read().unwrap();
@@ -122,8 +122,8 @@ fn a_gap_at_the_papers_settings_keeps_its_light() {
     assert_silent(&context());
 }
 
-/// If few entry points are within a gap's width of a light, the number in the warning is
-/// sufficient.
+/// If few entry points are within a gap's width of a light, the number in the
+/// warning is sufficient.
 #[test]
 fn a_light_in_too_narrow_a_gap_is_told() {
     let warning = |gap, entry_points| {

@@ -22,9 +22,9 @@ use video::Video;
 
 /// Render a film: a scene that changes in time, as numbered frames and, with ffmpeg, a video
 ///
-/// Frames are DIR/frame-00000.png and so on; existing files are replaced. A frame is the same to
-/// the bit whichever frames are rendered with it, so several machines can render one film into one
-/// folder.
+/// Frames are DIR/frame-00000.png and so on; existing files are replaced. A frame is the same
+/// to the bit whichever frames are rendered with it, so several machines can render one film
+/// into one folder.
 #[derive(Debug, Args)]
 pub(super) struct Film {
     /// A .toml film file (docs/films.md), or a built-in film

@@ -31,7 +31,8 @@ pub(super) struct Scale {
     /// Folder for the results; created if it is not there
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Numbers of triangles, of scenes whose first model is atrium or room [default: 10000,100000,1000000]
+    /// Numbers of triangles, of scenes whose first model is atrium or
+    /// room [default: 10000,100000,1000000]
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = each_whole(1..=u32::MAX, "10000,100000"))]
     triangles: Option<Vec<u32>>,
     /// Numbers of entry points

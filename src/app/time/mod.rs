@@ -47,8 +47,8 @@ pub(super) struct Time {
     /// Frames timed after each kind of edit
     #[arg(long, value_name = "N", default_value_t = 20, allow_negative_numbers = true, value_parser = whole(1..=100_000, "20"))]
     frames: u32,
-    /// Numbers of lights to time, of which one moves: the scene's lights, and copies if there are
-    /// fewer
+    /// Numbers of lights to time, of which one moves: the scene's lights, and copies if
+    /// there are fewer
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,2,4,8", allow_negative_numbers = true, value_parser = each_whole(1..=256, "1,2,4,8"))]
     lights: Vec<u32>,
     /// Does all work in every frame, also work that cannot change the picture

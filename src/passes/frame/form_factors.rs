@@ -231,7 +231,7 @@ impl FormFactors {
 
     /// Sums the form factors of the lights, weighted by the emissions, in order: the flux that
     /// enters each path, W, three floats. No frame needs it.
-    pub fn record_flux(&self, rec: &mut Recorder, rows: &[(Vec3, &Buffer)], flux: &Buffer) {
+    pub fn record_entry_flux(&self, rec: &mut Recorder, rows: &[(Vec3, &Buffer)], flux: &Buffer) {
         let mut pass = rec.pass(Self::FLUX_STEM);
         self.sum.record(&mut pass, rows, self.point_count, self.area_m2, flux);
     }

@@ -9,7 +9,7 @@ pub(super) const COVERED: f32 = 0.3;
 /// Radii are clamped between these multiples of a unit length, which follows from the budget.
 /// [Tabellion §4] has 1.5 and 10 pixels.
 pub const RADIUS_RANGE: [f64; 2] = [1.0, 5.0];
-/// Normals further apart than this do not share a record, radians.
+/// Normals further apart than this do not share a record, radians: the 10° of `Tolerance::VALID`.
 const NORMAL_RANGE: f64 = 0.174_53;
 /// Records that random sequential packing fits into one squared spacing.
 const PACKING: f64 = 0.7;

@@ -3,7 +3,7 @@
 
 use super::budget::COVERED;
 use super::reaches::Reaches;
-use crate::cpu::records::{Tolerance, record_weight};
+use crate::cpu::records::{Tolerance, cover_weight};
 use crate::types::{CachePoint, Grid};
 use glam::{UVec3, Vec3};
 
@@ -119,7 +119,7 @@ impl Records {
     pub(super) fn cover(&self, point: &CachePoint, Cover { within, above }: Cover) -> bool {
         self.map.any(point.position, |record| {
             let record = &self.points[record as usize].point;
-            record_weight(point.position, point.normal, point.facet, record, within) > above
+            cover_weight(point.position, point.normal, point.facet, record, within) > above
         })
     }
 }

@@ -3,7 +3,7 @@
 use super::cache_points::Placed;
 use super::parallel;
 use super::reaches::Reaches;
-use crate::cpu::records::FACETS_ALIKE;
+use crate::cpu::records::{FACETS_ALIKE, Tolerance};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use glam::Vec3;
 
@@ -29,8 +29,6 @@ pub struct Neighbourhoods {
 
 /// Maximum distance of a neighbour, in validity radii.
 const REACH: f32 = 2.0;
-/// 1 / (1 - cos 10°)^½, as in the error metric.
-const INVERSE_NORMAL_ERROR: f32 = 8.1131;
 
 impl Neighbourhoods {
     /// Finds the neighbours of all points. A neighbour is within two of both validity radii, and
@@ -49,7 +47,7 @@ impl Neighbourhoods {
                     let distance = point.position.distance(neighbour.position);
                     let position_error = distance / places[index].1.min(places[other as usize].1);
                     let turn = (1.0 - point.normal.dot(neighbour.normal)).max(0.0).sqrt();
-                    let weight = 1.0 - position_error.max(turn * INVERSE_NORMAL_ERROR);
+                    let weight = 1.0 - position_error.max(turn * Tolerance::VALID.inverse_normal_error);
                     if weight > 0.0 {
                         own.push(Neighbour { record: other, weight });
                     }

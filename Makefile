@@ -16,7 +16,7 @@ help:
 	@echo 'make fuzz   readers of files from strangers, SECONDS=60 each (needs a nightly compiler)'
 	@echo 'make mutants small faults in the code, and which of them the tests see (hours; needs python3 and glslc)'
 	@echo 'make audit  advisories against the crates that are used (needs a network)'
-	@echo 'make lint   formatting, lints, documentation, tree checks, licences'
+	@echo 'make lint   formatting, lints, documentation, tree and word checks, licences'
 	@echo 'make bench  times of this tree against another commit, BASE=HEAD~1, in turns'
 	@echo 'make tables the paper'"'"'s tables 1 to 3 for every built-in scene (15 minutes at most on two cores), into out/tables.json'
 	@echo 'make figures the paper'"'"'s figures 4 to 6, into out/figures (ten minutes on two cores)'
@@ -68,6 +68,7 @@ lint:
 	$(CARGO) clippy --locked --all-targets -- -D warnings
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --no-deps
 	@scripts/check_tree.sh
+	@scripts/check_words.sh
 	@scripts/check_crates.sh
 
 audit:

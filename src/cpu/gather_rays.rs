@@ -140,7 +140,7 @@ impl Tracing<'_> {
 }
 
 /// ∂E/∂(tangent, bitangent) of rays with these hit `distances` (m) and `radiance`, term by term as
-/// in [Krivanek]; `min_distance` bounds the distances from below.
+/// in \[Krivanek\]; `min_distance` bounds the distances from below.
 pub fn translational_gradient(
     strata: Strata,
     distances: &[f64],

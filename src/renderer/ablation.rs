@@ -109,7 +109,7 @@ impl Renderer {
         let slots = self.antialias.capacity.slots;
         self.pixel_colours = PixelColours::new(&self.context, &self.buffers, width * height, slots)?;
         self.direct = Direct::new(&self.context, self.size(), slots)?;
-        self.lights.take_layers(self.lights.new_layers(self.direct.point_count(), None)?);
+        self.lights.take_irradiances(self.lights.new_irradiances(self.direct.point_count(), None)?);
         self.changes.size = true;
         self.view_changed();
         Ok(())

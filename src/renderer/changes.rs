@@ -88,8 +88,8 @@ pub(super) struct Stages {
 
 impl Stages {
     pub(super) fn new(changes: Changes, lights: &Lights) -> Self {
-        let direct = changes.emission || changes.size || !lights.without_layer().is_empty();
-        let energy = changes.emission || !lights.without_factors().is_empty() || changes.materials;
+        let direct = changes.emission || changes.size || !lights.stale_irradiance().is_empty();
+        let energy = changes.emission || !lights.stale_factors().is_empty() || changes.materials;
         let splat = energy || changes.view;
         let lobes = changes.view || changes.lobes;
         let gloss = splat || direct || lobes;

@@ -103,7 +103,7 @@ impl GlossPasses {
         lights: &Lights,
         eye: Vec3,
     ) {
-        let due = lights.without_highlights();
+        let due = lights.stale_highlights();
         if due.is_empty() {
             return;
         }
@@ -120,7 +120,7 @@ impl GlossPasses {
     /// Records the beams of lights with stale form factors.
     pub(super) fn record_beams(&self, rec: &mut Recorder, scene: &SceneBuffers, lights: &Lights) {
         let mut pass = rec.pass(Gloss::BEAMS_STEM);
-        for (place, (light, factors, found)) in lights.without_beams().into_iter().enumerate() {
+        for (place, (light, factors, found)) in lights.stale_beams().into_iter().enumerate() {
             if place > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
@@ -131,7 +131,7 @@ impl GlossPasses {
 
     /// Records the first reflection of lights with stale clusters. The hierarchy waits for it.
     pub(super) fn record_entries(&self, rec: &mut Recorder, materials: &Buffer, lights: &Lights) {
-        let due = lights.without_slots();
+        let due = lights.stale_slots();
         if !due.is_empty() {
             self.clusters.record_entries(rec, materials, &due);
             rec.barrier(COMPUTE_TO_COMPUTE);
@@ -151,7 +151,7 @@ impl GlossPasses {
     ) {
         if self.is_glossy || stages.lobes {
             let paths = (&pyramid.contribution_ranges, contributions);
-            self.clusters.record(rec, materials, paths, &lights.without_slots(), &lights.slots());
+            self.clusters.record(rec, materials, paths, &lights.stale_slots(), &lights.slots());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
     }
@@ -179,7 +179,7 @@ impl GlossPasses {
             contributions,
         };
         let of_lights = [&*lights.hits(), &*lights.highlights()];
-        self.pixels.record(rec, around, &lights.without_hits(), of_lights);
+        self.pixels.record(rec, around, &lights.stale_hits(), of_lights);
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 }

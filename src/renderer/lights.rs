@@ -14,13 +14,13 @@ use glam::Vec3;
 use std::sync::Arc;
 
 /// Cached contributions of one light.
-struct Rows {
+struct LightCache {
     /// Its form factor at each entry point.
     factors: Buffer,
     /// The light's near-light correction. `None` if no surface is near the light.
     near: Option<NearFactors>,
     /// Irradiance by the light at each pixel and each edge sample.
-    layer: Buffer,
+    irradiance: Buffer,
     /// Number of pixels at the edges of the light's shadows.
     shadow_groups: Buffer,
     /// Irradiance buffer of the light at base clusters.
@@ -39,7 +39,7 @@ struct Rows {
     /// `factors` and `beams` are current for the light.
     has_factors: bool,
     /// `layer` is current for the light and the camera.
-    has_layer: bool,
+    has_irradiance: bool,
     /// `first_bounce`, `clusters` and `slots` are current for the light and the materials.
     has_clusters: bool,
     /// `hits` are current for the light, the camera and the materials.
@@ -59,7 +59,7 @@ pub(super) struct Lights {
     /// table, and its emission stands here. A new colour of that light then changes only the
     /// picture's last step.
     pub(super) emission_scale: Vec3,
-    rows: Vec<Rows>,
+    caches: Vec<LightCache>,
     factor_count: u32,
     point_count: u32,
     cluster_count: u32,
@@ -89,18 +89,22 @@ pub(super) struct NewLayers {
     of_lights: Vec<(Buffer, Option<[Buffer; 2]>)>,
 }
 
-fn cluster_light(rows: &Rows) -> ClusterLight<'_> {
-    ClusterLight { factors: &rows.factors, first_bounce: rows.first_bounce.as_ref(), layer: &rows.clusters }
+fn cluster_light(cache: &LightCache) -> ClusterLight<'_> {
+    ClusterLight {
+        factors: &cache.factors,
+        first_bounce: cache.first_bounce.as_ref(),
+        layer: &cache.clusters,
+    }
 }
 
 /// A light as the passes of glossy surfaces read it. `None` if no material is glossy.
-fn gloss_light<'a>(light: OneLight<'_>, rows: &'a Rows) -> Option<GlossLight<'a>> {
+fn gloss_light<'a>(light: OneLight<'_>, cache: &'a LightCache) -> Option<GlossLight<'a>> {
     Some(GlossLight {
         samples: light.samples,
-        beams: rows.beams.as_ref()?,
-        first_bounce: rows.first_bounce.as_ref()?,
-        slots: rows.slots.as_ref()?,
-        hits: rows.hits.as_ref()?,
+        beams: cache.beams.as_ref()?,
+        first_bounce: cache.first_bounce.as_ref()?,
+        slots: cache.slots.as_ref()?,
+        hits: cache.hits.as_ref()?,
     })
 }
 
@@ -124,7 +128,7 @@ impl Lights {
             table: Buffer::from_slice::<LightSource>(context, "lights", &[])?,
             sources: Vec::new(),
             emission_scale: Vec3::ONE,
-            rows: Vec::new(),
+            caches: Vec::new(),
             factor_count,
             point_count,
             cluster_count,
@@ -141,88 +145,93 @@ impl Lights {
 
     /// Allocates the buffers of one more light, the last.
     pub(super) fn add(&mut self) -> Result<()> {
-        let row = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
-        let rows = Rows {
-            factors: row("form factors", self.factor_count)?,
+        let buffer = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
+        let cache = LightCache {
+            factors: buffer("form factors", self.factor_count)?,
             near: None,
-            layer: row("light layer", self.point_count)?,
+            irradiance: buffer("light irradiance", self.point_count)?,
             shadow_groups: Antialias::groups(&self.context)?,
             clusters: Pyramid::layer(&self.context, self.cluster_count)?,
             beams: None,
-            first_bounce: self.gloss.map(|_| row("first bounce flux", 3 * self.factor_count)).transpose()?,
-            slots: self.gloss.map(|gloss| row("light slots", 3 * gloss.slot_count)).transpose()?,
-            hits: self.gloss.map(|gloss| row("light hits", 3 * gloss.sample_count)).transpose()?,
-            highlights: self.gloss.map(|gloss| row("light highlights", gloss.sample_count)).transpose()?,
+            first_bounce: self
+                .gloss
+                .map(|_| buffer("first bounce flux", 3 * self.factor_count))
+                .transpose()?,
+            slots: self.gloss.map(|gloss| buffer("light slots", 3 * gloss.slot_count)).transpose()?,
+            hits: self.gloss.map(|gloss| buffer("light hits", 3 * gloss.sample_count)).transpose()?,
+            highlights: self.gloss.map(|gloss| buffer("light highlights", gloss.sample_count)).transpose()?,
             has_factors: false,
-            has_layer: false,
+            has_irradiance: false,
             has_clusters: false,
             has_hits: false,
             has_highlights: false,
         };
-        self.rows.push(rows);
+        self.caches.push(cache);
         Ok(())
     }
 
     /// Removes the buffers of a light.
     pub(super) fn remove(&mut self, light: usize) {
-        self.rows.remove(light);
+        self.caches.remove(light);
     }
 
     /// Marks all cached contributions of a light stale.
     pub(super) fn moved(&mut self, light: usize) {
-        let rows = &mut self.rows[light];
-        (rows.has_factors, rows.has_layer, rows.has_clusters) = (false, false, false);
-        (rows.has_hits, rows.has_highlights) = (false, false);
+        let cache = &mut self.caches[light];
+        (cache.has_factors, cache.has_irradiance, cache.has_clusters) = (false, false, false);
+        (cache.has_hits, cache.has_highlights) = (false, false);
     }
 
     /// Marks results stale that depend on the points that the camera sees.
     pub(super) fn view_changed(&mut self) {
-        self.rows.iter_mut().for_each(|rows| rows.has_layer = false);
+        self.caches.iter_mut().for_each(|cache| cache.has_irradiance = false);
         self.has_batches = false;
         self.lobes_changed();
     }
 
     /// Marks hits and highlights stale: lobes or the camera have changed.
     pub(super) fn lobes_changed(&mut self) {
-        self.rows.iter_mut().for_each(|rows| (rows.has_hits, rows.has_highlights) = (false, false));
+        self.caches.iter_mut().for_each(|cache| (cache.has_hits, cache.has_highlights) = (false, false));
     }
 
     /// Marks results stale that depend on the flux of light paths and on the reflectance
     /// at their vertices.
     pub(super) fn paths_changed(&mut self) {
-        self.rows.iter_mut().for_each(|rows| (rows.has_clusters, rows.has_hits) = (false, false));
+        self.caches.iter_mut().for_each(|cache| (cache.has_clusters, cache.has_hits) = (false, false));
     }
 
     /// Allocates buffers for `point_count` points that the camera sees and `sample_count` samples
     /// of glossy pixels. If `sample_count` is `None`, hits and highlights keep their buffers.
-    pub(super) fn new_layers(&self, point_count: u32, sample_count: Option<u32>) -> Result<NewLayers> {
-        let row = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
-        let of_gloss = |count: u32| Ok([row("light hits", 3 * count)?, row("light highlights", count)?]);
-        let of_light = |_| Ok((row("light layer", point_count)?, sample_count.map(of_gloss).transpose()?));
-        let of_lights = (0..self.rows.len()).map(of_light).collect::<Result<_>>()?;
+    pub(super) fn new_irradiances(&self, point_count: u32, sample_count: Option<u32>) -> Result<NewLayers> {
+        let buffer = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
+        let of_gloss =
+            |count: u32| Ok([buffer("light hits", 3 * count)?, buffer("light highlights", count)?]);
+        let of_light =
+            |_| Ok((buffer("light irradiance", point_count)?, sample_count.map(of_gloss).transpose()?));
+        let of_lights = (0..self.caches.len()).map(of_light).collect::<Result<_>>()?;
         Ok(NewLayers { point_count, sample_count, of_lights })
     }
 
     /// Replaces the buffers. The new ones are empty, so the caller also marks the view stale.
-    pub(super) fn take_layers(&mut self, new: NewLayers) {
+    pub(super) fn take_irradiances(&mut self, new: NewLayers) {
         self.point_count = new.point_count;
         if let (Some(gloss), Some(sample_count)) = (&mut self.gloss, new.sample_count) {
             gloss.sample_count = sample_count;
         }
-        for (rows, (layer, of_gloss)) in self.rows.iter_mut().zip(new.of_lights) {
-            rows.layer = layer;
+        for (cache, (irradiance, of_gloss)) in self.caches.iter_mut().zip(new.of_lights) {
+            cache.irradiance = irradiance;
             if let Some([hits, highlights]) = of_gloss {
-                (rows.hits, rows.highlights) = (Some(hits), Some(highlights));
+                (cache.hits, cache.highlights) = (Some(hits), Some(highlights));
             }
         }
     }
 
     /// Marks clean: the last frame traced all stale results.
     pub(super) fn settle(&mut self) {
-        for (rows, source) in self.rows.iter_mut().zip(&self.sources) {
+        for (cache, source) in self.caches.iter_mut().zip(&self.sources) {
             if self.traces_all || is_active(source) {
-                (rows.has_factors, rows.has_layer, rows.has_clusters) = (true, true, true);
-                (rows.has_hits, rows.has_highlights) = (true, true);
+                (cache.has_factors, cache.has_irradiance, cache.has_clusters) = (true, true, true);
+                (cache.has_hits, cache.has_highlights) = (true, true);
                 self.has_batches = true;
             }
         }
@@ -243,11 +252,11 @@ impl Lights {
             _ => Vec3::ONE,
         };
         if let Some(gloss) = self.gloss {
-            for (source, rows) in sources.iter().zip(&mut self.rows) {
+            for (source, cache) in sources.iter().zip(&mut self.caches) {
                 let bytes = u64::from(source.samples) * gloss.beam_bytes;
-                if rows.beams.as_ref().is_none_or(|beams| beams.bytes() < bytes) {
-                    rows.beams = Some(Buffer::storage(&self.context, "gloss beams", bytes)?);
-                    (rows.has_factors, rows.has_clusters, rows.has_hits) = (false, false, false);
+                if cache.beams.as_ref().is_none_or(|beams| beams.bytes() < bytes) {
+                    cache.beams = Some(Buffer::storage(&self.context, "gloss beams", bytes)?);
+                    (cache.has_factors, cache.has_clusters, cache.has_hits) = (false, false, false);
                 }
             }
         }
@@ -264,76 +273,80 @@ impl Lights {
 
     /// Number of lights, on or off.
     pub(super) fn count(&self) -> u32 {
-        self.rows.len() as u32
+        self.caches.len() as u32
     }
 
     /// Active lights with stale form factors, each with its near-light correction.
     pub(super) fn near_due(&mut self) -> impl Iterator<Item = (&LightSource, &mut Option<NearFactors>)> {
         let all = self.traces_all;
-        let due = self.sources.iter().zip(&mut self.rows).filter(|(_, rows)| !rows.has_factors);
-        due.filter(move |(source, _)| all || is_active(source)).map(|(source, rows)| (source, &mut rows.near))
+        let due = self.sources.iter().zip(&mut self.caches).filter(|(_, cache)| !cache.has_factors);
+        due.filter(move |(source, _)| all || is_active(source))
+            .map(|(source, cache)| (source, &mut cache.near))
     }
 
     /// Active lights with stale form factors, each with the buffer for them.
-    pub(super) fn without_factors(&self) -> Vec<(OneLight<'_>, &Buffer)> {
+    pub(super) fn stale_factors(&self) -> Vec<(OneLight<'_>, &Buffer)> {
         self.active()
-            .filter(|(_, rows)| !rows.has_factors)
-            .map(|(light, rows)| (light, &rows.factors))
+            .filter(|(_, cache)| !cache.has_factors)
+            .map(|(light, cache)| (light, &cache.factors))
             .collect()
     }
 
     /// The near-light correction of a light. `None` if no surface is near the light.
     pub(super) fn near(&self, light: u32) -> Option<&NearFactors> {
-        self.rows[light as usize].near.as_ref()
+        self.caches[light as usize].near.as_ref()
     }
 
     /// Active lights with a stale irradiance buffer, each with that buffer.
-    pub(super) fn without_layer(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        self.active().filter(|(_, rows)| !rows.has_layer).map(|(light, rows)| (light, &rows.layer)).collect()
+    pub(super) fn stale_irradiance(&self) -> Vec<(OneLight<'_>, &Buffer)> {
+        self.active()
+            .filter(|(_, cache)| !cache.has_irradiance)
+            .map(|(light, cache)| (light, &cache.irradiance))
+            .collect()
     }
 
     /// The counter of pixels at the edges of a light's shadows.
     pub(super) fn shadow_groups(&self, light: OneLight<'_>) -> &Buffer {
-        &self.rows[light.index as usize].shadow_groups
+        &self.caches[light.index as usize].shadow_groups
     }
 
     /// Number of pixels at shadow edges, summed over active lights.
     pub(super) fn shadow_edge_count(&self) -> Result<u64> {
-        let counts = self.active().map(|(_, rows)| Antialias::counted(&rows.shadow_groups).map(u64::from));
+        let counts = self.active().map(|(_, cache)| Antialias::counted(&cache.shadow_groups).map(u64::from));
         counts.sum()
     }
 
     /// Emission and form factors of each active light.
     pub(super) fn factors(&self) -> Vec<(Vec3, &Buffer)> {
-        self.emitting(|rows| Some(&rows.factors))
+        self.emitting(|cache| Some(&cache.factors))
     }
 
     /// Active lights, as the passes of the hierarchy read them.
     pub(super) fn cluster_lights(&self) -> Vec<ClusterLight<'_>> {
-        self.active().map(|(_, rows)| cluster_light(rows)).collect()
+        self.active().map(|(_, cache)| cluster_light(cache)).collect()
     }
 
     /// Active lights with a stale irradiance buffer of base clusters.
-    pub(super) fn without_clusters(&self) -> Vec<ClusterLight<'_>> {
-        let due = self.active().filter(|(_, rows)| !rows.has_clusters);
-        due.map(|(_, rows)| cluster_light(rows)).collect()
+    pub(super) fn stale_clusters(&self) -> Vec<ClusterLight<'_>> {
+        let due = self.active().filter(|(_, cache)| !cache.has_clusters);
+        due.map(|(_, cache)| cluster_light(cache)).collect()
     }
 
     /// Emission and irradiance buffer of base clusters of each active light.
     pub(super) fn clusters(&self) -> Vec<(Vec3, &Buffer)> {
-        self.emitting(|rows| Some(&rows.clusters))
+        self.emitting(|cache| Some(&cache.clusters))
     }
 
     /// Emission and irradiance buffer of pixels of each active light.
-    pub(super) fn layers(&self) -> Vec<(Vec3, &Buffer)> {
-        self.emitting(|rows| Some(&rows.layer))
+    pub(super) fn irradiances(&self) -> Vec<(Vec3, &Buffer)> {
+        self.emitting(|cache| Some(&cache.irradiance))
     }
 
     /// Fraction of active lights with current form factors, and fraction with a current irradiance
     /// buffer of pixels. Both are 1 if no light is active.
     pub(super) fn unchanged(&self) -> [f64; 2] {
         let active = self.active().count().max(1) as f64;
-        [self.without_factors().len(), self.without_layer().len()].map(|due| 1.0 - due as f64 / active)
+        [self.stale_factors().len(), self.stale_irradiance().len()].map(|due| 1.0 - due as f64 / active)
     }
 
     /// Device form of the active lights.
@@ -344,68 +357,68 @@ impl Lights {
     /// Active lights with current form factors and a current irradiance buffer of pixels: both
     /// buffers, and the index of the light.
     pub(super) fn traced(&self) -> impl Iterator<Item = (&LightSource, [&Buffer; 2], u32)> {
-        let traced = self.active().filter(|(_, rows)| rows.has_factors && rows.has_layer);
-        traced.map(|(light, rows)| {
-            (&self.sources[light.index as usize], [&rows.factors, &rows.layer], light.index)
+        let traced = self.active().filter(|(_, cache)| cache.has_factors && cache.has_irradiance);
+        traced.map(|(light, cache)| {
+            (&self.sources[light.index as usize], [&cache.factors, &cache.irradiance], light.index)
         })
     }
 
     /// Active lights with stale beams: form factors, and the buffers of glossy surfaces. Empty if
     /// no material is glossy.
-    pub(super) fn without_beams(&self) -> Vec<(OneLight<'_>, &Buffer, GlossLight<'_>)> {
-        let due = self.active().filter(|(_, rows)| !rows.has_factors);
-        due.filter_map(|(light, rows)| Some((light, &rows.factors, gloss_light(light, rows)?))).collect()
+    pub(super) fn stale_beams(&self) -> Vec<(OneLight<'_>, &Buffer, GlossLight<'_>)> {
+        let due = self.active().filter(|(_, cache)| !cache.has_factors);
+        due.filter_map(|(light, cache)| Some((light, &cache.factors, gloss_light(light, cache)?))).collect()
     }
 
     /// Active lights whose cached highlights are stale, each with its highlight buffer. Empty if no
     /// material is glossy.
-    pub(super) fn without_highlights(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        let due = self.active().filter(|(_, rows)| !rows.has_highlights);
-        due.filter_map(|(light, rows)| Some((light, rows.highlights.as_ref()?))).collect()
+    pub(super) fn stale_highlights(&self) -> Vec<(OneLight<'_>, &Buffer)> {
+        let due = self.active().filter(|(_, cache)| !cache.has_highlights);
+        due.filter_map(|(light, cache)| Some((light, cache.highlights.as_ref()?))).collect()
     }
 
     /// Active lights with stale slots. Empty if no material is glossy.
-    pub(super) fn without_slots(&self) -> Vec<GlossLight<'_>> {
-        let due = self.active().filter(|(_, rows)| !rows.has_clusters);
-        due.filter_map(|(light, rows)| gloss_light(light, rows)).collect()
+    pub(super) fn stale_slots(&self) -> Vec<GlossLight<'_>> {
+        let due = self.active().filter(|(_, cache)| !cache.has_clusters);
+        due.filter_map(|(light, cache)| gloss_light(light, cache)).collect()
     }
 
     /// Active lights with stale hits. Empty if no material is glossy.
-    pub(super) fn without_hits(&self) -> Vec<GlossLight<'_>> {
-        let due = self.active().filter(|(_, rows)| !rows.has_hits);
-        due.filter_map(|(light, rows)| gloss_light(light, rows)).collect()
+    pub(super) fn stale_hits(&self) -> Vec<GlossLight<'_>> {
+        let due = self.active().filter(|(_, cache)| !cache.has_hits);
+        due.filter_map(|(light, cache)| gloss_light(light, cache)).collect()
     }
 
     /// Emission and slots of each active light. Empty if no material is glossy.
     pub(super) fn slots(&self) -> Vec<(Vec3, &Buffer)> {
-        self.emitting(|rows| rows.slots.as_ref())
+        self.emitting(|cache| cache.slots.as_ref())
     }
 
     /// Emission and hits of each active light. Empty if no material is glossy.
     pub(super) fn hits(&self) -> Vec<(Vec3, &Buffer)> {
-        self.emitting(|rows| rows.hits.as_ref())
+        self.emitting(|cache| cache.hits.as_ref())
     }
 
     /// Emission and highlights of each active light. Empty if no material is glossy.
     pub(super) fn highlights(&self) -> Vec<(Vec3, &Buffer)> {
-        self.emitting(|rows| rows.highlights.as_ref())
+        self.emitting(|cache| cache.highlights.as_ref())
     }
 
     /// Emission and one buffer of each active light that has this buffer.
-    fn emitting(&self, buffer: impl Fn(&Rows) -> Option<&Buffer>) -> Vec<(Vec3, &Buffer)> {
-        self.active().filter_map(|(light, rows)| Some((self.emission(light), buffer(rows)?))).collect()
+    fn emitting(&self, buffer: impl Fn(&LightCache) -> Option<&Buffer>) -> Vec<(Vec3, &Buffer)> {
+        self.active().filter_map(|(light, cache)| Some((self.emission(light), buffer(cache)?))).collect()
     }
 
     fn emission(&self, light: OneLight<'_>) -> Vec3 {
         self.sources[light.index as usize].emission
     }
 
-    fn active(&self) -> impl Iterator<Item = (OneLight<'_>, &Rows)> {
-        let lights = self.sources.iter().zip(&self.rows);
+    fn active(&self) -> impl Iterator<Item = (OneLight<'_>, &LightCache)> {
+        let lights = self.sources.iter().zip(&self.caches);
         let active = (0..).zip(lights).filter(|(_, (source, _))| self.traces_all || is_active(source));
-        active.map(|(index, (source, rows))| {
+        active.map(|(index, (source, cache))| {
             let light = OneLight::new(&self.table, index, source);
-            (OneLight { traces_all: self.traces_all, ..light }, rows)
+            (OneLight { traces_all: self.traces_all, ..light }, cache)
         })
     }
 }

@@ -277,17 +277,17 @@ impl Renderer {
         if let Some(gloss) = &self.gloss {
             gloss.record_highlights(rec, &self.buffers, &self.lights, self.view.position);
         }
-        if !self.lights.without_layer().is_empty() {
+        if !self.lights.stale_irradiance().is_empty() {
             self.record_layers(rec);
         }
         if stages.direct {
-            self.direct.record_sum(rec, &self.antialias, &self.lights.layers());
+            self.direct.record_sum(rec, &self.antialias, &self.lights.irradiances());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        let without_factors = self.lights.without_factors();
-        if !without_factors.is_empty() {
+        let stale_factors = self.lights.stale_factors();
+        if !stale_factors.is_empty() {
             let mut pass = rec.pass(FormFactors::STEM);
-            for (place, (light, factors)) in without_factors.into_iter().enumerate() {
+            for (place, (light, factors)) in stale_factors.into_iter().enumerate() {
                 if place > 0 {
                     pass.barrier(COMPUTE_TO_TRANSFER);
                 }
@@ -313,7 +313,7 @@ impl Renderer {
                 gloss.record_entries(rec, materials, &self.lights);
             }
             let scope = self.scopes.of(self.skips);
-            self.record_flux(rec, scope, &self.lights.without_clusters());
+            self.record_flux(rec, scope, &self.lights.stale_clusters());
             if let Some(gloss) = &self.gloss {
                 let contributions = self.path_scan.contributions.whole();
                 gloss.record_clusters(rec, stages, materials, &self.pyramid, contributions, &self.lights);

@@ -37,13 +37,13 @@ impl Renderer {
     pub(super) fn accounts(&self, passes: &[PassTiming]) -> Result<(Account, Account)> {
         let pixels = u64::from(self.size()[0]) * u64::from(self.size()[1]);
         let paths = u64::from(self.form_factors.point_count());
-        let lights = self.lights.layers().len() as u64;
+        let lights = self.lights.irradiances().len() as u64;
         let due = |lights: Vec<(OneLight<'_>, &Buffer)>| {
             let samples: u64 = lights.iter().map(|(light, _)| u64::from(light.samples)).sum();
             (lights.len() as u64, samples)
         };
-        let (due_layers, layer_rays) = due(self.lights.without_layer());
-        let (due_factors, factor_rays) = due(self.lights.without_factors());
+        let (due_layers, layer_rays) = due(self.lights.stale_irradiance());
+        let (due_factors, factor_rays) = due(self.lights.stale_factors());
         let EdgeCapacity { max_samples, samples, slots } = self.antialias.capacity;
         let room = [samples, slots];
         let per_edge =
@@ -55,7 +55,7 @@ impl Renderer {
         // Shadow rays start at all samples of edge pixels, and at the samples of pixels
         // at shadow edges.
         let mut edge_rays = 0;
-        for (light, _) in self.lights.without_layer() {
+        for (light, _) in self.lights.stale_irradiance() {
             let crossed = Antialias::counted(self.lights.shadow_groups(light))?;
             let of_crossed = samples_per_edge(crossed, max_samples, room);
             edge_rays +=
@@ -75,7 +75,7 @@ impl Renderer {
         let near = scope.near_field.bytes(part_counts.chain([scope.near_field.part_count()])) / near_passes;
         let surface = self.primary.pixels.bytes();
         let clusters = self.pyramid.irradiance.bytes();
-        let layers_due = self.lights.without_clusters().len() as u64;
+        let layers_due = self.lights.stale_clusters().len() as u64;
         let layer = (size_of::<ClusterLayer>() as u64) * u64::from(self.pyramid.base_count());
         let contributions = self.path_scan.contributions.bytes();
         let first_bounce = if self.gloss.is_some() { 4 + 12 } else { 4 };

@@ -84,7 +84,7 @@ impl Preview {
                 image.pixel_colours.record(rec, &self.buffers, &view, pixels, Some(&image.antialias));
             }
             let mut pass = rec.pass(Direct::STEM);
-            for (place, (light, layer)) in lights.without_layer().into_iter().enumerate() {
+            for (place, (light, layer)) in lights.stale_irradiance().into_iter().enumerate() {
                 if place > 0 {
                     pass.barrier(COMPUTE_TO_TRANSFER);
                 }
@@ -92,7 +92,7 @@ impl Preview {
             }
             pass.barrier(COMPUTE_TO_COMPUTE);
             drop(pass);
-            image.direct.record_sum(rec, &image.antialias, &lights.layers());
+            image.direct.record_sum(rec, &image.antialias, &lights.irradiances());
             rec.barrier(COMPUTE_TO_COMPUTE);
             image.compose.record(rec, &self.buffers, image.irradiances(lights.emission_scale), [1.0, 0.0]);
             rec.barrier(COMPUTE_TO_COMPUTE);

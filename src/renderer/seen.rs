@@ -146,7 +146,7 @@ impl Renderer {
             return Ok(());
         }
         self.find_near_lights()?;
-        let mut lights = self.lights.without_factors();
+        let mut lights = self.lights.stale_factors();
         lights.truncate(LIGHTS);
         self.context.run(|rec| {
             let mut pass = rec.pass(FormFactors::STEM);

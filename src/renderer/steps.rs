@@ -72,7 +72,7 @@ impl Renderer {
 
     /// Records the irradiance buffers of pixels of lights with a stale one.
     pub(super) fn record_layers(&self, rec: &mut Recorder) {
-        let (lights, pixels) = (self.lights.without_layer(), &self.primary.pixels);
+        let (lights, pixels) = (self.lights.stale_irradiance(), &self.primary.pixels);
         if !self.lights.has_batches {
             self.direct.record_batches(rec, &self.buffers, pixels);
             rec.barrier(COMPUTE_TO_COMPUTE);

@@ -161,7 +161,7 @@ fn edits_outlive_every_change_on_disk_until_there_is_an_answer() {
     desk.write(&scene(BLUE), ASKED);
     desk.answered("lightpaths: s.toml is gone", || std::fs::remove_file(desk.path("s.toml")).unwrap());
     desk.write(&scene(BLUE), ASKED);
-    assert!(same(&mine, &settled(&desk.demo)), "all that");
+    assert!(same(&mine, &settled(&desk.demo)), "my edits are back");
 
     desk.answered("lightpaths: your edits are kept", || desk.answer(KEEP_MINE));
     assert!(same(&mine, &settled(&desk.demo)) && !shows_question(&desk.demo.capture()));

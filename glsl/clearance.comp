@@ -19,7 +19,7 @@ layout(constant_id = 1) const uint SECTORS = 0;
 
 struct Clearance {
     float distance;  // metres; INTERIOR in a solid
-    vec3 wall;       // nearest occluder plane as in CachePoint, if it faces 45° or more away from the surface; else zero
+    vec3 occluder;       // nearest occluder plane as in CachePoint, if it faces 45° or more away from the surface; else zero
 };
 const float INTERIOR = -1.0;
 const float UNKNOWN = -2.0;  // truncated loop
@@ -81,7 +81,7 @@ void main() {
         }
     }
     if (gl_LocalInvocationIndex != 0u) return;
-    vec3 wall = vec3(0.0);
+    vec3 occluder = vec3(0.0);
     Hit hit;
     vec3 direction = frame * stratum_direction(stratum_of(min(nearest_ray[0], RINGS * SECTORS - 1u)), name, push.seed);
     if (nearest[0] != UNKNOWN && nearest_ray[0] != NO_TARGET && trace(Ray(origin, direction, push.scene_size), false, hit)) {
@@ -89,11 +89,11 @@ void main() {
         float distance = dot(plane, hit_position(hit) - point.position);
         // A standing wall or a covering surface: the view of the scene changes behind either.
         bool back = dot(plane, direction) > 0.0;
-        if (dot(back ? -plane : plane, point.normal) < 0.7071 && distance != 0.0) wall = plane / distance;
+        if (dot(back ? -plane : plane, point.normal) < 0.7071 && distance != 0.0) occluder = plane / distance;
         // The nearest hit of a candidate inside a solid is an inner side, which takes no
         // part in transport.
         if (!side_is_active(surface_at(hit.triangle).sides, back)) nearest[0] = INTERIOR;
     }
     if (nearest[0] == UNKNOWN || !loops_completed(push.candidate_count)) clearances[index] = Clearance(UNKNOWN, vec3(0.0));
-    else clearances[index] = Clearance(nearest[0], wall);
+    else clearances[index] = Clearance(nearest[0], occluder);
 }

@@ -169,8 +169,8 @@ gpu_struct! {
         pub normal: Vec3,
         /// 2·triangle + (1 if the back side).
         pub side: u32,
-        /// The nearest occluder plane, `(x - position)·wall = 1`, 1/m; zero if there is none.
-        pub wall: Vec3,
+        /// The nearest occluder plane, `(x - position)·occluder = 1`, 1/m; zero if there is none.
+        pub occluder: Vec3,
         /// Unit geometric normal on its side.
         pub facet: Vec3,
         /// Four whole texels.

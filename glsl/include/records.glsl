@@ -42,8 +42,8 @@ float record_weight(vec3 x, vec3 n, vec3 facet, CachePoint record, Tolerance tol
     float height = height_between(d, n, facet, record);
     float reach = 0.01 * record.radius;
     float height2 = height > 0.0 ? tolerance.above2 : tolerance.below2;
-    if (height * height > height2 * (distance2 + reach * reach) || dot(d, record.wall) > 1.0) return 0.0;
-    bool is_beyond = height * height * dot(record.wall, record.wall) > 0.25;
+    if (height * height > height2 * (distance2 + reach * reach) || dot(d, record.occluder) > 1.0) return 0.0;
+    bool is_beyond = height * height * dot(record.occluder, record.occluder) > 0.25;
     if (is_beyond && height * height > FLAT_SINE2 * distance2) return 0.0;
     if (dot(facet, record.facet) < tolerance.facets) return 0.0;
     float position_error = sqrt(distance2) / record.radius;

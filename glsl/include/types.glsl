@@ -77,7 +77,7 @@ struct CachePoint {
     float radius;   // validity radius, metres
     vec3 normal;    // unit shading normal
     uint side;      // 2·triangle + (1 if the back side)
-    vec3 wall;      // nearest occluder plane dot(x - position, wall) = 1, of a standing wall or a covering surface; zero: none
+    vec3 occluder;      // nearest occluder plane dot(x - position, occluder) = 1, of a standing wall or a covering surface; zero: none
     vec3 facet;     // unit geometric normal on its side
     uvec2 unused;   // to whole texels
 };

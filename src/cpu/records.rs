@@ -44,7 +44,7 @@ pub fn cover_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: 
     let height = height_between(d, n, facet, record);
     let reach = 0.01 * record.radius;
     let height2 = if height > 0.0 { within.above2 } else { within.below2 };
-    if height * height > height2 * (distance2 + reach * reach) || d.dot(record.wall) > 1.0 {
+    if height * height > height2 * (distance2 + reach * reach) || d.dot(record.occluder) > 1.0 {
         return 0.0;
     }
     if facet.dot(record.facet) < within.facets {
@@ -62,7 +62,7 @@ pub fn cover_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: 
 pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
     let d = x - record.position;
     let height = height_between(d, n, facet, record);
-    let is_beyond = height * height * record.wall.length_squared() > 0.25;
+    let is_beyond = height * height * record.occluder.length_squared() > 0.25;
     if is_beyond && height * height > FLAT_SINE2 * d.length_squared() {
         return 0.0;
     }
@@ -80,7 +80,7 @@ mod tests {
             radius: 1.0,
             normal,
             side: 0,
-            wall: Vec3::ZERO,
+            occluder: Vec3::ZERO,
             facet: Vec3::Y,
             unused: UVec2::ZERO,
         }
@@ -117,16 +117,16 @@ mod tests {
             record_weight(Vec3::new(0.4, height, 0.0), Vec3::Y, Vec3::Y, record, Tolerance::VALID)
         };
         // Under cloth 10 cm away, and between two books: beyond half the distance, and within it.
-        for wall in [Vec3::Y / 0.1, Vec3::NEG_X / 0.1] {
-            let narrow = CachePoint { wall, ..record(Vec3::Y) };
+        for occluder in [Vec3::Y / 0.1, Vec3::NEG_X / 0.1] {
+            let narrow = CachePoint { occluder, ..record(Vec3::Y) };
             assert_eq!(weight(&narrow, 0.06), 0.0);
             assert!(weight(&narrow, 0.04) > 0.5);
             // Placement accepts the record for both.
             let outside = Vec3::new(0.4, 0.06, 0.0);
             assert!(cover_weight(outside, Vec3::Y, Vec3::Y, &narrow, Tolerance::VALID) > 0.5);
         }
-        // With the wall a millimetre away, flat surface is still one surface.
-        let narrow = CachePoint { wall: Vec3::NEG_X / 0.001, ..record(Vec3::Y) };
+        // With the occluder a millimetre away, flat surface is still one surface.
+        let narrow = CachePoint { occluder: Vec3::NEG_X / 0.001, ..record(Vec3::Y) };
         assert!(weight(&narrow, 0.005) > 0.5);
         assert_eq!(weight(&narrow, 0.01), 0.0);
     }

@@ -171,7 +171,7 @@ impl Renderer {
                 radius: 0.0,
                 normal: pixels[index].normal,
                 side: pixels[index].side,
-                wall: Vec3::ZERO,
+                occluder: Vec3::ZERO,
                 facet: self.surfaces[pixels[index].side as usize / 2].normal_of(pixels[index].side % 2 == 1),
                 unused: UVec2::ZERO,
             };

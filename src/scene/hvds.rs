@@ -5,7 +5,7 @@
 //! Within a level, the order is by cluster code and then along a Morton curve. So the children of a
 //! cluster are contiguous one level down, in order, and neighbours on a surface are close together.
 
-use crate::scene::walls::{self, CellCluster, PART_BITS, Plane, Walls};
+use crate::scene::split_planes::{self, CellCluster, PART_BITS, Plane, SplitPlanes};
 use crate::scene::{Triangle, clip};
 use crate::types;
 use glam::{UVec3, Vec3};
@@ -81,7 +81,7 @@ impl Hvds {
     /// and along walls without thickness that stand on them. `surfaces` goes with `triangles`;
     /// `cells` is a power of two.
     pub fn build(triangles: &[Triangle], surfaces: &[types::Surface], grid: types::Grid, cells: u32) -> Self {
-        Self::build_with(triangles, surfaces, grid, cells, Walls::Sheets)
+        Self::build_with(triangles, surfaces, grid, cells, SplitPlanes::Sheets)
     }
 
     /// Builds the clusters with base clusters split along all walls that stand on them.
@@ -91,7 +91,7 @@ impl Hvds {
         grid: types::Grid,
         cells: u32,
     ) -> Self {
-        Self::build_with(triangles, surfaces, grid, cells, Walls::All)
+        Self::build_with(triangles, surfaces, grid, cells, SplitPlanes::All)
     }
 
     fn build_with(
@@ -99,15 +99,21 @@ impl Hvds {
         surfaces: &[types::Surface],
         grid: types::Grid,
         cells: u32,
-        stands: Walls,
+        stands: SplitPlanes,
     ) -> Self {
         let (mut parts, mut fragments) = cut_sides(triangles, surfaces, &grid);
         let normal_of = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
         let is_sheet =
             |side: u32| [false, true].iter().all(|&b| surfaces[side as usize / 2].side_is_active(b));
-        let planes =
-            walls::split(&mut fragments, grid.cell_size(), normal_of, walls::cell_key, is_sheet, stands);
-        if stands == Walls::All || !planes.is_empty() {
+        let planes = split_planes::split(
+            &mut fragments,
+            grid.cell_size(),
+            normal_of,
+            split_planes::cell_key,
+            is_sheet,
+            stands,
+        );
+        if stands == SplitPlanes::All || !planes.is_empty() {
             // Cells that a triangle only touches count too. A split cluster's
             // halves count separately.
             parts.retain(|part| part.1 == 0.0 && !planes.contains_key(&part.0));
@@ -225,14 +231,14 @@ impl Hvds {
 
     /// The clusters of a base cell, by its index in the table.
     pub fn clusters_in(&self, cell: usize) -> impl Iterator<Item = CellCluster> {
-        walls::read(
+        split_planes::read(
             &self.cell_clusters[self.cell_offsets[cell] as usize..self.cell_offsets[cell + 1] as usize],
         )
     }
 
     /// The base clusters that are halves of a split one.
     pub fn split_clusters(&self) -> impl Iterator<Item = u32> {
-        let split = walls::read(&self.cell_clusters).filter(|found| found.plane.is_some());
+        let split = split_planes::read(&self.cell_clusters).filter(|found| found.plane.is_some());
         split.flat_map(|found| [found.cluster, found.cluster + 1])
     }
 
@@ -259,7 +265,7 @@ impl Hvds {
         self.cell_offsets = Vec::with_capacity(self.grid.cell_count() + 1);
         for (cell, cluster, key) in entries {
             self.cell_offsets.resize(cell + 1, self.cell_clusters.len() as u32);
-            walls::write(&mut self.cell_clusters, (key >> 48) as u32, cluster, planes.get(&key));
+            split_planes::write(&mut self.cell_clusters, (key >> 48) as u32, cluster, planes.get(&key));
         }
         self.cell_offsets.resize(self.grid.cell_count() + 1, self.cell_clusters.len() as u32);
     }

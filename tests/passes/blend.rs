@@ -125,7 +125,7 @@ fn a_quadratic_field_is_blended_without_flattening_it() {
             radius: 1.0,
             normal: Vec3::Y,
             side: 0,
-            wall: Vec3::ZERO,
+            occluder: Vec3::ZERO,
             facet: Vec3::Y,
             unused: UVec2::ZERO,
         };

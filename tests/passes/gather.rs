@@ -44,7 +44,7 @@ fn random_points(random: &mut Random, count: u32) -> Vec<CachePoint> {
             radius: 1.0,
             normal,
             side: 0,
-            wall: Vec3::ZERO,
+            occluder: Vec3::ZERO,
             facet: normal,
             unused: UVec2::ZERO,
         }

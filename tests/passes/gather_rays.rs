@@ -124,7 +124,7 @@ fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
     assert_silent(&world.context);
 }
 
-const UNTOUCHED: Clearance = Clearance { distance: -1.0, wall: Vec3::ZERO };
+const UNTOUCHED: Clearance = Clearance { distance: -1.0, occluder: Vec3::ZERO };
 
 #[test]
 fn clearances_equal_the_reference() {
@@ -158,7 +158,7 @@ fn clearances_equal_the_reference() {
         // A ray that passes an edge in f32 may have been the nearest.
         let differs = |(device, (distance, wall)): (&Clearance, &(f64, DVec3))| {
             (f64::from(device.distance) - distance).abs() > 1e-4 * distance
-                || (device.wall.as_dvec3() - wall).length() > 1e-3 * wall.length()
+                || (device.occluder.as_dvec3() - wall).length() > 1e-3 * wall.length()
         };
         let differ = found.iter().zip(&reference).filter(|&pair| differs(pair)).count();
         assert!(differ * 30 <= count, "{differ} of {count} clearances differ");

@@ -187,7 +187,7 @@ fn near_clusters_of(extent: Extent) {
         let fits = (point.side % 2 == 1) == cluster.is_back
             && apart.length() <= 1.5 * f64::from(point.radius) * (1.0 + slack)
             && point.normal.as_dvec3().dot(cluster.normal) >= 0.8 - slack
-            && apart.dot(point.wall.as_dvec3()) <= 1.0 + slack
+            && apart.dot(point.occluder.as_dvec3()) <= 1.0 + slack
             // No other surface is between: a point at that height above or below belongs
             // to another surface.
             && (height.abs() <= 0.5 * room * (1.0 + slack) || height.abs() <= 0.1 * apart.length() * (1.0 + slack));

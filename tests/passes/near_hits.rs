@@ -125,7 +125,7 @@ fn near_hits_of(world: &World) {
             (point.side % 2 == 1) == patch.is_back
                 && apart.length() < 1.5 * point.radius
                 && point.normal.dot(patch.normal) >= 0.8
-                && apart.dot(point.wall) <= 1.0
+                && apart.dot(point.occluder) <= 1.0
         };
         let distances = points.iter().filter(speaks).map(|placed| placed.point.position.distance(place));
         let nearest = distances.fold(f32::INFINITY, f32::min);

@@ -216,7 +216,7 @@ fn facets_at_a_sharp_edge_share_no_records() {
         radius: 1.0,
         normal,
         side: 0,
-        wall: Vec3::ZERO,
+        occluder: Vec3::ZERO,
         facet: Vec3::Y,
         unused: UVec2::ZERO,
     };

@@ -180,7 +180,7 @@ impl World {
                 radius: radius * (0.5 + random.unit()),
                 normal,
                 side,
-                wall,
+                occluder: wall,
                 facet,
                 unused: UVec2::ZERO,
             }

@@ -190,7 +190,7 @@ impl Geometry<'_> {
             radius: 0.0,
             normal: if side % 2 == 1 { -shading } else { shading },
             side,
-            wall: Vec3::ZERO,
+            occluder: Vec3::ZERO,
             facet: self.surfaces[side as usize / 2].normal_of(side % 2 == 1),
             unused: UVec2::ZERO,
         }
@@ -377,7 +377,7 @@ impl Attempt<'_> {
                 if records.points.len() as u32 >= self.budget {
                     return Ok(false);
                 }
-                candidate.wall = clearance.wall;
+                candidate.occluder = clearance.occluder;
                 let clearance = self.neighbourhood.clamp(&candidate, clearance.distance);
                 let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);
                 candidate.radius = (0.5 * clearance).clamp(low, high);

@@ -19,7 +19,7 @@ gpu_struct! {
         pub distance: f32,
         /// Plane of that surface, as in `CachePoint`, if it faces 45° or more away from the
         /// candidate's; else zero.
-        pub wall: Vec3,
+        pub occluder: Vec3,
     }
 }
 

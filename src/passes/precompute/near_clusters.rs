@@ -126,7 +126,7 @@ pub(super) fn fits(placed: &Placed, place: Vec3, patch: &Patch) -> bool {
     (point.side % 2 == 1) == patch.is_back
         && apart.length() <= record_reach(point)
         && point.normal.dot(patch.normal) >= LEAN
-        && apart.dot(point.wall) <= 1.0
+        && apart.dot(point.occluder) <= 1.0
 }
 
 /// Finds the near clusters of the extent's levels. `cell_size` of the base cells, metres.

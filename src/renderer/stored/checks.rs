@@ -7,7 +7,7 @@ use super::gloss_checks;
 use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD};
 use crate::passes::precompute::cache_points::RADIUS_RANGE;
 use crate::scene::hvds::Hvds;
-use crate::scene::{Scene, walls};
+use crate::scene::{Scene, split_planes};
 use crate::stored::CacheMiss;
 use crate::types::{CachePoint, NO_CLUSTER, Surface};
 use glam::Vec3;
@@ -82,7 +82,7 @@ fn hierarchy(hvds: &Hvds) -> Result<(), CacheMiss> {
     demand(cuts(&hvds.cell_offsets, cells, hvds.cell_clusters.len()), "cells")?;
     let is_list = |cell: usize| {
         let list = hvds.cell_offsets[cell] as usize..hvds.cell_offsets[cell + 1] as usize;
-        walls::is_list(&hvds.cell_clusters[list], own)
+        split_planes::is_list(&hvds.cell_clusters[list], own)
     };
     demand((0..cells).all(is_list), "clusters of cells")
 }
@@ -151,7 +151,7 @@ fn records(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let is_point = |record: u32| (record as usize) < points.len();
     radii(points, scene)?;
     for point in points {
-        let vectors = [point.position, point.normal, point.wall, point.facet];
+        let vectors = [point.position, point.normal, point.occluder, point.facet];
         let is_finite = vectors.into_iter().all(Vec3::is_finite) && point.radius.is_finite();
         demand(is_finite && (point.side as usize) < 2 * scene.triangles.len(), "cache points")?;
     }

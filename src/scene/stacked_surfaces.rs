@@ -3,7 +3,7 @@
 //! [Yue §5, Figure 3]
 
 use super::hvds::Fragment;
-use super::walls::Plane;
+use super::split_planes::Plane;
 use glam::{DVec2, DVec3, Vec3};
 
 /// Smallest distance between stacked surfaces, in cells.

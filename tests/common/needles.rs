@@ -14,7 +14,7 @@ fn in_four(triangle: &Triangle) -> [Triangle; 4] {
 pub fn box_of_needles(count: u32) -> Scene {
     let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
     scene.cameras[0].size = [16, 16];
-    // SplitPlanes of many triangles, so that rays reach them late.
+    // Walls of many triangles, so that rays reach them late.
     for _ in 0..5 {
         scene.triangles = scene.triangles.iter().flat_map(in_four).collect();
     }

@@ -75,8 +75,8 @@ fn no_random_point_of_a_surface_is_lost() {
     assert_eq!(lost, 0);
 }
 
-/// SplitPlanes exactly on cell boundaries, a pull beside them, and in between. The grid's numbers are
-/// powers of two.
+/// Walls exactly on cell boundaries, a pull beside them, and in between. The grid's numbers
+/// are powers of two.
 #[test]
 fn no_vertex_of_a_box_is_lost_wherever_its_walls_lie_in_the_grid() {
     let cell = 0.125;

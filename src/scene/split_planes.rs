@@ -42,7 +42,7 @@ pub(super) fn split(
     normal_of: impl Fn(u32) -> Vec3,
     cell_of: impl Fn(u64) -> u64,
     is_sheet: impl Fn(u32) -> bool,
-    planes: SplitPlanes,
+    along: SplitPlanes,
 ) -> HashMap<u64, Plane> {
     let mut order: Vec<u32> = (0..fragments.len() as u32).collect();
     order.sort_by_key(|&index| (cell_of(fragments[index as usize].0), fragments[index as usize].0));
@@ -51,7 +51,7 @@ pub(super) fn split(
     {
         let all: Vec<&(u64, Fragment)> = cell.iter().map(|&index| &fragments[index as usize]).collect();
         for cluster in all.chunk_by(|a, b| a.0 == b.0) {
-            let stands = |side: u32| planes == SplitPlanes::All || is_sheet(side);
+            let stands = |side: u32| along == SplitPlanes::All || is_sheet(side);
             let wall = || wall_on(cluster, &all, cell_size, &normal_of, &stands);
             if let Some(plane) = stacked_surfaces::between(cluster, cell_size, &normal_of).or_else(wall) {
                 planes.insert(cluster[0].0, plane);

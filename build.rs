@@ -31,7 +31,7 @@ fn main() {
         let source_hash = hash::fnv1a(flatten(&root.join("glsl"), source).as_bytes());
         let binary = binary(&root, &out, source, stem);
         if !cfg!(feature = "shaderc") && !manifest.contains(&format!("{stem} {source_hash} ")) {
-            println!("cargo:warning=spirv/{stem}.spv is older than glsl/{stem}.comp: run `make spirv`");
+            println!("cargo:warning=spirv/MANIFEST has another hash for glsl/{stem}.comp: run `make spirv`");
         }
         writeln!(
             index,

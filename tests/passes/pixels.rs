@@ -1,4 +1,4 @@
-//! Primary visibility and composition.
+//! Primary visibility, composition and tone map.
 
 use crate::common::assert_silent;
 use crate::world::{FLOAT, Random, World, assert_near};

@@ -99,7 +99,7 @@ keys! {
     "material" "" {
         name: "text", "", "needed", "Name of the material in the model", "\"wall\"", "";
         diffuse: "3 numbers", "0 to 1", "the model's", "Diffuse albedo; replaces an image", "[0.5, 0.5, 0.5]", "[2.0, 0.0, 0.0]";
-        tint: "3 numbers", "0 to 1", "the model's", "Factor beside the model's image; not with diffuse", "", "[2.0, 0.0, 0.0]";
+        tint: "3 numbers", "0 to 1", "the model's", "Factor beside the model's image; not with diffuse", "[0.9, 0.9, 0.9]", "[2.0, 0.0, 0.0]";
         specular: "3 numbers", "0 to 1", "the model's", "Albedo of the Phong lobe", "[0.3, 0.3, 0.3]", "[2.0, 0.0, 0.0]";
         exponent: "number", "1 to 1e6", "the model's", "Exponent of the Phong lobe", "40.0", "0.5";
         editable: "true or false", "", "false", "Whether the material may become glossy at run time", "true", "";

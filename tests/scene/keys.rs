@@ -60,13 +60,10 @@ fn the_reader_takes_every_key_that_is_listed_and_refuses_what_is_out_of_range() 
 #[test]
 fn keys_that_are_not_listed_are_unknown() {
     for (section, _) in SECTIONS {
-        let header = format!("[{section}]\n");
-        let text = file("point", None).replacen(&header, &format!("{header}nonsense = 1\n"), 1);
-        let text = text.replacen(&format!("[{header}"), &format!("[[{section}]]\n"), 1);
-        let text = match text.contains("nonsense") {
-            true => text,
-            false => text.replacen(&format!("[[{section}]]\n"), &format!("[[{section}]]\nnonsense = 1\n"), 1),
-        };
+        let mut text = file("point", None);
+        let header = text.find(&format!("[{section}]")).unwrap();
+        let keys = header + text[header..].find('\n').unwrap() + 1;
+        text.insert_str(keys, "nonsense = 1\n");
         let error = load(&text, OBJ).err().unwrap_or_else(|| panic!("{section}: {text}"));
         assert!(error.to_string().contains("unknown key `nonsense`"), "{section}: {error}");
     }

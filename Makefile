@@ -76,9 +76,9 @@ audit:
 	@command -v cargo-deny >/dev/null || $(CARGO) install cargo-deny --locked
 	@scripts/check_crates.sh --advisories
 
-# How long each reader is fuzzed, and which, e.g. `make fuzz SECONDS=600 READERS='obj stored'`.
+# How long each reader is fuzzed, and which, e.g. `make fuzz SECONDS=600 READERS='obj cache'`.
 SECONDS ?= 60
-READERS ?= toml film obj mtl texture image stored
+READERS ?= toml film obj mtl texture image cache
 
 fuzz:
 	@scripts/setup.sh

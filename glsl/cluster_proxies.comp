@@ -12,11 +12,11 @@ layout(local_size_x = 64) in;
 struct ClusterProxiesPush {
     uint cluster_count;
     uint proxy_count;
-    uint weight_bits;  // width of the weight field in an entry of `proxy_parts`
+    uint weight_bits;  // width of the weight field in an entry of `proxy_terms`
 };
 
-layout(scalar, binding = 0) readonly buffer PartOffsets { uint part_offsets[]; };  // CSR offsets: one for each proxy, and the end
-layout(scalar, binding = 1) readonly buffer ProxyParts { uint proxy_parts[]; };  // cluster << weight_bits | (steps - 1)
+layout(scalar, binding = 0) readonly buffer TermOffsets { uint term_offsets[]; };  // CSR offsets: one for each proxy, and the end
+layout(scalar, binding = 1) readonly buffer ProxyTerms { uint proxy_terms[]; };  // cluster << weight_bits | (steps - 1)
 layout(scalar, binding = 2) buffer Irradiance { vec3 irradiance[]; };
 layout(scalar, push_constant) uniform Push { ClusterProxiesPush push; };
 
@@ -25,9 +25,9 @@ void main() {
     if (proxy >= push.proxy_count) return;
     uint steps = 1u << push.weight_bits;  // sum of the weights of a proxy, in steps
     vec3 sum = vec3(0.0);
-    for (uint i = part_offsets[proxy]; i < part_offsets[proxy + 1u]; ++i) {
-        uint part = proxy_parts[i];
-        sum += float((part & (steps - 1u)) + 1u) * irradiance[part >> push.weight_bits];
+    for (uint i = term_offsets[proxy]; i < term_offsets[proxy + 1u]; ++i) {
+        uint term = proxy_terms[i];
+        sum += float((term & (steps - 1u)) + 1u) * irradiance[term >> push.weight_bits];
     }
     irradiance[push.cluster_count + proxy] = sum / float(steps);
 }

@@ -25,8 +25,8 @@ struct ComposePush {
     uint width;            // pixels
     EdgeCapacity capacity;
     vec3 emission_scale;             // factor of all light: the colour of the only active light
-    float direct_share;    // 1, or 0 for an image without direct light
-    float indirect_share;  // the same for indirect light
+    float direct_weight;    // 1, or 0 for an image without direct light
+    float indirect_weight;  // the same for indirect light
 };
 
 layout(binding = 0) uniform usamplerBuffer Surfaces;
@@ -52,12 +52,12 @@ uint material_of(uint side) { return surface_at(side >> 1).material; }
 // includes it already.
 vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint gloss_source, float weight) {
     if (side == NO_SIDE) return vec3(0.0);
-    vec3 irradiance = push.direct_share * direct + push.indirect_share * weight * indirect_irradiance[source];
+    vec3 irradiance = push.direct_weight * direct + push.indirect_weight * weight * indirect_irradiance[source];
     vec3 radiance = reflectance_at(Materials, material_of(side)).diffuse * irradiance * (1.0 / PI);
     if (HAS_TEXTURES != 0u) radiance *= colour;
     if (IS_GLOSSY == 1u) {
         PixelGloss gloss = gloss_radiance[gloss_source];
-        radiance += weight * (push.direct_share * gloss.direct + push.indirect_share * gloss.indirect);
+        radiance += weight * (push.direct_weight * gloss.direct + push.indirect_weight * gloss.indirect);
     }
     return radiance;
 }

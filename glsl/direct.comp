@@ -29,7 +29,7 @@ layout(binding = 3) uniform usamplerBuffer Lights;
 layout(binding = 4) uniform usamplerBuffer SeenPoints;
 layout(binding = 5) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
-layout(scalar, binding = 7) buffer LightLayer { float light_layer[]; };
+layout(scalar, binding = 7) buffer LightIrradiance { float light_irradiance[]; };
 layout(scalar, binding = 8) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { DirectPush push; };
 
@@ -50,7 +50,7 @@ void main() {
     if (xy.x >= push.width || index >= push.point_count) return;
     PixelSurface point = pixel_surface_at(SeenPoints, index);
     LightSource light = of_kind(light_at(Lights, push.light));
-    float found = push.first_sample == 0u ? 0.0 : light_layer[index];
+    float found = push.first_sample == 0u ? 0.0 : light_irradiance[index];
     // A loop of at most one iteration: lavapipe (Mesa 22.3.6) skips its body if no point of a group
     // sees a surface.
     for (bool is_due = point.side != NO_SIDE; is_due; is_due = false) {
@@ -59,6 +59,6 @@ void main() {
                                  point.footprint);
         found = weighed(light, push.end_sample, found, point.position, point.normal, point.footprint);
     }
-    light_layer[index] = found;
+    light_irradiance[index] = found;
     if (!loops_completed(push.width)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -24,7 +24,7 @@ struct EdgeListPush {
 layout(scalar, binding = 0) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(binding = 1) uniform usamplerBuffer EdgeSamples;
 layout(binding = 2) uniform usamplerBuffer EdgeLight;
-layout(scalar, binding = 3) writeonly buffer LightLayer { float light_layer[]; };
+layout(scalar, binding = 3) writeonly buffer LightIrradiance { float light_irradiance[]; };
 layout(scalar, binding = 4) writeonly buffer EdgeNeeds { uint edge_needs[]; };
 layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 
@@ -44,7 +44,7 @@ void main() {
         squares += light * light;
         is_covered = is_covered && eighths_of(found) == 8u;
     }
-    for (uint i = 0u; i < slots_each && count > 0u; ++i) light_layer[push.pixel_count + edge * slots_each + i] = sums[i] / float(count);
+    for (uint i = 0u; i < slots_each && count > 0u; ++i) light_irradiance[push.pixel_count + edge * slots_each + i] = sums[i] / float(count);
     // Along the scene's outline each sample has traced several image points already.
     float mean = (sums.x + sums.y + sums.z + sums.w) / float(max(count, 1u));
     float variance = squares / float(max(count, 1u)) - mean * mean;

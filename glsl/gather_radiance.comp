@@ -1,6 +1,6 @@
 // Final gathering, step 1: radiance that a gather target sends back along its rays, computed
 // once for all of them. A gather target is a cluster with a material. [Yue §3] Deterministic.
-// One invocation = one gather target. In: cluster irradiance (W/m²), flux of slots (W),
+// One invocation = one gather target. In: cluster irradiance (W/m²), flux of gloss bins (W),
 // reflectances. Out: W/m²/sr.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -14,7 +14,7 @@
 #include "include/gloss.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: cluster fields beyond cluster_count are slots
+layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: cluster fields beyond cluster_count are gloss bins
 
 struct GatherRadiancePush {
     uint target_count;
@@ -26,8 +26,8 @@ layout(scalar, binding = 0) readonly buffer Targets { uint targets[]; };  // tar
 layout(binding = 1) uniform usamplerBuffer Materials;
 layout(binding = 2) uniform usamplerBuffer Irradiance;  // three floats each
 layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
-layout(scalar, binding = 4) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
-layout(scalar, binding = 5) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };     // of slots, W
+layout(scalar, binding = 4) readonly buffer GlossBins { GlossBin gloss_bins[]; };
+layout(scalar, binding = 5) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };     // of gloss bins, W
 layout(scalar, binding = 6) writeonly buffer Radiances { vec4 radiances[]; };  // diffuse radiance without the image's colour; texels
 layout(scalar, binding = 7) writeonly buffer LobeRadiances { vec3 lobe_radiances[]; };        // radiance of Phong lobes, which images do not colour
 layout(scalar, push_constant) uniform Push { GatherRadiancePush push; };
@@ -40,9 +40,9 @@ void main() {
     if (IS_GLOSSY == 1u) {
         vec3 gloss = vec3(0.0);
         if (cluster >= push.cluster_count) {
-            uint slot = cluster - push.cluster_count;
-            cluster = gloss_slots[slot].cluster;
-            gloss = gloss_fluxes[slot] * inverse_areas[cluster] * (1.0 / PI);
+            uint gloss_bin = cluster - push.cluster_count;
+            cluster = gloss_bins[gloss_bin].cluster;
+            gloss = gloss_fluxes[gloss_bin] * inverse_areas[cluster] * (1.0 / PI);
         }
         lobe_radiances[index] = gloss;
     }

@@ -24,35 +24,35 @@ layout(scalar, binding = 1) readonly buffer ContributionRanges { ContributionRan
 layout(scalar, binding = 2) readonly buffer Contributions { Contribution contributions[]; };
 layout(scalar, binding = 3) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };
 layout(scalar, binding = 4) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
-layout(scalar, binding = 5) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
+layout(scalar, binding = 5) readonly buffer GlossBins { GlossBin gloss_bins[]; };
 layout(scalar, binding = 6) readonly buffer BaseRanges { uvec2 base_ranges[]; };   // base clusters below each cluster
 layout(scalar, binding = 7) readonly buffer GlossShifts { uint gloss_shifts[]; };  // of each base cluster; NO_ENTRY: not glossy
 layout(scalar, binding = 8) readonly buffer FirstBounceFlux0 { vec3 first_bounce_flux_0[]; };
 layout(scalar, binding = 9) readonly buffer FirstBounceFlux1 { vec3 first_bounce_flux_1[]; };
 layout(scalar, binding = 10) readonly buffer FirstBounceFlux2 { vec3 first_bounce_flux_2[]; };
 layout(scalar, binding = 11) readonly buffer FirstBounceFlux3 { vec3 first_bounce_flux_3[]; };
-layout(scalar, binding = 12) buffer LightSlots0 { vec3 light_slots_0[]; };
-layout(scalar, binding = 13) buffer LightSlots1 { vec3 light_slots_1[]; };
-layout(scalar, binding = 14) buffer LightSlots2 { vec3 light_slots_2[]; };
-layout(scalar, binding = 15) buffer LightSlots3 { vec3 light_slots_3[]; };
+layout(scalar, binding = 12) buffer LightBins0 { vec3 light_bins_0[]; };
+layout(scalar, binding = 13) buffer LightBins1 { vec3 light_bins_1[]; };
+layout(scalar, binding = 14) buffer LightBins2 { vec3 light_bins_2[]; };
+layout(scalar, binding = 15) buffer LightBins3 { vec3 light_bins_3[]; };
 
 #include "include/gloss_flux.glsl"
 
 struct GlossBasePush {
-    GlossPart part;
-    uint slot_count;  // the first slots, which are no sums of other slots
+    GlossSpan span;
+    uint bin_count;  // the first gloss bins, which are no sums of other gloss bins
 };
 layout(scalar, push_constant) uniform Push { GlossBasePush push; };
 
 void main() {
     uint index = flat_invocation();
-    if (index >= push.slot_count) return;
-    GlossSlot slot = gloss_slots[index];
-    GlossFlux flux = gloss_flux_below(slot.cluster, slot.direction, push.part, hash(index, 0u));
-    bool adds = push.part.adds != 0u;
-    light_slots_0[index] = flux.of_light[0] + (adds ? light_slots_0[index] : vec3(0.0));
+    if (index >= push.bin_count) return;
+    GlossBin gloss_bin = gloss_bins[index];
+    GlossFlux flux = gloss_flux_below(gloss_bin.cluster, gloss_bin.direction, push.span, hash(index, 0u));
+    bool adds = push.span.adds != 0u;
+    light_bins_0[index] = flux.of_light[0] + (adds ? light_bins_0[index] : vec3(0.0));
     if (LIGHTS == 1u) return;
-    light_slots_1[index] = flux.of_light[1] + (adds ? light_slots_1[index] : vec3(0.0));
-    light_slots_2[index] = flux.of_light[2] + (adds ? light_slots_2[index] : vec3(0.0));
-    light_slots_3[index] = flux.of_light[3] + (adds ? light_slots_3[index] : vec3(0.0));
+    light_bins_1[index] = flux.of_light[1] + (adds ? light_bins_1[index] : vec3(0.0));
+    light_bins_2[index] = flux.of_light[2] + (adds ? light_bins_2[index] : vec3(0.0));
+    light_bins_3[index] = flux.of_light[3] + (adds ? light_bins_3[index] : vec3(0.0));
 }

@@ -33,7 +33,7 @@ void main() {
     if (HAS_TEXTURES != 0u) material.diffuse *= unpack_colour(entry.colour);
     vec3 first_bounce = vec3(0.0);
     for (uint i = index * push.beam_count; i < (index + 1u) * push.beam_count; ++i) {
-        first_bounce += gloss_beams[i].factor * reflected_share(material, off_mirror(gloss_beams[i].mirror, entry.departure));
+        first_bounce += gloss_beams[i].factor * reflected_fraction(material, off_mirror(gloss_beams[i].mirror, entry.departure));
     }
     first_bounce_flux[entry.path] = first_bounce;
 }

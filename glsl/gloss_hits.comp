@@ -1,9 +1,9 @@
 // Glossy pixels, step 4: π times the light that glossy surfaces send back along the rays of a
 // sample by their Phong lobes, weighted and summed. Per unit emission of one light or of each of
 // four; one dispatch handles light straight from the light, another light from surfaces. The kernel
-// skips rays that read a slot. The remaining rays meet lobes that slots would blur, or are too few
-// to justify slots. Deterministic. One invocation = one sample. In: rays, beams of a light, or
-// contributions and outgoing flux after the first bounce. Out: W/m².
+// skips rays that read a gloss bin. The remaining rays meet lobes that gloss bins would blur, or
+// are too few to justify gloss bins. Deterministic. One invocation = one sample. In: rays, beams of
+// a light, or contributions and outgoing flux after the first bounce. Out: W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -41,7 +41,7 @@ layout(scalar, binding = 17) buffer LightHits3 { vec3 light_hits_3[]; };
 #include "include/gloss_flux.glsl"
 
 struct GlossHitsPush {
-    GlossPart part;
+    GlossSpan span;
     uint pixel_count;   // of the image
     uint max_samples;  // of a pixel
     uint capacity;      // of the list of samples
@@ -54,7 +54,7 @@ void main() {
     uint count = gloss_offsets[push.pixel_count];
     if (index >= count * gloss_samples_per_pixel(count, push.max_samples, push.capacity)) return;
     GlossFlux sum = GlossFlux(vec3[4](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0)));
-    if (push.part.adds != 0u) {
+    if (push.span.adds != 0u) {
         sum.of_light[0] = light_hits_0[index];
         if (LIGHTS == 4u) {
             sum.of_light[1] = light_hits_1[index];
@@ -64,12 +64,12 @@ void main() {
     }
     for (uint i = index * LOBE_RAYS; i < (index + 1u) * LOBE_RAYS; ++i) {
         GlossRay ray = gloss_rays[i];
-        if (ray.target == NO_TARGET || ray.slot != NO_SLOT) continue;
+        if (ray.target == NO_TARGET || ray.gloss_bin != NO_GLOSS_BIN) continue;
         if (!has_lobe(materials[ray.target >> push.cluster_bits])) continue;
         uint cluster = ray.target & ((1u << push.cluster_bits) - 1u);
-        GlossPart part = push.part;
-        if (part.most != 0u) part.most = vertices_for(materials[ray.target >> push.cluster_bits]);
-        GlossFlux flux = gloss_flux_below(cluster, unpack_direction(ray.direction), part, hash(i, 1u));
+        GlossSpan span = push.span;
+        if (span.most != 0u) span.most = vertices_for(materials[ray.target >> push.cluster_bits]);
+        GlossFlux flux = gloss_flux_below(cluster, unpack_direction(ray.direction), span, hash(i, 1u));
         vec3 weight = vec3(ray.weight * inverse_areas[cluster]);
         for (uint light = 0u; light < LIGHTS; ++light) add(sum.of_light[light], weight, flux.of_light[light]);
     }

@@ -8,9 +8,9 @@
 layout(local_size_x = 64) in;
 
 struct GlossLevelPush {
-    uint first_slot;  // of the level
-    uint slot_count;
-    uint leaf_count;  // slots that are not sums
+    uint first_bin;  // of the level
+    uint bin_count;
+    uint leaf_count;  // gloss bins that are not sums
 };
 
 layout(scalar, binding = 0) readonly buffer ChildOffsets { uint child_offsets[]; };
@@ -20,11 +20,11 @@ layout(scalar, push_constant) uniform Push { GlossLevelPush push; };
 
 void main() {
     uint index = flat_invocation();
-    if (index >= push.slot_count) return;
-    uint slot = push.first_slot + index;
+    if (index >= push.bin_count) return;
+    uint gloss_bin = push.first_bin + index;
     vec3 sum = vec3(0.0);
-    for (uint i = child_offsets[slot - push.leaf_count]; i < child_offsets[slot - push.leaf_count + 1u]; ++i) {
+    for (uint i = child_offsets[gloss_bin - push.leaf_count]; i < child_offsets[gloss_bin - push.leaf_count + 1u]; ++i) {
         sum += gloss_fluxes[children[i]];
     }
-    gloss_fluxes[slot] = sum;
+    gloss_fluxes[gloss_bin] = sum;
 }

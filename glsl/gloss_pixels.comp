@@ -37,8 +37,8 @@ layout(scalar, binding = 8) readonly buffer Highlights { vec3 highlights[]; };  
 layout(scalar, binding = 9) writeonly buffer GlossRadiance { PixelGloss gloss_radiance[]; };
 layout(scalar, binding = 10) readonly buffer GlossColours { uint gloss_colours[]; };  // of rays, packed; only in scenes with images
 layout(scalar, binding = 11) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
-layout(scalar, binding = 12) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
-layout(scalar, binding = 13) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };  // of each slot, W
+layout(scalar, binding = 12) readonly buffer GlossBins { GlossBin gloss_bins[]; };
+layout(scalar, binding = 13) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };  // of each gloss bin, W
 layout(scalar, push_constant) uniform Push { GlossPixelsPush push; };
 
 #include "include/surfaces.glsl"
@@ -58,7 +58,7 @@ void main() {
         Reflectance material = materials[ray.target >> push.cluster_bits];
         vec3 radiosity = material.diffuse * irradiance[cluster];
         if (HAS_TEXTURES != 0u) radiosity *= unpack_colour(gloss_colours[i]);
-        if (ray.slot != NO_SLOT) radiosity += inverse_areas[gloss_slots[ray.slot].cluster] * gloss_fluxes[ray.slot];
+        if (ray.gloss_bin != NO_GLOSS_BIN) radiosity += inverse_areas[gloss_bins[ray.gloss_bin].cluster] * gloss_fluxes[ray.gloss_bin];
         sum += ray.weight * radiosity;
     }
     vec3 direct = vec3(0.0);
@@ -67,6 +67,6 @@ void main() {
         sum += gloss_hits[i];
     }
     vec3 specular = materials[surface_at(pixel_surface_at(Pixels, pixel).side >> 1).material].specular;
-    float share = 1.0 / float(max(samples, 1u));
-    gloss_radiance[pixel] = PixelGloss(share * specular * direct, share / (PI * float(LOBE_RAYS)) * specular * sum);
+    float fraction = 1.0 / float(max(samples, 1u));
+    gloss_radiance[pixel] = PixelGloss(fraction * specular * direct, fraction / (PI * float(LOBE_RAYS)) * specular * sum);
 }

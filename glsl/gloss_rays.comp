@@ -49,8 +49,8 @@ layout(scalar, binding = 11) writeonly buffer GlossSamples { PixelSurface gloss_
 layout(scalar, binding = 12) writeonly buffer GlossRays { GlossRay gloss_rays[]; };
 layout(scalar, binding = 13) writeonly buffer GlossColours { uint gloss_colours[]; };  // of the image at each ray's hit, packed
 layout(scalar, binding = 14) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
-layout(scalar, binding = 15) readonly buffer ReadOffsets { uint read_offsets[]; };  // CSR offsets into `slot_reads`: one for each cluster, and the end
-layout(scalar, binding = 16) readonly buffer SlotReads { uvec2 slot_reads[]; };   // (direction bin, slot), sorted
+layout(scalar, binding = 15) readonly buffer ReadOffsets { uint read_offsets[]; };  // CSR offsets into `bin_reads`: one for each cluster, and the end
+layout(scalar, binding = 16) readonly buffer BinReads { uvec2 bin_reads[]; };   // (direction bin, gloss bin), sorted
 layout(scalar, binding = 17) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 18) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 19) readonly buffer Texels { uint texels[]; };
@@ -66,27 +66,27 @@ layout(scalar, push_constant) uniform Push { GlossRaysPush push; };
 
 uint material_of(uint side) { return surface_at(side >> 1).material; }
 
-// A ray looks for a slot first at a cluster of this fraction of its footprint, because gather rays
-// may read finer clusters.
+// A ray looks for a gloss bin first at a cluster of this fraction of its footprint, because gather
+// rays may read finer clusters.
 const float FINER = 0.25;
 // Levels that the search climbs from there.
 const uint CLIMB = 5u;
 
-// The slot that holds the outgoing flux of a cluster, or of one of its ancestors, in the bin of a
-// direction; NO_SLOT if there is none.
-uint slot_towards(uint cluster, vec3 toward) {
+// The gloss bin that holds the outgoing flux of a cluster, or of one of its ancestors, in the bin
+// of a direction; NO_GLOSS_BIN if there is none.
+uint gloss_bin_towards(uint cluster, vec3 toward) {
     uint bin = direction_bin(toward, push.side);
     for (uint level = 0u; level <= CLIMB && cluster != NO_CLUSTER; ++level) {
         uvec2 range = uvec2(read_offsets[cluster], read_offsets[cluster + 1u]);
         while (range.x < range.y) {
             uint middle = (range.x + range.y) / 2u;
-            uvec2 read = slot_reads[middle];
+            uvec2 read = bin_reads[middle];
             if (read.x == bin) return read.y;
             if (read.x < bin) range.x = middle + 1u; else range.y = middle;
         }
         cluster = links[cluster].parent;
     }
-    return NO_SLOT;
+    return NO_GLOSS_BIN;
 }
 
 // Ray number `index`, from a point that the camera sees; `rays` of them share the pixel's lobe.
@@ -98,7 +98,7 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
     vec3 direction = sample_phong_lobe(mirror, exponent, u);
     float cosine = dot(direction, point.normal);
 
-    GlossRay ray = GlossRay(NO_TARGET, 0.0, pack_direction(-direction), NO_SLOT);
+    GlossRay ray = GlossRay(NO_TARGET, 0.0, pack_direction(-direction), NO_GLOSS_BIN);
     Hit hit;
     if (push.traces != 0u && cosine > 0.0 && dot(direction, geometric) > 0.0
         && trace(Ray(offset_origin(point.position, geometric), direction, 1e30), false, hit)) {
@@ -108,9 +108,9 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
         uint cluster = cluster_for(hit, direction, footprint);
         uint material = surface_at(hit.triangle).material;
         if (cluster != NO_CLUSTER) ray.target = cluster | (material << push.cluster_bits);
-        bool reads_slots = has_lobe(materials[material]) && materials[material].exponent <= push.max_exponent
+        bool reads_bins = has_lobe(materials[material]) && materials[material].exponent <= push.max_exponent
                         && gloss_fraction(materials[material]) <= LITTLE;
-        if (reads_slots && cluster != NO_CLUSTER) ray.slot = slot_towards(cluster_for(hit, direction, FINER * footprint), -direction);
+        if (reads_bins && cluster != NO_CLUSTER) ray.gloss_bin = gloss_bin_towards(cluster_for(hit, direction, FINER * footprint), -direction);
         if (HAS_TEXTURES != 0u) gloss_colours[index] = pack_colour(image_at(material, hit.triangle, hit.barycentric));
         ray.weight = cosine * (exponent + 2.0) / (exponent + 1.0);
     }

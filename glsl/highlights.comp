@@ -38,7 +38,7 @@ layout(binding = 4) uniform usamplerBuffer Lights;
 layout(scalar, binding = 5) readonly buffer GlossOffsets { uint gloss_offsets[]; };
 layout(scalar, binding = 6) readonly buffer GlossSamples { PixelSurface gloss_samples[]; };
 layout(scalar, binding = 7) readonly buffer GlossPixels { uint gloss_pixels[]; };
-layout(scalar, binding = 8) buffer HighlightLayer { float highlight_layer[]; };
+layout(scalar, binding = 8) buffer LightHighlights { float highlight_irradiance[]; };
 layout(scalar, binding = 9) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { HighlightsPush push; };
 
@@ -108,7 +108,7 @@ void main() {
         if (!is_lit(point.position, normal, LightSample(direction, distance, vec3(0.0)))) continue;
         sum += cosine * (exponent + 2.0) / (exponent + 1.0) / float(LOBE_RAYS);
     }
-    float before = push.first_sample == 0u ? 0.0 : highlight_layer[index];
-    highlight_layer[index] = before + sum;
+    float before = push.first_sample == 0u ? 0.0 : highlight_irradiance[index];
+    highlight_irradiance[index] = before + sum;
     if (!loops_completed(push.pixel_count)) truncated_loops[0] = LOOP_TRUNCATED;
 }

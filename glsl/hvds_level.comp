@@ -10,7 +10,7 @@
 layout(local_size_x = 64) in;
 
 struct HvdsLevelPush {
-    uint first_place;  // of the level, in the list
+    uint first_listed;  // of the level, in the list
     uint cluster_count;
 };
 
@@ -22,7 +22,7 @@ layout(scalar, push_constant) uniform Push { HvdsLevelPush push; };
 void main() {
     uint index = flat_invocation();
     if (index >= push.cluster_count) return;
-    uint cluster = summed_clusters[push.first_place + index];
+    uint cluster = summed_clusters[push.first_listed + index];
     ClusterFlux sum = ClusterFlux(vec3(0.0), vec3(0.0));
     for (uint child = child_offsets[cluster]; child < child_offsets[cluster + 1u]; ++child) {
         sum.direct += cluster_fluxes[child].direct;

@@ -13,7 +13,7 @@ layout(local_size_x = 64) in;
 
 struct NeededListPush {
     uint record_count;
-    uint rows_per_part;  // records of one buffer of the table
+    uint records_per_chunk;  // records of one buffer of the table
 };
 
 layout(scalar, binding = 0) readonly buffer RecordOffsets { uint record_offsets[]; };
@@ -30,10 +30,10 @@ void main() {
         listed_records[place] = index;
         is_current[index] = 1u;
     }
-    if (index % push.rows_per_part == 0u) {
-        uint part = index / push.rows_per_part;
-        uint records = record_offsets[min(index + push.rows_per_part, push.record_count)] - place;
+    if (index % push.records_per_chunk == 0u) {
+        uint chunk = index / push.records_per_chunk;
+        uint records = record_offsets[min(index + push.records_per_chunk, push.record_count)] - place;
         uint groups = (records + RECORDS - 1u) / RECORDS;
-        for (uint axis = 0u; axis < 3u; ++axis) gather_groups[3u * part + axis] = swizzled(groups)[axis];
+        for (uint axis = 0u; axis < 3u; ++axis) gather_groups[3u * chunk + axis] = swizzled(groups)[axis];
     }
 }

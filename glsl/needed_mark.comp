@@ -15,7 +15,7 @@ struct NeededMarkPush {
     uint weight_capacity;
 };
 
-layout(binding = 0) uniform usamplerBuffer WeightRuns;  // of each pixel
+layout(binding = 0) uniform usamplerBuffer WeightRanges;  // of each pixel
 layout(binding = 1) uniform usamplerBuffer Weights;     // `SplatWeight`s
 layout(scalar, binding = 2) writeonly buffer IsSeen { uint is_seen[]; };
 layout(scalar, push_constant) uniform Push { NeededMarkPush push; };
@@ -23,6 +23,6 @@ layout(scalar, push_constant) uniform Push { NeededMarkPush push; };
 void main() {
     uint index = flat_invocation();
     if (index >= push.pixel_count) return;
-    uvec2 run = pair_at(WeightRuns, index);
-    for (uint i = run.x; i < min(run.y, push.weight_capacity); ++i) is_seen[pair_at(Weights, i).x] = 1u;
+    uvec2 range = pair_at(WeightRanges, index);
+    for (uint i = range.x; i < min(range.y, push.weight_capacity); ++i) is_seen[pair_at(Weights, i).x] = 1u;
 }

@@ -16,8 +16,8 @@ struct PathScanApplyPush {
     uint first_step;   // of the bound buffer of the steps
     uint first_block;  // of this dispatch
     uint end_block;
-    uint first_slot;   // of the bound buffer of the contributions
-    uint end_slot;     // its end
+    uint first_contribution;   // of the bound buffer of the contributions
+    uint end_contribution;     // its end
 };
 
 layout(scalar, binding = 0) readonly buffer Steps { PathStep steps[]; };
@@ -30,8 +30,8 @@ void main() {
     if (block >= push.end_block) return;
     uint end = min((block + 1u) * BLOCK_STEPS, push.step_count) - push.first_step;
     for (uint i = block * BLOCK_STEPS - push.first_step; i < end && steps[i].material != HEAD; ++i) {
-        uint slot = steps[i].slot;
-        if (slot < push.first_slot || slot >= push.end_slot) continue;
-        contributions[slot - push.first_slot].throughput *= entering[block];
+        uint contribution = steps[i].contribution;
+        if (contribution < push.first_contribution || contribution >= push.end_contribution) continue;
+        contributions[contribution - push.first_contribution].throughput *= entering[block];
     }
 }

@@ -22,8 +22,8 @@ struct PathScanPush {
     uint first_step;   // of the bound buffer of the steps
     uint first_block;  // of this dispatch
     uint end_block;
-    uint first_slot;   // of the bound buffer of the contributions
-    uint end_slot;     // its end
+    uint first_contribution;   // of the bound buffer of the contributions
+    uint end_contribution;     // its end
 };
 
 layout(binding = 0) uniform usamplerBuffer Materials;
@@ -41,11 +41,11 @@ vec3 factor_of(PathStep path_step, uint place) {
     if (path_step.material >= FROM_ENTRY) return vec3(path_step.weight);
     Reflectance material = reflectance_at(Materials, path_step.material);
     if (HAS_TEXTURES != 0u) material.diffuse *= unpack_colour(step_colours[place]);
-    return path_step.weight * (IS_GLOSSY == 1u ? reflected_share(material, lobes[place]) : material.diffuse);
+    return path_step.weight * (IS_GLOSSY == 1u ? reflected_fraction(material, lobes[place]) : material.diffuse);
 }
 
-void put(uint slot, vec3 throughput) {
-    if (slot >= push.first_slot && slot < push.end_slot) contributions[slot - push.first_slot].throughput = throughput;
+void put(uint contribution, vec3 throughput) {
+    if (contribution >= push.first_contribution && contribution < push.end_contribution) contributions[contribution - push.first_contribution].throughput = throughput;
 }
 
 void main() {
@@ -62,7 +62,7 @@ void main() {
     for (uint i = first; i < end; ++i) {
         PathStep path_step = path_step_at(Steps, i);
         running = join(running, Segment(factor_of(path_step, i), uint(path_step.material == HEAD)));
-        if (running.has_head != 0u) put(path_step.slot, running.product);
+        if (running.has_head != 0u) put(path_step.contribution, running.product);
     }
     segments[thread] = running;
     barrier();
@@ -79,7 +79,7 @@ void main() {
         PathStep path_step = path_step_at(Steps, i);
         if (path_step.material == HEAD) break;
         product *= factor_of(path_step, i);
-        put(path_step.slot, product);
+        put(path_step.contribution, product);
     }
     if (thread == gl_WorkGroupSize.x - 1u) blocks[block] = segments[thread];
 }

@@ -41,7 +41,7 @@ layout(scalar, binding = 7) readonly buffer ShadowPixels { uint shadow_pixels[];
 layout(binding = 8) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 9) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
 layout(scalar, binding = 10) readonly buffer EdgeNeeds { uint edge_needs[]; };
-layout(scalar, binding = 11) buffer LightLayer { float light_layer[]; };
+layout(scalar, binding = 11) buffer LightIrradiance { float light_irradiance[]; };
 layout(scalar, binding = 12) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
@@ -91,13 +91,13 @@ PixelSurface seen_in(uint place, View view, vec2 point) {
 
 // The slot of a further sample of an edge pixel: the least dissimilar one, of the sample's material
 // if there is one. `first` is the pixel's first slot.
-uint slot_for(PixelSurface found, uint pixel, uint first, uint room) {
+uint slot_for(PixelSurface found, uint pixel, uint first, uint slot_count) {
     uvec2 size = uvec2(push.view.width, push.view.height);
     Surface surface = surface_at(found.side >> 1);
     vec3 facet = facet_of(surface, found.side);
     uint best = 0u;
     float least = 1e30;
-    for (uint i = 0u; i < room; ++i) {
+    for (uint i = 0u; i < slot_count; ++i) {
         EdgeSlot slot = edge_slots[first + i];
         if (slot.side == NO_SIDE) break;
         float cost = dissimilarity(found, facet, pixel_surface_at(Pixels, pixel_at(size, pixel, place_of(slot))));
@@ -158,12 +158,12 @@ void main() {
     vec4 total = vec4(0.0);
     for (uint i = 0u; i < LANES; ++i) total += sums[gl_LocalInvocationIndex + i];
     if (!is_edge) {
-        light_layer[index] = (push.first_sample == 0u ? 0.0 : light_layer[index]) + total.x / float(count);
+        light_irradiance[index] = (push.first_sample == 0u ? 0.0 : light_irradiance[index]) + total.x / float(count);
         return;
     }
     for (uint i = 0u; i < slots; ++i) {
         uint value = pixel_count + first_slot + i;
-        float share = push.first_sample == 0u ? float(before) / float(count) : 1.0;
-        light_layer[value] = light_layer[value] * share + total[i] / float(count);
+        float fraction = push.first_sample == 0u ? float(before) / float(count) : 1.0;
+        light_irradiance[value] = light_irradiance[value] * fraction + total[i] / float(count);
     }
 }

@@ -19,7 +19,7 @@ struct EdgeMarkPush {
     uint height;
 };
 
-layout(binding = 0) uniform usamplerBuffer LightLayer;
+layout(binding = 0) uniform usamplerBuffer LightIrradiance;
 layout(binding = 1) uniform usamplerBuffer EdgeNumbers;
 layout(scalar, binding = 2) readonly buffer EdgeNeeds { uint edge_needs[]; };
 layout(scalar, binding = 3) writeonly buffer ShadowPixels { uint shadow_pixels[]; };
@@ -30,8 +30,8 @@ layout(scalar, push_constant) uniform Push { EdgeMarkPush push; };
 // caller masks them.
 vec4 light_from(int first, int pixel_count) {
     ivec2 texels = clamp((ivec2(first) >> 2) + ivec2(0, 1), 0, (pixel_count - 1) >> 2);
-    vec4 a = uintBitsToFloat(texelFetch(LightLayer, texels.x));
-    vec4 b = uintBitsToFloat(texelFetch(LightLayer, texels.y));
+    vec4 a = uintBitsToFloat(texelFetch(LightIrradiance, texels.x));
+    vec4 b = uintBitsToFloat(texelFetch(LightIrradiance, texels.y));
     int skipped = first & 3;
     vec4 half_way = skipped >= 2 ? vec4(a.zw, b.xy) : a;
     return (skipped & 1) == 0 ? half_way : vec4(half_way.yzw, skipped == 1 ? b.x : b.z);

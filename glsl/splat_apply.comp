@@ -18,7 +18,7 @@ struct SplatApplyPush {
 };
 
 layout(binding = 0) uniform usamplerBuffer Pixels;
-layout(binding = 1) uniform usamplerBuffer WeightRuns;  // of each pixel
+layout(binding = 1) uniform usamplerBuffer WeightRanges;  // of each pixel
 layout(binding = 2) uniform usamplerBuffer Weights;
 layout(binding = 3) uniform usamplerBuffer Records;  // `Record`s
 layout(scalar, binding = 4) writeonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
@@ -31,18 +31,18 @@ void main() {
     vec3 irradiance = vec3(0.0);
     vec3 offset = vec3(0.0);
     mat3 translation = mat3(0.0);
-    uvec2 run = pair_at(WeightRuns, index);
-    for (uint i = run.x; i < min(run.y, push.weight_capacity); ++i) {
+    uvec2 range = pair_at(WeightRanges, index);
+    for (uint i = range.x; i < min(range.y, push.weight_capacity); ++i) {
         uvec2 splat = pair_at(Weights, i);  // a `SplatWeight`
         Record record = record_at(Records, splat.x);
-        float share = uintBitsToFloat(splat.y);
-        float weight = abs(share);
+        float signed_weight = uintBitsToFloat(splat.y);
+        float weight = abs(signed_weight);
         // Trapezoidal rule: half of the offset by the record's gradient here, half by the mean
         // gradient at the pixel below, so that the curvature terms cancel.
         vec3 moved = pixel.position - record.position;
         vec3 change = 0.5 * moved * record.translation + pixel.normal * record.rotation;
         // Gradients are unreliable beyond the validity of a record.
-        if (share < 0.0) {
+        if (signed_weight < 0.0) {
             change = clamp(change, -0.5 * record.irradiance, record.irradiance);
             record.translation = mat3(0.0);
         }

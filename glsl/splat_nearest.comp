@@ -20,7 +20,7 @@ struct SplatNearestPush {
 layout(binding = 0) uniform usamplerBuffer Pixels;
 layout(binding = 1) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 2) readonly buffer BlockBoxes { TileBox block_boxes[]; };
-layout(scalar, binding = 3) readonly buffer WeightRuns { WeightRun weight_runs[]; };
+layout(scalar, binding = 3) readonly buffer WeightRanges { WeightRange weight_ranges[]; };
 layout(scalar, binding = 4) readonly buffer UncoveredPixels { uint uncovered_pixels[]; };  // see splat_tiles
 layout(scalar, binding = 5) writeonly buffer Weights { SplatWeight weights[]; };
 layout(scalar, push_constant) uniform Push { SplatNearestPush push; };
@@ -84,6 +84,6 @@ void main() {
         }
     }
     find_least(best, chosen);
-    uint place = weight_runs[index].first;
+    uint place = weight_ranges[index].first;
     if (thread == 0u && place < push.weight_capacity) weights[place] = SplatWeight(first, -1.0);
 }

@@ -32,7 +32,7 @@ layout(binding = 2) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 3) readonly buffer Rectangles { PixelRectangle rectangles[]; };
 layout(scalar, binding = 4) readonly buffer PairOffsets { uint pair_offsets[]; };
 layout(scalar, binding = 5) readonly buffer SortedPairs { TilePair sorted_pairs[]; };
-layout(scalar, binding = 6) buffer WeightRuns { WeightRun weight_runs[]; };  // of each pixel
+layout(scalar, binding = 6) buffer WeightRanges { WeightRange weight_ranges[]; };  // of each pixel
 layout(scalar, binding = 7) buffer Weights { SplatWeight weights[]; };
 layout(scalar, binding = 8) buffer Tally { SplatTally tally; };
 // Both lists: workgroups along each axis, one an item; the number of items; the items, in any
@@ -119,9 +119,9 @@ void main() {
 
     uint first = 0u;
     if (CROWDED == 1u && in_image) {
-        WeightRun run = weight_runs[index];
-        wants_records = run.end - run.first > KEPT;
-        first = run.first;
+        WeightRange range = weight_ranges[index];
+        wants_records = range.end - range.first > KEPT;
+        first = range.first;
     }
     SplatWeight kept[KEPT];
     uint count = 0u;
@@ -187,8 +187,8 @@ void main() {
     if (is_uncovered) list_uncovered(index);
     if (is_relaxed && count > 0u) atomicAdd(tally.relaxed, 1u);
 
-    uint room = is_uncovered ? 1u : count;
-    if (room > 0u) first = atomicAdd(tile_weights, room);
+    uint capacity = is_uncovered ? 1u : count;
+    if (capacity > 0u) first = atomicAdd(tile_weights, capacity);
     if (count > KEPT) atomicOr(crowding, 1u);
     barrier();
     if (thread == 0u) {
@@ -198,7 +198,7 @@ void main() {
     barrier();
     if (!in_image) return;
     first += tile_first;
-    weight_runs[index] = WeightRun(first, first + room);
+    weight_ranges[index] = WeightRange(first, first + capacity);
     for (uint i = 0u; i < min(count, KEPT) && first + i < push.weight_capacity; ++i) {
         weights[first + i] = SplatWeight(kept[i].record, kept[i].weight / sum);
     }

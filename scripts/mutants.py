@@ -32,7 +32,7 @@ TREE = WORK / "tree"
 SITES, RESULTS = WORK / "sites.json", WORK / "results.json"
 RUST = ["src/passes", "src/renderer", "src/cpu", "src/gpu"]
 # Test binaries in the order in which a mutant is tried.
-ORDER = ["lightpaths", "hazards", "device", "interface", "passes", "stored", "physics", "stress", "scene", "soak",
+ORDER = ["lightpaths", "hazards", "device", "interface", "passes", "cache", "physics", "stress", "scene", "soak",
          "cli", "failures", "window"]
 # These start the program, which does not know for which test it runs.
 BY_PROGRAM = ["cli", "failures", "window"]
@@ -109,10 +109,10 @@ CHOSEN = [
     ("src/renderer/edits.rs", "(old.exponent != new.exponent || ", "((!crate::mutant(ID) && old.exponent != new.exponent) || "),
     ("src/renderer/lights.rs", "        self.caches.remove(light);",
      "        if crate::mutant(ID) { self.caches.swap_remove(light); } else { self.caches.remove(light); }"),
-    ("src/renderer/stored/key.rs", "words.extend([exponent.to_bits(),",
+    ("src/renderer/precompute_cache/key.rs", "words.extend([exponent.to_bits(),",
      "words.extend([if crate::mutant(ID) { 0 } else { exponent.to_bits() },"),
-    ("src/renderer/stored/key.rs", "u32::from(texture.is_clamped)", "u32::from(!crate::mutant(ID) && texture.is_clamped)"),
-    ("src/renderer/stored/key.rs", "points.iter().map(|point| point",
+    ("src/renderer/precompute_cache/key.rs", "u32::from(texture.is_clamped)", "u32::from(!crate::mutant(ID) && texture.is_clamped)"),
+    ("src/renderer/precompute_cache/key.rs", "points.iter().map(|point| point",
      "points.iter().take(if crate::mutant(ID) { 1 } else { usize::MAX }).map(|point| point"),
     ("src/renderer/lights.rs", "            gloss.sample_count = sample_count;",
      "            if !crate::mutant(ID) { gloss.sample_count = sample_count; }"),

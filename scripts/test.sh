@@ -51,7 +51,7 @@ note_times() {
 # need no device: the driver keeps what it has compiled. Then the longest, so that none is left running
 # alone at the end.
 binaries() {
-    local order='stress readers scene window physics cli passes failures stored soak' name path
+    local order='stress readers scene window physics cli passes failures cache soak' name path
     sed -n 's/^ *Executable \(unittests \)\{0,1\}\([^ ]*\) (\(.*\))$/\2 \3/p' | while read -r name path; do
         name=${name#tests/} name=${name#src/} name=${name#examples/}
         name=${name%.rs} name=${name%/main}

@@ -54,10 +54,10 @@ pub(crate) fn room_for(bytes: u64) -> Result<Vec<u8>, String> {
     if bytes > SMALL_BYTES && free_bytes().is_some_and(|free| bytes > free) {
         return Err(refusal());
     }
-    let mut room = Vec::new();
+    let mut capacity = Vec::new();
     let count = usize::try_from(bytes).map_err(|_| refusal())?;
-    room.try_reserve_exact(count).map_err(|_| refusal())?;
-    Ok(room)
+    capacity.try_reserve_exact(count).map_err(|_| refusal())?;
+    Ok(capacity)
 }
 
 /// Memory that is available without swapping, bytes. `None` if the system does not report it.

@@ -4,6 +4,8 @@
 #[forbid(unsafe_code)]
 pub mod app;
 #[forbid(unsafe_code)]
+pub mod cache_file;
+#[forbid(unsafe_code)]
 pub mod cpu;
 #[forbid(unsafe_code)]
 pub mod error;
@@ -24,8 +26,6 @@ pub mod reference;
 pub mod renderer;
 #[forbid(unsafe_code)]
 pub mod scene;
-#[forbid(unsafe_code)]
-pub mod stored;
 #[forbid(unsafe_code)]
 pub mod types;
 

@@ -341,7 +341,7 @@ fn host_files_name_what_shaders_declare() {
 const LAYERS: [&[&str]; 6] = [
     &["error", "files", "layout", "types"],
     &["gpu", "scene"],
-    &["cpu", "image", "metrics", "stored"],
+    &["cpu", "image", "metrics", "cache_file"],
     &["passes"],
     &["reference", "renderer"],
     &["app"],

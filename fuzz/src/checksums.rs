@@ -1,6 +1,6 @@
 //! Makes checksums right, so that what is behind them is read.
 
-use lightpaths::stored::hash;
+use lightpaths::cache_file::hash;
 
 /// CRC-32 of PNG chunks.
 fn crc(bytes: &[u8]) -> u32 {
@@ -30,7 +30,7 @@ const SECTION: usize = 56;
 
 /// A file of light paths with its length and all checksums made right, as far as its sections
 /// lie within it.
-pub fn stored(bytes: &[u8]) -> Option<Vec<u8>> {
+pub fn cache(bytes: &[u8]) -> Option<Vec<u8>> {
     let mut file = bytes.to_vec();
     let word =
         |file: &[u8], at: usize| u32::from_le_bytes([file[at], file[at + 1], file[at + 2], file[at + 3]]);

@@ -174,11 +174,11 @@ pub fn stored_scene() -> Scene {
 }
 
 /// Stored light paths. Their checksums are made right: whoever means harm does that, too.
-pub fn stored(bytes: &[u8]) -> bool {
+pub fn cache(bytes: &[u8]) -> bool {
     static SCENE: OnceLock<Arc<Scene>> = OnceLock::new();
     let scene = SCENE.get_or_init(|| Arc::new(stored_scene()));
     let is_taken =
         |bytes: &[u8]| miss_reason(bytes, scene).unwrap_or_else(|error| panic!("{error}")).is_none();
     let as_they_are = is_taken(bytes);
-    checksums::stored(bytes).map_or(as_they_are, |mended| is_taken(&mended))
+    checksums::cache(bytes).map_or(as_they_are, |mended| is_taken(&mended))
 }

@@ -25,7 +25,7 @@ bool has_lobe(Reflectance material) { return any(greaterThan(material.specular, 
 
 // π times the BRDF, for a direction whose 1 - cosα off the mirror direction is x: the albedo,
 // where there is no lobe.
-vec3 reflected_share(Reflectance material, float x) {
+vec3 reflected_fraction(Reflectance material, float x) {
     return material.diffuse + material.specular * (0.5 * (material.exponent + 2.0) * phong_lobe(x, material.exponent));
 }
 
@@ -33,7 +33,7 @@ vec3 reflected_share(Reflectance material, float x) {
 // surface.
 vec3 brdf(Reflectance material, vec3 normal, vec3 outgoing, vec3 incident) {
     if (dot(normal, incident) <= 0.0) return vec3(0.0);
-    return reflected_share(material, off_mirror(reflect(-outgoing, normal), incident)) * (1.0 / PI);
+    return reflected_fraction(material, off_mirror(reflect(-outgoing, normal), incident)) * (1.0 / PI);
 }
 
 // A direction around `mirror`, of density (n+1)/(2π)·cosⁿα.
@@ -57,16 +57,16 @@ BrdfSample sample_brdf(Reflectance material, vec3 normal, vec3 outgoing, vec2 u)
     float gloss = luminance(material.specular);
     float total = gloss + luminance(material.diffuse);
     if (total <= 0.0) return BrdfSample(normal, 1.0 / PI, vec3(0.0));
-    float share = gloss / total;  // of the Phong lobe
-    bool is_phong = u.x < share;
+    float fraction = gloss / total;  // of the Phong lobe
+    bool is_phong = u.x < fraction;
     // Rescales the subinterval that selected the lobe to the unit interval.
-    float v = is_phong ? u.x / share : (u.x - share) / (1.0 - share);
+    float v = is_phong ? u.x / fraction : (u.x - fraction) / (1.0 - fraction);
     vec3 mirror = reflect(-outgoing, normal);
     vec3 incident = is_phong ? sample_phong_lobe(mirror, material.exponent, vec2(v, u.y))
                              : frame_around(normal) * sample_cosine(vec2(min(v, 1.0), u.y));
     float cosine = dot(normal, incident);
     float lobe = phong_lobe(mirror, incident, material.exponent);
-    float pdf = (1.0 - share) * max(cosine, 0.0) / PI + share * lobe * (material.exponent + 1.0) / (2.0 * PI);
+    float pdf = (1.0 - fraction) * max(cosine, 0.0) / PI + fraction * lobe * (material.exponent + 1.0) / (2.0 * PI);
     bool is_above = cosine > 0.0 && pdf > 0.0;
     vec3 reflected = material.diffuse / PI + material.specular * (lobe * (material.exponent + 2.0) / (2.0 * PI));
     return BrdfSample(incident, pdf, is_above ? reflected * (cosine / max(pdf, 1e-30)) : vec3(0.0));

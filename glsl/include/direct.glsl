@@ -75,15 +75,15 @@ float sample_weight(LightSource light, vec3 position, vec3 shading, float area) 
     vec2 edges = vec2(length(light.edge_u), length(light.edge_v));
     // A lower bound of the distance to the nearest point of the light.
     float spacings = (distance - 0.5 * (edges.x + edges.y)) * sqrt(float(light.samples)) / max(edges.x, edges.y);
-    float share = light.area > LARGE * distance * distance ? clamp(2.0 - spacings / NEAR, 0.0, 1.0) : 0.0;
+    float fraction = light.area > LARGE * distance * distance ? clamp(2.0 - spacings / NEAR, 0.0, 1.0) : 0.0;
     // Point to disc of the surface's area. [Wallace]
     float weight = 1.0 / (1.0 + area / (PI * distance * distance));
-    for (bool is_due = share > 0.0; is_due; is_due = false) {
+    for (bool is_due = fraction > 0.0; is_due; is_due = false) {
         float sum = open_samples(light, corner, shading);
         float whole = parallelogram_irradiance(shading, corner, light.edge_u, light.edge_v);
         // Disc to disc: a receiver takes no more than the light emits, even from a light much
         // smaller than itself.
-        if (sum > 0.0) weight = mix(weight, whole / (sum * (1.0 + whole * area / (PI * light.area))), share);
+        if (sum > 0.0) weight = mix(weight, whole / (sum * (1.0 + whole * area / (PI * light.area))), fraction);
     }
     return weight;
 }

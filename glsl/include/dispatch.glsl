@@ -2,7 +2,7 @@
 // (src/gpu/tuning.rs). The last ones may be superfluous: compare with a count in the push block.
 // Kernels of one-dimensional work use these functions instead of gl_GlobalInvocationID.
 
-// Strips of workgroups along x go to the layers along z in turn, and then to the next row.
+// Strips of workgroups along x go to the slices along z in turn, and then to the next row.
 uint flat_workgroup() { return gl_WorkGroupID.x + gl_NumWorkGroups.x * (gl_WorkGroupID.z + gl_NumWorkGroups.z * gl_WorkGroupID.y); }
 
 // A macro, so that it expands where the local size is known: in a function compiled ahead of the

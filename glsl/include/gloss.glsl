@@ -26,7 +26,7 @@ struct GlossVertex {
 };
 
 // One outgoing direction of one cluster.
-struct GlossSlot {
+struct GlossBin {
     uint cluster;
     vec3 direction;  // unit: the mean direction of its readers
 };
@@ -51,6 +51,6 @@ uint vertices_for(Reflectance material) {
 }
 
 // π times the Phong term of the BRDF.
-vec3 lobe_share(Reflectance material, vec3 mirror, vec3 toward) {
+vec3 lobe_term(Reflectance material, vec3 mirror, vec3 toward) {
     return material.specular * (0.5 * (material.exponent + 2.0) * phong_lobe(mirror, toward, material.exponent));
 }

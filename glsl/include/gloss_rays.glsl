@@ -5,10 +5,10 @@ struct GlossRay {
     uint target;     // cluster | material << cluster_bits; NO_TARGET where the ray left the scene
     float weight;    // (n+2)/(n+1)·cosθ
     uint direction;  // unit direction back towards the pixel, octahedral, two 16-bit integers
-    uint slot;       // slot with the lobe's outgoing flux of the surface there; NO_SLOT: the flux comes from its vertices
+    uint gloss_bin;       // gloss bin with the lobe's outgoing flux of the surface there; NO_GLOSS_BIN: the flux comes from its vertices
 };
 
-const uint NO_SLOT = 0xffffffffu;
+const uint NO_GLOSS_BIN = 0xffffffffu;
 
 // Glossy radiance of a pixel, W/m²/sr.
 struct PixelGloss {

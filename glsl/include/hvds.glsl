@@ -5,7 +5,7 @@ struct ClusterFlux {
 };
 // Flux that a base cluster receives from one light, per unit of its emission and of the mean area
 // of an entry point.
-struct ClusterLayer {
+struct LightFlux {
     float direct;   // at entry points, in every channel
     vec3 indirect;  // at all other vertices
 };
@@ -17,7 +17,7 @@ ClusterFlux cluster_flux_at(usamplerBuffer list, uint index) {
     vec4 a = uintBitsToFloat(texelFetch(list, int(first))), b = uintBitsToFloat(texelFetch(list, int(first + 1u)));
     return (index & 1u) == 0u ? ClusterFlux(a.xyz, vec3(a.w, b.xy)) : ClusterFlux(vec3(a.zw, b.x), b.yzw);
 }
-ClusterLayer cluster_layer_at(usamplerBuffer list, uint index) {
+LightFlux light_flux_at(usamplerBuffer list, uint index) {
     vec4 words = uintBitsToFloat(texelFetch(list, int(index)));
-    return ClusterLayer(words.x, words.yzw);
+    return LightFlux(words.x, words.yzw);
 }

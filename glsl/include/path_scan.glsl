@@ -8,7 +8,7 @@ struct PathStep {
     uint material;  // that reflected the path towards this vertex; HEAD where the path starts here, FROM_ENTRY where an entry
                     // point that may be glossy did: its reflection depends on the light
     float weight;   // cosθ/(π·pdf) over the survival probability; at the head, the path's own weight
-    uint slot;      // index of the vertex's contribution
+    uint contribution;      // index of the vertex's contribution
 };
 const uint HEAD = 0xffffffffu;
 const uint FROM_ENTRY = 0xfffffffeu;

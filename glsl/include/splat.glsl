@@ -42,7 +42,7 @@ struct SplatWeight {
 };
 
 // The segment of weights that belongs to a pixel.
-struct WeightRun {
+struct WeightRange {
     uint first;
     uint end;
 };

@@ -25,10 +25,10 @@ vec3 image_at(uint material, uint triangle, vec3 barycentric) {
         place = image.is_clamped != 0u ? clamp(place, 0.0, 1.0) : place - floor(place);
         vec2 between = place * vec2(image.width, image.height) - 0.5;
         ivec2 low = ivec2(floor(between));
-        vec2 share = between - vec2(low);
-        vec3 above = mix(texel_at(image, low), texel_at(image, low + ivec2(1, 0)), share.x);
-        vec3 below = mix(texel_at(image, low + ivec2(0, 1)), texel_at(image, low + ivec2(1)), share.x);
-        colour = mix(above, below, share.y);
+        vec2 fraction = between - vec2(low);
+        vec3 above = mix(texel_at(image, low), texel_at(image, low + ivec2(1, 0)), fraction.x);
+        vec3 below = mix(texel_at(image, low + ivec2(0, 1)), texel_at(image, low + ivec2(1)), fraction.x);
+        colour = mix(above, below, fraction.y);
     }
     return colour;
 }

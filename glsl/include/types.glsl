@@ -69,7 +69,7 @@ struct ContributionRange {
 uint path_of(Contribution contribution) { return contribution.what & 0xffffffu; }
 
 // Weight of a contribution's throughput in its cluster.
-float share_of(Contribution contribution, bool is_unweighted) { return is_unweighted ? 1.0 : float(contribution.what >> 24) / 255.0; }
+float contribution_weight(Contribution contribution, bool is_unweighted) { return is_unweighted ? 1.0 : float(contribution.what >> 24) / 255.0; }
 
 // A point where indirect irradiance is gathered; its record is splatted to pixels.
 struct CachePoint {

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use clap::Args;
 
 use super::{note, progress};
+use crate::cache_file::{Folder, misnamed};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, ContextOptions};
 use crate::renderer::{Progress, Renderer, Store};
 use crate::scene::{LoadOptions, Quality, Scene};
-use crate::stored::{Folder, misnamed};
 
 /// Largest image side in pixels; the device may hold less.
 const SIZE_MAX: u32 = 16_384;
@@ -179,7 +179,7 @@ impl DeviceArgs {
             None => Renderer::new(context, scene, progress.as_mut())?,
             Some(store) => {
                 let mut say = |line: &str| self.say(line);
-                Renderer::stored(context, scene, store, progress.as_mut(), &mut say)?
+                Renderer::cached(context, scene, store, progress.as_mut(), &mut say)?
             }
         };
         renderer.scene().warnings.iter().skip(said).for_each(|warning| self.warn(warning));

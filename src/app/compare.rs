@@ -192,11 +192,11 @@ fn text(comparison: &Comparison, z_test: Option<&ZTest>) -> String {
         "relMSE        {relmse:.4e}\nRMSE          {rmse:.4e}\nSMAPE         {smape:.4e}\nFLIP          {flip:.4e}\n\
          energy ratio  {energy_ratio:.6}\n"
     );
-    if let Some(ZTest { mean, rms, share_above_3, count, differ_without_noise }) = z_test {
+    if let Some(ZTest { mean, rms, fraction_above_3, count, differ_without_noise }) = z_test {
         text += &format!(
             "z mean        {mean:.4}\nz rms         {rms:.4}\n|z| > 3       {:.4} % of {count} values\n\
              no noise      {differ_without_noise} values that differ\n",
-            100.0 * share_above_3,
+            100.0 * fraction_above_3,
         );
     }
     text
@@ -217,7 +217,7 @@ fn json(comparison: &Comparison, z_test: Option<&ZTest>) -> String {
         figures.extend([
             ("z_mean", number(z.mean)),
             ("z_rms", number(z.rms)),
-            ("z_share_above_3", number(z.share_above_3)),
+            ("z_fraction_above_3", number(z.fraction_above_3)),
             ("z_count", z.count.to_string()),
             ("z_differ_without_noise", z.differ_without_noise.to_string()),
         ]);

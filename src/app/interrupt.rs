@@ -39,7 +39,7 @@ pub(super) fn watch() {
         if let Some(keep) = keep {
             keep();
         }
-        let _kept = crate::stored::remove_temporaries();
+        let _kept = crate::cache_file::remove_temporaries();
         let _ = emulate_default_handler(signal);
         std::process::exit(128 + signal);
     };

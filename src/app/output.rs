@@ -4,8 +4,8 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use crate::cache_file::Temporary;
 use crate::error::{Error, Result};
-use crate::stored::Temporary;
 
 /// An output file that was checked to be writable.
 #[derive(Debug)]

@@ -106,13 +106,13 @@ pub fn samples_per_edge(edge_count: u32, most: u32, [samples, slots]: [u32; 2]) 
 /// a material and the position of the pixel whose indirect light the sample takes; samples of one
 /// sort share a slot. If the slots run out, a sample takes the first slot of its material, else
 /// the last slot.
-pub fn slots(sorts: &[Option<(u32, u32)>], room: u32) -> Vec<Option<usize>> {
+pub fn slots(sorts: &[Option<(u32, u32)>], capacity: u32) -> Vec<Option<usize>> {
     let mut slots: Vec<(u32, u32)> = Vec::new();
     let mut slot_of = |sort: (u32, u32)| {
         if let Some(own) = slots.iter().position(|slot| *slot == sort) {
             return own;
         }
-        if slots.len() < room as usize {
+        if slots.len() < capacity as usize {
             slots.push(sort);
             return slots.len() - 1;
         }
@@ -158,7 +158,7 @@ pub struct EdgeSample {
     /// Index of the image point that it shows.
     pub number: u32,
     /// Fraction of its image points that meet a surface.
-    pub share: f64,
+    pub fraction: f64,
 }
 
 /// Sample `index` of the `count` of an edge pixel. If a pixel around it sees nothing, the sample
@@ -176,10 +176,10 @@ pub fn edge_sample(
     let numbers = (0..points).map(|k| index + k * count);
     let met: Vec<(u32, Seen)> =
         numbers.filter_map(|number| Some((number, sample(geometry, view, pixel, number)?))).collect();
-    let share = met.len() as f64 / f64::from(points);
+    let fraction = met.len() as f64 / f64::from(points);
     match met.into_iter().next() {
-        Some((number, seen)) => EdgeSample { seen: Some(seen), number, share },
-        None => EdgeSample { seen: None, number: index, share },
+        Some((number, seen)) => EdgeSample { seen: Some(seen), number, fraction },
+        None => EdgeSample { seen: None, number: index, fraction },
     }
 }
 

@@ -5,19 +5,19 @@ use glam::{DMat3, DVec3};
 
 /// Irradiance and gradients at a point: the weighted mean of its neighbours' records, each
 /// extrapolated by the mean of the gradients at both ends.
-pub fn blend(point: &CachePoint, shares: &[(Record, f32)]) -> (DVec3, DMat3, DMat3) {
+pub fn blend(point: &CachePoint, weights: &[(Record, f32)]) -> (DVec3, DMat3, DMat3) {
     let normal = point.normal.as_dvec3();
     let (mut irradiance, mut offset) = (DVec3::ZERO, DVec3::ZERO);
     let (mut translation, mut rotation) = (DMat3::ZERO, DMat3::ZERO);
-    for (record, share) in shares {
-        let share = f64::from(*share);
+    for (record, weight) in weights {
+        let weight = f64::from(*weight);
         let moved = point.position.as_dvec3() - record.position.as_dvec3();
         let [along, turned] = [record.translation.as_dmat3(), record.rotation.as_dmat3()];
         let change = 0.5 * along.transpose() * moved + turned.transpose() * normal;
-        irradiance += share * (record.irradiance.as_dvec3() + change).max(DVec3::ZERO);
-        offset += share * moved;
-        translation += along * share;
-        rotation += turned * share;
+        irradiance += weight * (record.irradiance.as_dvec3() + change).max(DVec3::ZERO);
+        offset += weight * moved;
+        translation += along * weight;
+        rotation += turned * weight;
     }
     irradiance = (irradiance + 0.5 * translation.transpose() * offset).max(DVec3::ZERO);
     // The component of the mean rotation along the point's own normal is no rotation.
@@ -27,19 +27,19 @@ pub fn blend(point: &CachePoint, shares: &[(Record, f32)]) -> (DVec3, DMat3, DMa
 }
 
 /// Whether the blend clamps a value at zero.
-pub fn is_limited(point: &CachePoint, shares: &[(Record, f32)]) -> bool {
+pub fn is_limited(point: &CachePoint, weights: &[(Record, f32)]) -> bool {
     let place = point.position.as_dvec3();
     let (mut sum, mut offset, mut translation) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
     let mut is_limited = false;
-    for (record, share) in shares {
-        let (share, along) = (f64::from(*share), record.translation.as_dmat3());
+    for (record, weight) in weights {
+        let (weight, along) = (f64::from(*weight), record.translation.as_dmat3());
         let moved = place - record.position.as_dvec3();
         let turned = record.rotation.as_dmat3().transpose() * point.normal.as_dvec3();
         let value = record.irradiance.as_dvec3() + 0.5 * along.transpose() * moved + turned;
         is_limited |= value.min_element() < 0.0;
-        sum += share * value.max(DVec3::ZERO);
-        offset += share * moved;
-        translation += along * share;
+        sum += weight * value.max(DVec3::ZERO);
+        offset += weight * moved;
+        translation += along * weight;
     }
     is_limited || (sum + 0.5 * translation.transpose() * offset).min_element() < 0.0
 }

@@ -30,12 +30,12 @@ fn lobe_scale(material: &Reflectance, lobe: f64) -> DVec3 {
 }
 
 /// π times the Phong term of the BRDF.
-pub fn lobe_share(material: &Reflectance, mirror: DVec3, toward: DVec3) -> DVec3 {
+pub fn lobe_term(material: &Reflectance, mirror: DVec3, toward: DVec3) -> DVec3 {
     lobe_scale(material, phong_lobe(mirror, toward, f64::from(material.exponent)))
 }
 
 /// π times the BRDF, for a direction whose 1 − cosα off the mirror direction is `off_mirror`.
-pub fn reflected_share(material: &Reflectance, off_mirror: f64) -> DVec3 {
+pub fn reflected_fraction(material: &Reflectance, off_mirror: f64) -> DVec3 {
     let lobe = (1.0 - off_mirror).clamp(0.0, 1.0).powf(f64::from(material.exponent));
     material.diffuse.as_dvec3() + lobe_scale(material, lobe)
 }
@@ -75,16 +75,16 @@ pub fn sample_brdf(material: &Reflectance, normal: DVec3, outgoing: DVec3, u: DV
     if total <= 0.0 {
         return BrdfSample { incident: normal, pdf: 1.0 / PI, weight: DVec3::ZERO };
     }
-    let (share, exponent) = (gloss / total, f64::from(material.exponent));
+    let (fraction, exponent) = (gloss / total, f64::from(material.exponent));
     let mirror = mirror(normal, outgoing);
-    let incident = if u.x < share {
-        sample_phong_lobe(mirror, exponent, DVec2::new(u.x / share, u.y))
+    let incident = if u.x < fraction {
+        sample_phong_lobe(mirror, exponent, DVec2::new(u.x / fraction, u.y))
     } else {
-        frame(normal.as_vec3()) * sample_cosine(DVec2::new((u.x - share) / (1.0 - share), u.y))
+        frame(normal.as_vec3()) * sample_cosine(DVec2::new((u.x - fraction) / (1.0 - fraction), u.y))
     };
     let cosine = normal.dot(incident);
     let lobe = phong_lobe(mirror, incident, exponent);
-    let pdf = (1.0 - share) * cosine.max(0.0) / PI + share * lobe * (exponent + 1.0) / TAU;
+    let pdf = (1.0 - fraction) * cosine.max(0.0) / PI + fraction * lobe * (exponent + 1.0) / TAU;
     let is_above = cosine > 0.0 && pdf > 0.0;
     let weight = if is_above { reflected(material, lobe) * cosine / pdf } else { DVec3::ZERO };
     BrdfSample { incident, pdf, weight }

@@ -5,8 +5,8 @@ use crate::scene::hvds::Hvds;
 use glam::{DVec3, Vec3};
 
 /// Irradiance of a proxy, W/m²: the sum of its clusters' irradiances times their weights.
-pub fn proxy(parts: impl IntoIterator<Item = (Vec3, f32)>) -> DVec3 {
-    parts.into_iter().map(|(irradiance, weight)| f64::from(weight) * irradiance.as_dvec3()).sum()
+pub fn proxy(terms: impl IntoIterator<Item = (Vec3, f32)>) -> DVec3 {
+    terms.into_iter().map(|(irradiance, weight)| f64::from(weight) * irradiance.as_dvec3()).sum()
 }
 
 /// Area of a cluster that a point sees, and the area that faces the point, m². Samples

@@ -47,7 +47,7 @@ pub fn sample_weight(light: &LightSource, position: DVec3, shading: DVec3, area_
     let spacing = u.length().max(v.length()) / f64::from(light.samples).sqrt();
     let spacings = (distance - 0.5 * (u.length() + v.length())) / spacing;
     let is_large = area > LARGE * distance.powi(2);
-    let share = if is_large { (2.0 - spacings / NEAR).clamp(0.0, 1.0) } else { 0.0 };
+    let fraction = if is_large { (2.0 - spacings / NEAR).clamp(0.0, 1.0) } else { 0.0 };
     // [Wallace]
     let afar = 1.0 / (1.0 + area_m2 / PI / distance.powi(2));
     let white = LightSource { emission: Vec3::ONE, ..*light };
@@ -56,11 +56,11 @@ pub fn sample_weight(light: &LightSource, position: DVec3, shading: DVec3, area_
         Some(shading.dot(found.direction).max(0.0) * found.irradiance.x)
     };
     let sum = (0..light.samples).filter_map(open).sum::<f64>() / f64::from(light.samples);
-    if share == 0.0 || sum == 0.0 {
+    if fraction == 0.0 || sum == 0.0 {
         return afar;
     }
     let whole = polygon_irradiance(shading, &[corner, corner + u, corner + u + v, corner + v]);
-    afar + share * (whole / (sum * (1.0 + whole * area_m2 / (PI * area))) - afar)
+    afar + fraction * (whole / (sum * (1.0 + whole * area_m2 / (PI * area))) - afar)
 }
 
 /// Point samples of a light that illuminate a surface point of that area (m²). Each has its
@@ -102,7 +102,7 @@ pub fn light_factor(
 }
 
 /// Direct irradiance at a pixel per unit of a light's emission.
-pub fn layer(geometry: Geometry<'_>, light: &LightSource, pixel: &PixelSurface) -> f64 {
+pub fn irradiance(geometry: Geometry<'_>, light: &LightSource, pixel: &PixelSurface) -> f64 {
     match pixel.side {
         NO_SIDE => 0.0,
         side => {
@@ -114,7 +114,7 @@ pub fn layer(geometry: Geometry<'_>, light: &LightSource, pixel: &PixelSurface) 
 
 /// Direct irradiance at a pixel, W/m².
 pub fn direct(geometry: Geometry<'_>, lights: &[LightSource], pixel: &PixelSurface) -> DVec3 {
-    lights.iter().map(|light| layer(geometry, light, pixel) * light.emission.as_dvec3()).sum()
+    lights.iter().map(|light| irradiance(geometry, light, pixel) * light.emission.as_dvec3()).sum()
 }
 
 #[cfg(test)]

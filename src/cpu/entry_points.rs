@@ -18,9 +18,9 @@ pub fn entry_points(
     seed: u32,
 ) -> Vec<PathVertex> {
     let mut points = Vec::new();
-    for (&(corners, side, weight), run) in patches.iter().zip(point_offsets.windows(2)) {
+    for (&(corners, side, weight), range) in patches.iter().zip(point_offsets.windows(2)) {
         let [p0, p1, p2] = corners.map(Vec3::as_dvec3);
-        for index in run[0]..run[1] {
+        for index in range[0]..range[1] {
             let u = sample_3d(index, seed).as_dvec3();
             let along = u.x.sqrt();
             let inside = (1.0 - along) * p0 + along * ((1.0 - u.y) * p1 + u.y * p2);

@@ -34,8 +34,9 @@ pub struct Sources<'a> {
     pub min_distance: f32,
     /// Unit of their packed rotational gradients.
     pub rotation_unit: f32,
-    /// Slots, the targets beyond the clusters: cluster of each, and its glossy flux there, W/m².
-    pub slots: &'a [(u32, DVec3)],
+    /// Gloss bins, the targets beyond the clusters: cluster of each, and its glossy
+    /// flux there, W/m².
+    pub bins: &'a [(u32, DVec3)],
 }
 
 /// Gathers the rays of one point with that shading normal. `colours`: packed colours of the images
@@ -59,7 +60,7 @@ pub fn gather(
         let read = (target & ((1 << sources.cluster_bits) - 1)) as usize;
         let (cluster, gloss) = match sources.irradiance.len() {
             clusters if read < clusters => (read, DVec3::ZERO),
-            clusters => (sources.slots[read - clusters].0 as usize, sources.slots[read - clusters].1),
+            clusters => (sources.bins[read - clusters].0 as usize, sources.bins[read - clusters].1),
         };
         let colour = colours.get(index).map_or(DVec3::ONE, |&packed| unpack_colour(packed));
         let albedo = colour * sources.albedos[material as usize].as_dvec3();
@@ -67,8 +68,8 @@ pub fn gather(
         irradiance += stratum * rays * radiance;
 
         // [Krivanek]
-        let [movement, rotation_share] = unpack_change(merged_ray.change);
-        let across = frame * (f64::from(sources.rotation_unit) * rotation_share).extend(0.0);
+        let [movement, rotation_fraction] = unpack_change(merged_ray.change);
+        let across = frame * (f64::from(sources.rotation_unit) * rotation_fraction).extend(0.0);
         let movement = movement / f64::from(sources.min_distance);
         for channel in 0..3 {
             translation[channel] += radiance[channel] * (frame * movement.extend(0.0));

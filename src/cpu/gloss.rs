@@ -1,6 +1,6 @@
 //! Reference of the passes of glossy surfaces.
 
-use crate::cpu::brdf::{lobe_share, reflected_share};
+use crate::cpu::brdf::{lobe_term, reflected_fraction};
 use crate::types::Reflectance;
 use glam::{DVec3, Vec3};
 
@@ -18,13 +18,14 @@ pub struct Beam {
 pub fn reflected_flux(material: &Reflectance, colour: DVec3, beams: &[Beam], departure: Vec3) -> DVec3 {
     let diffuse = material.diffuse * colour.as_vec3();
     let material = Reflectance { diffuse, ..*material };
-    let share =
-        |beam: &Beam| reflected_share(&material, 0.5 * (beam.mirror - departure.as_dvec3()).length_squared());
-    beams.iter().map(|beam| beam.flux * share(beam)).sum()
+    let fraction = |beam: &Beam| {
+        reflected_fraction(&material, 0.5 * (beam.mirror - departure.as_dvec3()).length_squared())
+    };
+    beams.iter().map(|beam| beam.flux * fraction(beam)).sum()
 }
 
 /// π times the flux that the Phong lobes at vertices send in a unit direction, W; each vertex has
 /// a material and a beam.
 pub fn lobe_sum<'a>(vertices: impl IntoIterator<Item = (&'a Reflectance, Beam)>, toward: DVec3) -> DVec3 {
-    vertices.into_iter().map(|(material, beam)| beam.flux * lobe_share(material, beam.mirror, toward)).sum()
+    vertices.into_iter().map(|(material, beam)| beam.flux * lobe_term(material, beam.mirror, toward)).sum()
 }

@@ -1,6 +1,6 @@
 //! Reference of the samples and rays of glossy pixels.
 
-use crate::cpu::brdf::{lobe_share, sample_phong_lobe};
+use crate::cpu::brdf::{lobe_term, sample_phong_lobe};
 use crate::cpu::direct::lit_samples;
 use crate::cpu::gather_rays::Tracing;
 use crate::cpu::lights::{LightSample, is_lit};
@@ -95,9 +95,9 @@ pub fn highlight(
     let seen = f64::from(light.area) * (-axis.dot(to_light)).max(0.0) / to_light.length().powi(3);
     if light.kind != LIGHT_AREA || seen * (exponent + 1.0) <= TAU {
         let samples = lit_samples(geometry, light, point.position, normal, point.normal, point.footprint);
-        let shares =
-            samples.iter().map(|(_, direction, factor)| lobe_share(material, mirror, *direction) * *factor);
-        return shares.sum::<DVec3>() / PI;
+        let fractions =
+            samples.iter().map(|(_, direction, factor)| lobe_term(material, mirror, *direction) * *factor);
+        return fractions.sum::<DVec3>() / PI;
     }
     let seed = hash_pair(tracing.seed, index);
     let gloss = |ray: u32| {

@@ -5,27 +5,33 @@ use crate::types::{Contribution, ContributionRange, NO_CLUSTER, OPEN};
 use glam::{DVec3, Vec3};
 
 /// Weighted throughput of a contribution to its cluster.
-fn share(contribution: &Contribution, run: &ContributionRange) -> DVec3 {
-    let counts =
-        if run.is_unweighted == 1 { 1.0 } else { f64::from(contribution.accessibility()) / f64::from(OPEN) };
+fn weighted(contribution: &Contribution, range: &ContributionRange) -> DVec3 {
+    let counts = if range.is_unweighted == 1 {
+        1.0
+    } else {
+        f64::from(contribution.accessibility()) / f64::from(OPEN)
+    };
     counts * contribution.throughput.as_dvec3()
 }
 
 /// Sums of a range over entry points and over other vertices; `light` of a path at its entry point
 /// and behind it.
 fn sums(
-    run: &ContributionRange,
+    of_cluster: &ContributionRange,
     contributions: &[Contribution],
     light: [&dyn Fn(usize) -> DVec3; 2],
 ) -> [DVec3; 2] {
-    let part = |range: std::ops::Range<u32>, light: &dyn Fn(usize) -> DVec3| -> DVec3 {
+    let sum = |range: std::ops::Range<u32>, light: &dyn Fn(usize) -> DVec3| -> DVec3 {
         let contributions = &contributions[range.start as usize..range.end as usize];
         contributions
             .iter()
-            .map(|contribution| share(contribution, run) * light(contribution.path() as usize))
+            .map(|contribution| weighted(contribution, of_cluster) * light(contribution.path() as usize))
             .sum()
     };
-    [part(run.first..run.first_other, light[0]), part(run.first_other..run.end, light[1])]
+    [
+        sum(of_cluster.first..of_cluster.first_other, light[0]),
+        sum(of_cluster.first_other..of_cluster.end, light[1]),
+    ]
 }
 
 /// Flux of every cluster, W, direct and indirect: a base cluster sums its contributions, a coarser
@@ -33,13 +39,13 @@ fn sums(
 pub fn cluster_flux(
     hvds: &Hvds,
     path_flux: [&[Vec3]; 2],
-    runs: &[ContributionRange],
+    ranges: &[ContributionRange],
     contributions: &[Contribution],
 ) -> Vec<[DVec3; 2]> {
     let mut flux = vec![[DVec3::ZERO; 2]; hvds.cluster_count() as usize];
     let [at_entry, behind] = path_flux.map(|flux| move |path: usize| flux[path].as_dvec3());
-    for (base, run) in runs.iter().enumerate() {
-        let own = sums(run, contributions, [&at_entry, &behind]);
+    for (base, range) in ranges.iter().enumerate() {
+        let own = sums(range, contributions, [&at_entry, &behind]);
         let mut cluster = base;
         while let Some(sum) = flux.get_mut(cluster) {
             *sum = [sum[0] + own[0], sum[1] + own[1]];
@@ -52,15 +58,15 @@ pub fn cluster_flux(
 /// Flux that each base cluster receives from one light, per unit of its emission and of the mean
 /// area of an entry point: at entry points, and at other vertices. `factors`: form factor of each
 /// path's entry point; `first_bounce`: outgoing flux after the first bounce.
-pub fn cluster_layer(
+pub fn light_flux(
     factors: &[f32],
     first_bounce: &[Vec3],
-    runs: &[ContributionRange],
+    ranges: &[ContributionRange],
     contributions: &[Contribution],
 ) -> Vec<[DVec3; 2]> {
     let direct = |path: usize| DVec3::splat(f64::from(factors[path]));
     let behind = |path: usize| first_bounce[path].as_dvec3();
-    runs.iter().map(|run| sums(run, contributions, [&direct, &behind])).collect()
+    ranges.iter().map(|range| sums(range, contributions, [&direct, &behind])).collect()
 }
 
 /// For each cluster, the smallest enclosing one, itself included, that reaches the minimum count
@@ -69,15 +75,15 @@ pub fn cluster_layer(
 /// count must also reach 1/`share` of the minimum.
 pub fn indirect_sources(
     hvds: &Hvds,
-    runs: &[ContributionRange],
+    ranges: &[ContributionRange],
     least: u32,
-    [around, share]: [u32; 2],
+    [around, fraction]: [u32; 2],
 ) -> Vec<u32> {
     let mut vertices = vec![0; hvds.cluster_count() as usize];
-    for (base, run) in runs.iter().enumerate() {
+    for (base, range) in ranges.iter().enumerate() {
         let mut cluster = base;
         while let Some(sum) = vertices.get_mut(cluster) {
-            *sum += run.end - run.first_other;
+            *sum += range.end - range.first_other;
             cluster = hvds.parents[cluster] as usize;
         }
     }
@@ -88,7 +94,7 @@ pub fn indirect_sources(
         }
         let area = |cluster: usize| f64::from(hvds.areas_m2[cluster]);
         let is_expected = f64::from(vertices[wide]) * area(cluster as usize) >= f64::from(least) * area(wide);
-        is_expected && share * vertices[cluster as usize] >= least
+        is_expected && fraction * vertices[cluster as usize] >= least
     };
     let source = |cluster: u32| {
         let mut source = cluster;

@@ -86,13 +86,13 @@ mod tests {
             outer_angle: 0.75,
             ..LightSource::point(Vec3::Z, Vec3::splat(4.0))
         };
-        for (angle, share) in
+        for (angle, fraction) in
             [(0.0, 1.0), (0.2499, 1.0), (0.35, 0.8), (0.5, 0.5), (0.7, 0.1), (0.76, 0.0), (3.0, 0.0)]
         {
             let (sin, cos) = f64::sin_cos(angle);
             let found = sample_light(&light, DVec3::new(2.0 * sin, 0.0, 1.0 - 2.0 * cos), DVec2::ZERO);
             let irradiance = found.map_or(0.0, |found| found.irradiance.x);
-            assert!((irradiance - share).abs() < 1e-9, "{angle}: {irradiance}, {share}");
+            assert!((irradiance - fraction).abs() < 1e-9, "{angle}: {irradiance}, {fraction}");
         }
         let hard = LightSource { inner_angle: 0.75, ..light };
         assert_eq!(

@@ -11,10 +11,10 @@ pub fn photon_irradiance(
     mass: DVec3,
     radius: f64,
 ) -> DVec3 {
-    let share = |(photon, flux): &(SurfacePoint, DVec3)| {
+    let fraction = |(photon, flux): &(SurfacePoint, DVec3)| {
         let seen = is_within_reach(reach, point, *photon, radius);
         if seen { kernel(point, *photon, radius) * *flux } else { DVec3::ZERO }
     };
-    let sum: DVec3 = photons.iter().map(share).sum();
+    let sum: DVec3 = photons.iter().map(fraction).sum();
     DVec3::select(mass.cmpgt(DVec3::ZERO), sum / mass, DVec3::ZERO)
 }

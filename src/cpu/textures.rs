@@ -37,7 +37,7 @@ pub fn sample(texture: &Texture, uv: DVec2) -> DVec3 {
     let place = DVec2::new(uv.x, 1.0 - uv.y);
     let place = if texture.is_clamped { place.clamp(DVec2::ZERO, DVec2::ONE) } else { place };
     let low = (place * size - 0.5).floor();
-    let share = place * size - 0.5 - low;
+    let fraction = place * size - 0.5 - low;
     let texel = |across, down| {
         let place = low.as_ivec2() + IVec2::new(across, down);
         let inside = |place: i32, size: u32| match texture.is_clamped {
@@ -48,9 +48,9 @@ pub fn sample(texture: &Texture, uv: DVec2) -> DVec3 {
         let [x, y] = [inside(place.x, *width), inside(place.y, *height)].map(|place| place as usize);
         DVec3::from(codes[y * *width as usize + x].map(linear))
     };
-    let above = texel(0, 0).lerp(texel(1, 0), share.x);
-    let below = texel(0, 1).lerp(texel(1, 1), share.x);
-    above.lerp(below, share.y)
+    let above = texel(0, 0).lerp(texel(1, 0), fraction.x);
+    let below = texel(0, 1).lerp(texel(1, 1), fraction.x);
+    above.lerp(below, fraction.y)
 }
 
 /// Square roots in 11, 11 and 10 bits; mirrors `pack_colour` in `glsl/include/colour.glsl`.

@@ -37,7 +37,7 @@ pub use device::{DeviceSummary, Limits};
 pub use optional::{PipelineStatistics, Statistic};
 pub use pipeline::Pipeline;
 pub use recorder::{PassScope, Recorder};
-pub use split_buffer::{SplitBuffer, SplitPart};
+pub use split_buffer::{Chunk, SplitBuffer};
 pub use timeline::{HostSpan, PassSpan, SubmissionSpan, Trace};
 pub use timing::PassTiming;
 pub use tuning::Tuning;

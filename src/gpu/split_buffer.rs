@@ -1,4 +1,4 @@
-//! Split buffers: lists that may be longer than a binding of the device. They are cut into parts,
+//! Split buffers: lists that may be longer than a binding of the device. They are cut into chunks,
 //! a buffer each.
 
 use super::{Buffer, Context};
@@ -8,11 +8,11 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// A list in one or more buffers.
-pub struct SplitBuffer(Vec<SplitPart>);
+pub struct SplitBuffer(Vec<Chunk>);
 
-/// One part of the list.
-pub struct SplitPart {
-    /// Range of the part's items.
+/// One chunk of the list.
+pub struct Chunk {
+    /// Range of the chunk's items.
     pub items: Range<u32>,
     /// Buffer of these items.
     pub buffer: Buffer,
@@ -25,42 +25,42 @@ impl SplitBuffer {
         u32::try_from(most).unwrap_or(u32::MAX)
     }
 
-    /// A list in parts of `most` items; the last may be shorter.
+    /// A list in chunks of `most` items; the last may be shorter.
     ///
     /// # Errors
     /// As [`Buffer::from_slice`].
     pub fn cut<T: Pod>(context: &Arc<Context>, name: &str, items: &[T], most: u32) -> Result<Self> {
         let count = items.len().div_ceil(most as usize).max(1);
-        let part = |index: usize| {
+        let chunk = |index: usize| {
             let start = index * most as usize;
             let own = start..items.len().min(start + most as usize);
             let buffer = Buffer::from_slice(context, name, &items[own.clone()])?;
-            Ok(SplitPart { items: own.start as u32..own.end as u32, buffer })
+            Ok(Chunk { items: own.start as u32..own.end as u32, buffer })
         };
-        Ok(Self((0..count).map(part).collect::<Result<_>>()?))
+        Ok(Self((0..count).map(chunk).collect::<Result<_>>()?))
     }
 
-    /// The parts, in order.
-    pub fn iter(&self) -> std::slice::Iter<'_, SplitPart> {
+    /// The chunks, in order.
+    pub fn iter(&self) -> std::slice::Iter<'_, Chunk> {
         self.0.iter()
     }
 
-    /// All items in order, in spans of at most `most` items, each with its part. If the list is
+    /// All items in order, in spans of at most `most` items, each with its chunk. If the list is
     /// empty, one empty span.
-    pub fn spans(&self, most: u32) -> impl Iterator<Item = (&SplitPart, Range<u32>)> {
-        self.iter().flat_map(move |part| {
-            let Range { start, end } = part.items;
+    pub fn spans(&self, most: u32) -> impl Iterator<Item = (&Chunk, Range<u32>)> {
+        self.iter().flat_map(move |chunk| {
+            let Range { start, end } = chunk.items;
             let count = (end - start).div_ceil(most).max(1);
             (0..count).map(move |index| {
                 let first = start + index * most;
-                (part, first..end.min(first.saturating_add(most)))
+                (chunk, first..end.min(first.saturating_add(most)))
             })
         })
     }
 
-    /// The buffer of a list with one part. Panics if it has several.
+    /// The buffer of a list with one chunk. Panics if it has several.
     pub fn whole(&self) -> &Buffer {
-        assert!(self.0.len() == 1, "the list is in {} parts", self.0.len());
+        assert!(self.0.len() == 1, "the list is in {} chunks", self.0.len());
         &self.0[0].buffer
     }
 
@@ -69,21 +69,21 @@ impl SplitBuffer {
     /// # Errors
     /// As [`Buffer::read`].
     pub fn read_one<T: Pod>(&self, item: u32) -> Result<T> {
-        let part = self.iter().find(|part| part.items.contains(&item)).expect("the list has such an item");
-        Ok(part.buffer.read_range((item - part.items.start) as usize, 1)?[0])
+        let chunk = self.iter().find(|chunk| chunk.items.contains(&item)).expect("the list has such an item");
+        Ok(chunk.buffer.read_range((item - chunk.items.start) as usize, 1)?[0])
     }
 
-    /// Bytes of all parts.
+    /// Bytes of all chunks.
     pub fn bytes(&self) -> u64 {
-        self.iter().map(|part| part.buffer.bytes()).sum()
+        self.iter().map(|chunk| chunk.buffer.bytes()).sum()
     }
 
-    /// Reads the list. Panics if a part's size is no multiple of an item's.
+    /// Reads the list. Panics if a chunk's size is no multiple of an item's.
     ///
     /// # Errors
     /// As [`Buffer::read`].
     pub fn read<T: Pod>(&self) -> Result<Vec<T>> {
-        let parts: Vec<Vec<T>> = self.iter().map(|part| part.buffer.read()).collect::<Result<_>>()?;
-        Ok(parts.concat())
+        let chunks: Vec<Vec<T>> = self.iter().map(|chunk| chunk.buffer.read()).collect::<Result<_>>()?;
+        Ok(chunks.concat())
     }
 }

@@ -13,7 +13,7 @@ pub struct Tuning {
     /// another; see [`Tuning::swizzled`].
     pub strip: u32,
     /// Runs of workgroups, one for each thread of the device.
-    pub layers: u32,
+    pub slices: u32,
     /// Invocations of a workgroup with many barriers.
     pub waiting_group: u32,
     /// Invocations that share a block of a scan.
@@ -28,7 +28,7 @@ struct Class {
     kind: Option<&'static str>,
     strip: u32,
     /// `None`: one for each processor core.
-    layers: Option<u32>,
+    slices: Option<u32>,
     /// `None`: one subgroup.
     waiting_group: Option<u32>,
     /// `None`: one subgroup.
@@ -47,7 +47,7 @@ const CLASSES: [Class; 2] = [
     Class {
         kind: Some(CPU),
         strip: 16,
-        layers: None,
+        slices: None,
         waiting_group: None,
         scan_group: None,
         record_lanes: 1,
@@ -57,7 +57,7 @@ const CLASSES: [Class; 2] = [
     Class {
         kind: None,
         strip: u32::MAX,
-        layers: Some(1),
+        slices: Some(1),
         waiting_group: Some(64),
         scan_group: Some(256),
         record_lanes: RECORD_GROUP,
@@ -74,7 +74,7 @@ impl Tuning {
         let class = CLASSES.iter().find(|class| class.kind == Some(kind)).unwrap_or(others);
         Self {
             strip: class.strip.min(limits.workgroup_count[0]),
-            layers: class.layers.unwrap_or(cores).min(limits.workgroup_count[2]),
+            slices: class.slices.unwrap_or(cores).min(limits.workgroup_count[2]),
             waiting_group: class.waiting_group.unwrap_or(limits.subgroup_size),
             scan_group: class.scan_group.unwrap_or(limits.subgroup_size),
             record_lanes: class.record_lanes,
@@ -90,16 +90,16 @@ impl Tuning {
     /// shader has them.
     pub(super) fn constants(&self) -> [(&'static str, u32); 4] {
         let group = (LOCAL_SIZE[0], self.waiting_group);
-        [("STRIP", self.strip), ("LAYERS", self.layers), group, ("RECORD_LANES", self.record_lanes)]
+        [("STRIP", self.strip), ("SLICES", self.slices), group, ("RECORD_LANES", self.record_lanes)]
     }
 
     /// Workgroups along each axis for one-dimensional work of `groups` workgroups: strips along x,
-    /// which go to the layers along z in turn. A device that takes workgroups by x, then y, then z
-    /// finishes a layer before the next. `flat_workgroup` in `glsl/include/dispatch.glsl` numbers
+    /// which go to the slices along z in turn. A device that takes workgroups by x, then y, then z
+    /// finishes a slice before the next. `flat_workgroup` in `glsl/include/dispatch.glsl` numbers
     /// them in this order; kernels that compute workgroup counts for others use it, too.
     pub fn swizzled(&self, groups: u32) -> [u32; 3] {
-        let of_layer = groups.div_ceil(self.layers);
-        [of_layer.min(self.strip), of_layer.div_ceil(self.strip), self.layers]
+        let of_slice = groups.div_ceil(self.slices);
+        [of_slice.min(self.strip), of_slice.div_ceil(self.strip), self.slices]
     }
 
     /// Number of workgroups that gather `records` records.
@@ -129,16 +129,16 @@ mod tests {
     #[test]
     fn each_kind_has_its_class_and_limits_bound_it() {
         let tuning = |kind, limits| {
-            let Tuning { strip, layers, waiting_group, scan_group, record_lanes } =
+            let Tuning { strip, slices, waiting_group, scan_group, record_lanes } =
                 Tuning::from_device(kind, &limits, 6);
-            [strip, layers, waiting_group, scan_group, record_lanes]
+            [strip, slices, waiting_group, scan_group, record_lanes]
         };
         assert_eq!(tuning(CPU, limits()), [16, 6, 8, 8, 1]);
         assert_eq!(tuning("discrete GPU", limits()), [65535, 1, 64, 256, 64]);
         assert_eq!(tuning(CPU, Limits { workgroup_count: [10, 65535, 3], ..limits() }), [10, 3, 8, 8, 1]);
     }
 
-    /// Each workgroup occurs once. There is less than a row of all layers in excess, and each layer
+    /// Each workgroup occurs once. There is less than a row of all slices in excess, and each layer
     /// has the same number.
     #[test]
     fn all_workgroups_are_dealt() {

@@ -301,8 +301,8 @@ mod tests {
         picture(|x, y| [x as f32 / 39.0, y as f32 / 32.0, 0.5])
     }
 
-    fn mixed(a: &[[f32; 3]], b: &[[f32; 3]], share: f32) -> Vec<[f32; 3]> {
-        let mix = |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| a[c] + share * (b[c] - a[c]));
+    fn mixed(a: &[[f32; 3]], b: &[[f32; 3]], fraction: f32) -> Vec<[f32; 3]> {
+        let mix = |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| a[c] + fraction * (b[c] - a[c]));
         a.iter().zip(b).map(mix).collect()
     }
 

@@ -67,7 +67,7 @@ pub struct ZTest {
     /// same expected value.
     pub rms: f64,
     /// Fraction of |z| > 3; 0.0027 for a normal distribution.
-    pub share_above_3: f64,
+    pub fraction_above_3: f64,
     /// Number of values tested.
     pub count: u64,
     /// Values that differ although neither image states noise; excluded from the figures above.
@@ -100,7 +100,7 @@ pub fn z_test(image: &[[f32; 3]], reference: &[[f32; 3]], variances: [&[[f32; 3]
     ZTest {
         mean: sum / count_or_one,
         rms: (squares / count_or_one).sqrt(),
-        share_above_3: above as f64 / count_or_one,
+        fraction_above_3: above as f64 / count_or_one,
         count,
         differ_without_noise: differ,
     }
@@ -212,7 +212,7 @@ mod tests {
         let [va, vb] = [0.03f32, 0.04].map(|sigma| vec![[sigma * sigma; 3]; PIXELS]);
         let fair = z_test(&a, &b, [&va, &vb]);
         assert!(fair.mean.abs() < 0.02 && (fair.rms - 1.0).abs() < 0.02, "{fair:?}");
-        assert!(fair.share_above_3 > 0.001 && fair.share_above_3 < 0.0045, "{fair:?}");
+        assert!(fair.fraction_above_3 > 0.001 && fair.fraction_above_3 < 0.0045, "{fair:?}");
         assert_eq!((fair.count, fair.differ_without_noise), (3 * PIXELS as u64, 0));
         let brighter: Vec<[f32; 3]> = a.iter().map(|pixel| pixel.map(|value| value + 0.025)).collect();
         assert!((z_test(&brighter, &b, [&va, &vb]).mean - 0.5).abs() < 0.03);

@@ -205,9 +205,9 @@ impl Renderer {
             &mut Silent,
         )?;
         self.proxies.redirect(&rays, points, self)?;
-        // These rays read clusters, not slots, so glossy reflection is missing.
+        // These rays read clusters, not gloss bins, so glossy reflection is missing.
         let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code, false)?;
-        let list = RecordList::all(&self.context, count, gather.merged_rays.rows_per_part)?;
+        let list = RecordList::all(&self.context, count, gather.merged_rays.records_per_chunk)?;
         self.context.run(|rec| gather.record(rec, self.gather_sources(), &list))?;
         gather.records.read()
     }

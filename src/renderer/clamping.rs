@@ -6,7 +6,7 @@ use crate::cpu::direct::sample_weight;
 use crate::cpu::lights::{lattice_point, sample_light};
 use crate::error::Result;
 use crate::passes::frame::near_lights::NearFactor;
-use crate::passes::frame::splat::{SplatWeight, WeightRun};
+use crate::passes::frame::splat::{SplatWeight, WeightRange};
 use crate::passes::precompute::neighbours::Neighbour;
 use crate::types::{CachePoint, LIGHT_AREA, LightSource, NO_SIDE, PixelSurface, Record};
 use glam::Vec3;
@@ -23,7 +23,7 @@ impl Renderer {
         let points = self.form_factors.entry_points()?;
         let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
         let (mut at_points, mut at_pixels) = (Light::default(), Light::default());
-        for (light, [factors, layer], number) in self.lights.traced() {
+        for (light, [factors, irradiance], number) in self.lights.traced() {
             let power = f64::from(light.emission.element_sum());
             let found: Vec<f32> = factors.read()?;
             // The near-light correction removes nothing.
@@ -38,18 +38,18 @@ impl Renderer {
                 let area_m2 = if is_exact { 0.0 } else { area_m2 };
                 at_points.add(light, point.position, self.normal(point.side), area_m2, found);
             }
-            let found: Vec<f32> = layer.read_range(0, pixels.len())?;
+            let found: Vec<f32> = irradiance.read_range(0, pixels.len())?;
             for (pixel, found) in
                 pixels.iter().zip(found).filter(|(pixel, found)| pixel.side != NO_SIDE && *found > 0.0)
             {
                 at_pixels.add(light, pixel.position, pixel.normal, pixel.footprint, power * f64::from(found));
             }
         }
-        let shares = [
+        let fractions = [
             ("light at entry points beside lights", at_points),
             ("light at pixels beside lights", at_pixels),
         ];
-        Ok(shares.map(|(name, light)| (name.to_owned(), light.share())).into())
+        Ok(fractions.map(|(name, light)| (name.to_owned(), light.fraction())).into())
     }
 
     /// Counts of clamped values that the last view uses: extrapolations of records to pixels, pixel
@@ -58,17 +58,18 @@ impl Renderer {
     pub(super) fn limited(&self) -> Result<[(&'static str, u64); 3]> {
         let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
         let records: Vec<Record> = self.blend.records.read()?;
-        let [runs, weights] = self.splat.lists();
-        let runs: Vec<WeightRun> = runs.read()?;
+        let [ranges, weights] = self.splat.lists();
+        let ranges: Vec<WeightRange> = ranges.read()?;
         let (_, asked) = self.splat.list_lengths()?;
-        let [_, room] = self.splat.capacity();
-        let end = asked.min(room) as usize;
+        let [_, capacity] = self.splat.capacity();
+        let end = asked.min(capacity) as usize;
         let weights: Vec<SplatWeight> = weights.read_range(0, end)?;
         let mut is_seen = vec![false; records.len()];
         let (mut extrapolations, mut sums) = (0, 0);
-        for (pixel, run) in pixels.iter().zip(&runs) {
+        for (pixel, range) in pixels.iter().zip(&ranges) {
             let (mut irradiance, mut offset, mut along) = (Vec3::ZERO, Vec3::ZERO, glam::Mat3::ZERO);
-            for weight in weights.get(run.first as usize..(run.end as usize).min(end)).unwrap_or_default() {
+            for weight in weights.get(range.first as usize..(range.end as usize).min(end)).unwrap_or_default()
+            {
                 let record = &records[weight.record as usize];
                 is_seen[weight.record as usize] = true;
                 let moved = pixel.position - record.position;
@@ -82,17 +83,17 @@ impl Renderer {
                 };
                 let value = record.irradiance + bounded;
                 extrapolations += u64::from(bounded != change || value.min_element() < 0.0);
-                let share = weight.weight.abs();
-                irradiance += share * value.max(Vec3::ZERO);
-                offset += share * moved;
-                along += if is_uncovered { glam::Mat3::ZERO } else { record.translation * share };
+                let fraction = weight.weight.abs();
+                irradiance += fraction * value.max(Vec3::ZERO);
+                offset += fraction * moved;
+                along += if is_uncovered { glam::Mat3::ZERO } else { record.translation * fraction };
             }
             sums += u64::from((irradiance + 0.5 * along.transpose() * offset).min_element() < 0.0);
         }
         Ok([
             ("extrapolations of records that were limited", extrapolations),
-            ("pixels kept from falling below zero", sums),
-            ("records kept from falling below zero", self.limited_blends(&is_seen)?),
+            ("pixels clamped at zero", sums),
+            ("records clamped at zero", self.limited_blends(&is_seen)?),
         ])
     }
 
@@ -105,9 +106,9 @@ impl Renderer {
         let (first, neighbours): (Vec<u32>, Vec<Neighbour>) = (first.read()?, neighbours.read()?);
         let is_limited = |index: usize| {
             let own = &neighbours[first[index] as usize..first[index + 1] as usize];
-            let shares: Vec<(Record, f32)> =
+            let weights: Vec<(Record, f32)> =
                 own.iter().map(|n| (gathered[n.record as usize], n.weight)).collect();
-            blend_is_limited(&points[index], &shares)
+            blend_is_limited(&points[index], &weights)
         };
         Ok((0..is_seen.len()).filter(|&index| is_seen[index] && is_limited(index)).count() as u64)
     }
@@ -141,7 +142,7 @@ impl Light {
         self.removed += found * excess;
     }
 
-    fn share(&self) -> f64 {
+    fn fraction(&self) -> f64 {
         if self.removed > 0.0 { self.removed / (self.found + self.removed) } else { 0.0 }
     }
 }

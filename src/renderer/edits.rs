@@ -177,9 +177,9 @@ impl Renderer {
 
     /// Sets the weights of direct and indirect light, 0..=1, from the next frame on; [1, 1] is the
     /// picture. Image layers do not depend on them.
-    pub fn set_shares(&mut self, shares: [f32; 2]) {
-        self.changes.emission_scale |= self.shares != shares;
-        self.shares = shares;
+    pub fn set_light_weights(&mut self, light_weights: [f32; 2]) {
+        self.changes.emission_scale |= self.light_weights != light_weights;
+        self.light_weights = light_weights;
     }
 
     /// Makes the next frame do this work without a change.

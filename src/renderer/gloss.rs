@@ -6,10 +6,10 @@ use super::quality_warnings::outgoing_directions;
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Recorder};
+use crate::passes::frame::bin_reads::BinReads;
 use crate::passes::frame::gloss::{Gloss, vertices_for};
 use crate::passes::frame::gloss_pixels::{GlossPixels, Surroundings};
 use crate::passes::frame::hvds::Pyramid;
-use crate::passes::frame::slot_reads::SlotReads;
 use crate::passes::precompute::gloss::GlossTables;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::directions::Directions;
@@ -23,8 +23,8 @@ pub(super) struct GlossPasses {
     pub(super) clusters: Gloss,
     /// Glossy radiance of pixels.
     pub(super) pixels: GlossPixels,
-    /// Cluster slots that the rays of pixels read.
-    reads: SlotReads,
+    /// Cluster gloss bins that the rays of pixels read.
+    reads: BinReads,
     /// For each material, whether it was glossy when the paths were traced.
     may_be_glossy: Vec<bool>,
     /// Some material has a lobe now.
@@ -47,7 +47,7 @@ impl GlossPasses {
         let mut clusters = Gloss::new(context, buffers, tables, path_count, area_m2)?;
         clusters.max_asked = max_asked(&scene.materials);
         Ok(Self {
-            reads: SlotReads::new(context, tables, directions)?,
+            reads: BinReads::new(context, tables, directions)?,
             clusters,
             pixels: GlossPixels::new(
                 context,
@@ -66,7 +66,7 @@ impl GlossPasses {
     pub(super) fn capacity(&self) -> GlossCapacity {
         GlossCapacity {
             beam_bytes: self.clusters.beam_bytes(1),
-            slot_count: self.clusters.leaf_count,
+            bin_count: self.clusters.leaf_count,
             sample_count: self.pixels.capacity,
         }
     }
@@ -108,11 +108,11 @@ impl GlossPasses {
             return;
         }
         let mut pass = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
-        for (place, (light, layer)) in due.into_iter().enumerate() {
+        for (place, (light, highlights)) in due.into_iter().enumerate() {
             if place > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
-            self.pixels.record_highlights(&mut pass, scene, light, (eye, self.seed), layer);
+            self.pixels.record_highlights(&mut pass, scene, light, (eye, self.seed), highlights);
         }
         pass.barrier(COMPUTE_TO_COMPUTE);
     }
@@ -131,7 +131,7 @@ impl GlossPasses {
 
     /// Records the first reflection of lights with stale clusters. The hierarchy waits for it.
     pub(super) fn record_entries(&self, rec: &mut Recorder, materials: &Buffer, lights: &Lights) {
-        let due = lights.stale_slots();
+        let due = lights.stale_bins();
         if !due.is_empty() {
             self.clusters.record_entries(rec, materials, &due);
             rec.barrier(COMPUTE_TO_COMPUTE);
@@ -151,7 +151,7 @@ impl GlossPasses {
     ) {
         if self.is_glossy || stages.lobes {
             let paths = (&pyramid.contribution_ranges, contributions);
-            self.clusters.record(rec, materials, paths, &lights.stale_slots(), &lights.slots());
+            self.clusters.record(rec, materials, paths, &lights.stale_bins(), &lights.bins());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
     }
@@ -184,9 +184,9 @@ impl GlossPasses {
     }
 }
 
-/// Maximum number of vertices that a slot sums: twice what the most demanding lobe needs, because
-/// many rays read one slot. No limit if a lobe needs all vertices. The rays of pixels use the
-/// number of the material that they meet.
+/// Maximum number of vertices that a gloss bin sums: twice what the most demanding lobe needs,
+/// because many rays read one gloss bin. No limit if a lobe needs all vertices. The rays of pixels
+/// use the number of the material that they meet.
 fn max_asked(materials: &[Material]) -> u32 {
     let lobes = materials.iter().filter(|material| material.specular != Vec3::ZERO);
     let needed: Vec<u32> = lobes.map(vertices_for).collect();

@@ -29,8 +29,9 @@ struct LightCache {
     beams: Option<Buffer>,
     /// Outgoing flux of entry points after the first bounce. `None` if no material is glossy.
     first_bounce: Option<Buffer>,
-    /// Flux that slots (outgoing directions of clusters) emit. `None` if no material is glossy.
-    slots: Option<Buffer>,
+    /// Flux that gloss bins (outgoing directions of clusters) emit. `None` if no
+    /// material is glossy.
+    bins: Option<Buffer>,
     /// Radiance that the rays of glossy pixels see on glossy surfaces. `None` if no
     /// material is glossy.
     hits: Option<Buffer>,
@@ -38,9 +39,9 @@ struct LightCache {
     highlights: Option<Buffer>,
     /// `factors` and `beams` are current for the light.
     has_factors: bool,
-    /// `layer` is current for the light and the camera.
+    /// `irradiance` is current for the light and the camera.
     has_irradiance: bool,
-    /// `first_bounce`, `clusters` and `slots` are current for the light and the materials.
+    /// `first_bounce`, `clusters` and `bins` are current for the light and the materials.
     has_clusters: bool,
     /// `hits` are current for the light, the camera and the materials.
     has_hits: bool,
@@ -75,14 +76,14 @@ pub(super) struct Lights {
 pub(super) struct GlossCapacity {
     /// Bytes of beams for each point sample of the light.
     pub(super) beam_bytes: u64,
-    /// Slots that are not sums of other slots.
-    pub(super) slot_count: u32,
+    /// Gloss bins that are not sums of other gloss bins.
+    pub(super) bin_count: u32,
     /// Samples of glossy pixels.
     pub(super) sample_count: u32,
 }
 
 /// Buffers of all lights for a picture of another size.
-pub(super) struct NewLayers {
+pub(super) struct NewIrradiances {
     point_count: u32,
     sample_count: Option<u32>,
     /// Irradiance buffer of each light, with its hits and highlights.
@@ -90,11 +91,7 @@ pub(super) struct NewLayers {
 }
 
 fn cluster_light(cache: &LightCache) -> ClusterLight<'_> {
-    ClusterLight {
-        factors: &cache.factors,
-        first_bounce: cache.first_bounce.as_ref(),
-        layer: &cache.clusters,
-    }
+    ClusterLight { factors: &cache.factors, first_bounce: cache.first_bounce.as_ref(), flux: &cache.clusters }
 }
 
 /// A light as the passes of glossy surfaces read it. `None` if no material is glossy.
@@ -103,7 +100,7 @@ fn gloss_light<'a>(light: OneLight<'_>, cache: &'a LightCache) -> Option<GlossLi
         samples: light.samples,
         beams: cache.beams.as_ref()?,
         first_bounce: cache.first_bounce.as_ref()?,
-        slots: cache.slots.as_ref()?,
+        bins: cache.bins.as_ref()?,
         hits: cache.hits.as_ref()?,
     })
 }
@@ -151,13 +148,13 @@ impl Lights {
             near: None,
             irradiance: buffer("light irradiance", self.point_count)?,
             shadow_groups: Antialias::groups(&self.context)?,
-            clusters: Pyramid::layer(&self.context, self.cluster_count)?,
+            clusters: Pyramid::new_light_flux(&self.context, self.cluster_count)?,
             beams: None,
             first_bounce: self
                 .gloss
                 .map(|_| buffer("first bounce flux", 3 * self.factor_count))
                 .transpose()?,
-            slots: self.gloss.map(|gloss| buffer("light slots", 3 * gloss.slot_count)).transpose()?,
+            bins: self.gloss.map(|gloss| buffer("light gloss bins", 3 * gloss.bin_count)).transpose()?,
             hits: self.gloss.map(|gloss| buffer("light hits", 3 * gloss.sample_count)).transpose()?,
             highlights: self.gloss.map(|gloss| buffer("light highlights", gloss.sample_count)).transpose()?,
             has_factors: false,
@@ -202,18 +199,22 @@ impl Lights {
 
     /// Allocates buffers for `point_count` points that the camera sees and `sample_count` samples
     /// of glossy pixels. If `sample_count` is `None`, hits and highlights keep their buffers.
-    pub(super) fn new_irradiances(&self, point_count: u32, sample_count: Option<u32>) -> Result<NewLayers> {
+    pub(super) fn new_irradiances(
+        &self,
+        point_count: u32,
+        sample_count: Option<u32>,
+    ) -> Result<NewIrradiances> {
         let buffer = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
         let of_gloss =
             |count: u32| Ok([buffer("light hits", 3 * count)?, buffer("light highlights", count)?]);
         let of_light =
             |_| Ok((buffer("light irradiance", point_count)?, sample_count.map(of_gloss).transpose()?));
         let of_lights = (0..self.caches.len()).map(of_light).collect::<Result<_>>()?;
-        Ok(NewLayers { point_count, sample_count, of_lights })
+        Ok(NewIrradiances { point_count, sample_count, of_lights })
     }
 
     /// Replaces the buffers. The new ones are empty, so the caller also marks the view stale.
-    pub(super) fn take_irradiances(&mut self, new: NewLayers) {
+    pub(super) fn take_irradiances(&mut self, new: NewIrradiances) {
         self.point_count = new.point_count;
         if let (Some(gloss), Some(sample_count)) = (&mut self.gloss, new.sample_count) {
             gloss.sample_count = sample_count;
@@ -377,8 +378,8 @@ impl Lights {
         due.filter_map(|(light, cache)| Some((light, cache.highlights.as_ref()?))).collect()
     }
 
-    /// Active lights with stale slots. Empty if no material is glossy.
-    pub(super) fn stale_slots(&self) -> Vec<GlossLight<'_>> {
+    /// Active lights with stale gloss bins. Empty if no material is glossy.
+    pub(super) fn stale_bins(&self) -> Vec<GlossLight<'_>> {
         let due = self.active().filter(|(_, cache)| !cache.has_clusters);
         due.filter_map(|(light, cache)| gloss_light(light, cache)).collect()
     }
@@ -389,9 +390,9 @@ impl Lights {
         due.filter_map(|(light, cache)| gloss_light(light, cache)).collect()
     }
 
-    /// Emission and slots of each active light. Empty if no material is glossy.
-    pub(super) fn slots(&self) -> Vec<(Vec3, &Buffer)> {
-        self.emitting(|cache| cache.slots.as_ref())
+    /// Emission and gloss bins of each active light. Empty if no material is glossy.
+    pub(super) fn bins(&self) -> Vec<(Vec3, &Buffer)> {
+        self.emitting(|cache| cache.bins.as_ref())
     }
 
     /// Emission and hits of each active light. Empty if no material is glossy.

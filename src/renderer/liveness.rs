@@ -79,7 +79,7 @@ impl Scopes {
             levels: made.hvds.levels.clone(),
             near_clusters: std::mem::take(&mut made.near_clusters),
             near_patches: std::mem::take(&mut made.near_patches),
-            records: [made.point_count, made.merged_rays.rows_per_part],
+            records: [made.point_count, made.merged_rays.records_per_chunk],
             narrow_count: made.narrow_count,
         };
         let read = sources.scope(context, reads)?;
@@ -153,7 +153,7 @@ pub(super) fn unread(made: &Precomputed, reads: &Reads, directions: Directions) 
     note("path vertices whose flux nothing takes", taken, (0..unweighted.len()).map(vertices).sum());
     if let Some(gloss) = &made.gloss {
         let all = glossy_clusters(gloss, &made.hvds) * directions.count() as usize;
-        note("outgoing directions of glossy clusters that nothing reads", gloss.slots.len().min(all), all);
+        note("outgoing directions of glossy clusters that nothing reads", gloss.bins.len().min(all), all);
     }
     unread
 }

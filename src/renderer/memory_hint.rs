@@ -13,7 +13,7 @@ const HINTS: [(&str, &[&str]); 5] = [
         "make the image smaller with --size, or lower quality.edge_samples",
         &["pixel", "edge", "splat", "tile", "direct", "shadow", "radiance", "weights", "pairs"],
     ),
-    ("lower quality.cells or quality.directions", &["cluster", "cell", "gloss", "slot"]),
+    ("lower quality.cells or quality.directions", &["cluster", "cell", "gloss", "gloss_bin"]),
     ("take a model of fewer triangles", &["triangle", "node", "surface", "texture coordinates"]),
 ];
 

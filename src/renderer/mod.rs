@@ -17,6 +17,7 @@ mod needs;
 mod outputs;
 mod pass_costs;
 mod precompute;
+mod precompute_cache;
 mod preview;
 mod proxies;
 mod quality_warnings;
@@ -26,16 +27,15 @@ mod resize;
 mod seen;
 mod statistics;
 mod steps;
-mod stored;
 
 pub use crate::passes::precompute::{Progress, Silent};
 pub use ablation::{Exact, Stage};
 pub use changes::Work;
-pub use inspect::{ClusterAt, GatherRaySegment, PathPoint, RecordShare, SurfaceAt};
+pub use inspect::{ClusterAt, GatherRaySegment, PathPoint, RecordWeight, SurfaceAt};
 pub use outputs::StageBuffers;
+pub use precompute_cache::{Store, Written, miss_reason};
 pub use preview::Preview;
 pub use report::{Columns, FrameReport, Layer, Statistics};
-pub use stored::{Store, Written, miss_reason};
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};
@@ -100,7 +100,7 @@ pub struct Renderer {
     tonemap: Tonemap,
     exposure_stops: f32,
     /// Weights of direct and indirect light in the picture.
-    shares: [f32; 2],
+    light_weights: [f32; 2],
     cluster_tables: ClusterTables,
     /// `None` if no material may be glossy: no ray queries clusters after the precomputation.
     clusters: Option<ClusterBuffers>,
@@ -147,7 +147,7 @@ impl Renderer {
         let mut pyramid =
             Pyramid::new(context, &made.hvds, &made.paths.contribution_offsets, made.area_m2, is_glossy)?;
         let proxies = Proxies::new(context, made.proxies.take(), &made.hvds, &mut pyramid)?;
-        pyramid.make_room_for_parts(context, made.near_patches.len() as u32)?;
+        pyramid.make_room_for_patches(context, made.near_patches.len() as u32)?;
         let reads = liveness::reads(&made, &proxies, &pyramid)?;
         made.statistics.skipped.extend(liveness::unread(
             &made,
@@ -200,7 +200,7 @@ impl Renderer {
             compose: Compose::new(context, &made.buffers, size, is_glossy)?,
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
-            shares: [1.0, 1.0],
+            light_weights: [1.0, 1.0],
             cluster_tables: made.cluster_tables,
             clusters: made.clusters,
             closed: made.closed,
@@ -278,7 +278,7 @@ impl Renderer {
             gloss.record_highlights(rec, &self.buffers, &self.lights, self.view.position);
         }
         if !self.lights.stale_irradiance().is_empty() {
-            self.record_layers(rec);
+            self.record_irradiances(rec);
         }
         if stages.direct {
             self.direct.record_sum(rec, &self.antialias, &self.lights.irradiances());
@@ -342,7 +342,7 @@ impl Renderer {
             gloss.record_pixels(rec, &self.buffers, pixels, &self.pyramid, contributions, &self.lights);
         }
         if stages.compose {
-            self.compose.record(rec, &self.buffers, self.irradiances(), self.shares);
+            self.compose.record(rec, &self.buffers, self.irradiances(), self.light_weights);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.display {

@@ -45,7 +45,7 @@ pub(super) struct Needs {
 
 impl Needs {
     pub(super) fn new(context: &Arc<Context>, gather: &Gather) -> Result<Self> {
-        let (record_count, rows) = (gather.point_count(), gather.merged_rays.rows_per_part);
+        let (record_count, rows) = (gather.point_count(), gather.merged_rays.records_per_chunk);
         Ok(Self {
             pass: NeededRecords::new(context, record_count, rows)?,
             all: RecordList::all(context, record_count, rows)?,

@@ -39,20 +39,20 @@ impl Renderer {
     pub fn layer(&self, layer: Layer) -> Result<Vec<[f32; 3]>> {
         let pixels = || self.primary.pixels.read::<PixelSurface>();
         // The picture is composed again with one kind of light, and then restored.
-        let share = |shares: [f32; 2]| -> Result<Vec<[f32; 3]>> {
-            let compose = |shares| {
-                self.context.run(|rec| self.compose.record(rec, &self.buffers, self.irradiances(), shares))
+        let fraction = |weights: [f32; 2]| -> Result<Vec<[f32; 3]>> {
+            let compose = |weights| {
+                self.context.run(|rec| self.compose.record(rec, &self.buffers, self.irradiances(), weights))
             };
-            compose(shares)?;
+            compose(weights)?;
             let layer = self.compose.radiance.read()?;
-            compose(self.shares)?;
+            compose(self.light_weights)?;
             Ok(layer)
         };
         match layer {
-            Layer::Beauty if self.shares == [1.0, 1.0] => self.compose.radiance.read(),
-            Layer::Beauty => share([1.0, 1.0]),
-            Layer::Direct => share([1.0, 0.0]),
-            Layer::Indirect => share([0.0, 1.0]),
+            Layer::Beauty if self.light_weights == [1.0, 1.0] => self.compose.radiance.read(),
+            Layer::Beauty => fraction([1.0, 1.0]),
+            Layer::Direct => fraction([1.0, 0.0]),
+            Layer::Indirect => fraction([0.0, 1.0]),
             Layer::Albedo => self.pixel_colours.albedos(&pixels()?, &self.surfaces, &self.scene.materials),
             Layer::Normal => Ok(pixels()?.iter().map(|pixel| pixel.normal.to_array()).collect()),
             Layer::Depth => {
@@ -101,8 +101,8 @@ impl Renderer {
         ];
         statistics.counts.extend(more.map(|(name, value)| (name.to_owned(), value)));
         if let Some(needed) = self.needs.of_view() {
-            let share = f64::from(needed) / f64::from(self.gather.point_count().max(1));
-            statistics.skipped.insert("records that no pixel of the view uses".into(), 1.0 - share);
+            let fraction = f64::from(needed) / f64::from(self.gather.point_count().max(1));
+            statistics.skipped.insert("records that no pixel of the view uses".into(), 1.0 - fraction);
         }
         let (skipped, unreached) = self.skipped_light()?;
         statistics.skipped.extend(skipped);

@@ -13,7 +13,7 @@ use crate::passes::frame::{
     direct::Direct,
     form_factors::FormFactors,
     gather::Gather,
-    hvds::ClusterLayer,
+    hvds::LightFlux,
     hvds::Pyramid,
     near_field::NearField,
     needed_records::NeededRecords,
@@ -42,12 +42,14 @@ impl Renderer {
             let samples: u64 = lights.iter().map(|(light, _)| u64::from(light.samples)).sum();
             (lights.len() as u64, samples)
         };
-        let (due_layers, layer_rays) = due(self.lights.stale_irradiance());
+        let (due_irradiances, irradiance_rays) = due(self.lights.stale_irradiance());
         let (due_factors, factor_rays) = due(self.lights.stale_factors());
         let EdgeCapacity { max_samples, samples, slots } = self.antialias.capacity;
-        let room = [samples, slots];
-        let per_edge =
-            [samples_per_edge(self.edge_count, max_samples, room), slots_per_edge(self.edge_count, slots)];
+        let capacity = [samples, slots];
+        let per_edge = [
+            samples_per_edge(self.edge_count, max_samples, capacity),
+            slots_per_edge(self.edge_count, slots),
+        ];
         let [sample_count, slot_count] = per_edge.map(|count| u64::from(count) * u64::from(self.edge_count));
         let edge_samples = sample_count * size_of::<EdgeSample>() as u64;
         let slots = slot_count * size_of::<EdgeSlot>() as u64;
@@ -57,7 +59,7 @@ impl Renderer {
         let mut edge_rays = 0;
         for (light, _) in self.lights.stale_irradiance() {
             let crossed = Antialias::counted(self.lights.shadow_groups(light))?;
-            let of_crossed = samples_per_edge(crossed, max_samples, room);
+            let of_crossed = samples_per_edge(crossed, max_samples, capacity);
             edge_rays +=
                 u64::from(light.samples) * (sample_count + u64::from(of_crossed) * u64::from(crossed));
         }
@@ -71,12 +73,12 @@ impl Renderer {
         let gathered = u64::from(self.needs.gathered() + ahead) / gathers.max(1) as u64;
         let in_all = u64::from(self.gather.point_count().max(1));
         let near_passes = passes.iter().filter(|pass| pass.name == NearField::STEM).count().max(1) as u64;
-        let part_counts = self.gathered_again(scope).map(|again| again.2);
-        let near = scope.near_field.bytes(part_counts.chain([scope.near_field.part_count()])) / near_passes;
+        let patch_counts = self.gathered_again(scope).map(|again| again.2);
+        let near = scope.near_field.bytes(patch_counts.chain([scope.near_field.patch_count()])) / near_passes;
         let surface = self.primary.pixels.bytes();
         let clusters = self.pyramid.irradiance.bytes();
-        let layers_due = self.lights.stale_clusters().len() as u64;
-        let layer = (size_of::<ClusterLayer>() as u64) * u64::from(self.pyramid.base_count());
+        let clusters_due = self.lights.stale_clusters().len() as u64;
+        let light_flux = (size_of::<LightFlux>() as u64) * u64::from(self.pyramid.base_count());
         let contributions = self.path_scan.contributions.bytes();
         let first_bounce = if self.gloss.is_some() { 4 + 12 } else { 4 };
         let [steps, once] = self.path_scan.step_bytes();
@@ -90,13 +92,13 @@ impl Renderer {
             let moved = match pass.name {
                 Primary::STEM => surface,
                 Direct::BATCHES_STEM => surface,
-                Direct::STEM => due_layers * (surface + 4 * pixels),
+                Direct::STEM => due_irradiances * (surface + 4 * pixels),
                 Direct::SUM_STEM => (4 * lights + 12) * points,
                 FormFactors::STEM => due_factors * 20 * paths,
                 // Steps are read twice, contributions written one vec3 at a time.
                 PathScan::STEM => 2 * steps + once + contributions,
-                Pyramid::LAYERS_STEM => contributions + layers_due * (first_bounce * paths + layer),
-                Pyramid::STEM => lights * layer + 3 * clusters,
+                Pyramid::LIGHTS_STEM => contributions + clusters_due * (first_bounce * paths + light_flux),
+                Pyramid::STEM => lights * light_flux + 3 * clusters,
                 ClusterProxies::STEM => self.proxies.bytes(),
                 Gather::STEM => gathered * (self.gather.merged_rays.bytes() + records) / in_all + clusters,
                 NearField::STEM => near,
@@ -110,7 +112,7 @@ impl Renderer {
                 Splat::APPLY_STEM => surface + weights + records + image,
                 Antialias::STEM => surface + 8 * pixels + edge_samples + slots,
                 PixelColours::STEM => surface + edge_samples + pixel_colours + edge_colours,
-                Antialias::SHADOW_STEM => due_layers * (2 * edge_samples + 4 * slot_count + 8 * pixels),
+                Antialias::SHADOW_STEM => due_irradiances * (2 * edge_samples + 4 * slot_count + 8 * pixels),
                 Compose::STEM => {
                     let colours = pixel_colours + edge_colours;
                     surface + 3 * image + 4 * pixels + 12 * slot_count + slots + colours
@@ -121,7 +123,7 @@ impl Renderer {
             bytes.insert(pass.name, moved);
             let traced = match pass.name {
                 Primary::STEM => pixels,
-                Direct::STEM => layer_rays * pixels,
+                Direct::STEM => irradiance_rays * pixels,
                 Antialias::STEM => sample_count,
                 Antialias::SHADOW_STEM => edge_rays,
                 FormFactors::STEM => factor_rays * paths,

@@ -275,14 +275,14 @@ pub(super) fn precompute(
     }
     let proxy_count = proxies.as_ref().map_or(0, ProxyTables::count);
     let near_readers = near_hits.reader_count();
-    let part_count = near_hits.entries.len() as u32;
+    let patch_count = near_hits.entries.len() as u32;
     let narrow_patches = near_hits.count_before(narrow_count * hemisphere.rays());
     let packing =
         near_hits.redirect(&rays, packing, hvds.cluster_count() + proxy_count, scene.materials.len())?;
     let (gloss, packing) = gloss::build(
         gloss::Sources {
             hvds: &hvds,
-            proxy_count: proxy_count + part_count,
+            proxy_count: proxy_count + patch_count,
             surfaces: &surfaces,
             materials: &scene.materials,
             paths: &paths,
@@ -310,7 +310,7 @@ pub(super) fn precompute(
     statistics.counts.insert("cache points in narrow cavities".into(), u64::from(narrow_count));
     statistics.counts.insert("cache points that see near clusters".into(), u64::from(near_count));
     statistics.counts.insert("near clusters".into(), near_clusters.len() as u64);
-    statistics.counts.insert("near-field patches".into(), u64::from(part_count));
+    statistics.counts.insert("near-field patches".into(), u64::from(patch_count));
     statistics.counts.insert("gather rays that read near patches".into(), near_readers);
     if !hvds.inconsistent.is_empty() {
         let inconsistent = hvds.inconsistent.iter().filter(|inconsistent| **inconsistent).count() as u64;

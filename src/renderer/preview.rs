@@ -84,11 +84,11 @@ impl Preview {
                 image.pixel_colours.record(rec, &self.buffers, &view, pixels, Some(&image.antialias));
             }
             let mut pass = rec.pass(Direct::STEM);
-            for (place, (light, layer)) in lights.stale_irradiance().into_iter().enumerate() {
+            for (place, (light, irradiance)) in lights.stale_irradiance().into_iter().enumerate() {
                 if place > 0 {
                     pass.barrier(COMPUTE_TO_TRANSFER);
                 }
-                image.direct.record(&mut pass, &self.buffers, light, pixels, layer);
+                image.direct.record(&mut pass, &self.buffers, light, pixels, irradiance);
             }
             pass.barrier(COMPUTE_TO_COMPUTE);
             drop(pass);

@@ -28,7 +28,7 @@ impl Proxies {
         let clusters = (pyramid.irradiance.bytes() / 12) as u32;
         let Some(tables) = tables else { return Ok(Self(None, clusters)) };
         let pass =
-            ClusterProxies::new(context, clusters, &tables.part_offsets, &tables.parts, tables.packing)?;
+            ClusterProxies::new(context, clusters, &tables.term_offsets, &tables.terms, tables.packing)?;
         pyramid.make_room(context, hvds, tables.count(), tables.pairs.iter().map(|pair| pair[0]))?;
         Ok(Self(Some((tables, pass)), clusters))
     }

@@ -27,7 +27,7 @@ const PASSES: [&str; 26] = [
     Gloss::BEAMS_STEM,
     PathScan::STEM,
     Gloss::ENTRIES_STEM,
-    Pyramid::LAYERS_STEM,
+    Pyramid::LIGHTS_STEM,
     Pyramid::STEM,
     Gloss::STEM,
     ClusterProxies::STEM,

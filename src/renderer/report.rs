@@ -61,7 +61,7 @@ impl Columns {
                 FormFactors::STEM | PathScan::STEM | Gloss::BEAMS_STEM | Gloss::ENTRIES_STEM => {
                     &mut columns.Tlpe
                 }
-                Pyramid::LAYERS_STEM | Pyramid::STEM | Gloss::STEM | ClusterProxies::STEM => {
+                Pyramid::LIGHTS_STEM | Pyramid::STEM | Gloss::STEM | ClusterProxies::STEM => {
                     &mut columns.Thvds
                 }
                 Gather::STEM | NearField::STEM | NeededRecords::STEM | Blend::STEM | GlossPixels::STEM => {

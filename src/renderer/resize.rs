@@ -42,10 +42,10 @@ impl Renderer {
         let of_gloss = |_| GlossPixels::new(context, buffers, pixel_count, quality.gloss_rays, paths);
         let of_gloss = self.gloss.as_ref().map(of_gloss).transpose()?;
         let capacity = of_gloss.as_ref().map(|pixels| pixels.capacity);
-        let layers = self.lights.new_irradiances(direct.point_count(), capacity)?;
+        let irradiances = self.lights.new_irradiances(direct.point_count(), capacity)?;
 
         // The rest cannot fail, so the renderer stays consistent.
-        self.lights.take_irradiances(layers);
+        self.lights.take_irradiances(irradiances);
         if let (Some(gloss), Some(pixels)) = (&mut self.gloss, of_gloss) {
             gloss.pixels = pixels;
         }

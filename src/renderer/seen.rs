@@ -72,7 +72,9 @@ impl Seen {
 
     /// Median clearance of the hits, metres. Infinite if there are none.
     pub(super) fn clearance(&self) -> f64 {
-        self.clearances.get(self.clearances.len() / 2).map_or(f64::INFINITY, |&room| f64::from(room))
+        self.clearances
+            .get(self.clearances.len() / 2)
+            .map_or(f64::INFINITY, |&clearance| f64::from(clearance))
     }
 
     /// For each light path, whether it brings light to a visible cluster after at

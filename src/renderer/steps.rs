@@ -15,7 +15,7 @@ impl Renderer {
     /// the sum over all lights.
     pub(super) fn record_flux(&self, rec: &mut Recorder, scope: &Scope, due: &[ClusterLight<'_>]) {
         if !due.is_empty() {
-            self.pyramid.record_layers(rec, due, &self.path_scan.contributions, &scope.clusters);
+            self.pyramid.record_lights(rec, due, &self.path_scan.contributions, &scope.clusters);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         self.pyramid.record_sum(rec, &self.lights.clusters(), &scope.clusters);
@@ -27,23 +27,23 @@ impl Renderer {
     /// iteration repeats both with records that are gathered again.
     pub(super) fn record_near_field(&self, rec: &mut Recorder, scope: &Scope) {
         let (near_field, records) = (&scope.near_field, &self.gather.records);
-        let part_count = near_field.part_count();
+        let patch_count = near_field.patch_count();
         self.proxies.record(rec, &self.pyramid);
-        near_field.record_parts(rec, &self.pyramid, None, part_count);
+        near_field.record_patches(rec, &self.pyramid, None, patch_count);
         self.gather.record(rec, self.gather_sources(), &scope.sources);
         rec.barrier(COMPUTE_TO_COMPUTE);
-        let take = |rec: &mut Recorder, parts| {
+        let take = |rec: &mut Recorder, patches| {
             near_field.record(rec, &self.pyramid, records);
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.proxies.record(rec, &self.pyramid);
-            near_field.record_parts(rec, &self.pyramid, Some(records), parts);
+            near_field.record_patches(rec, &self.pyramid, Some(records), patches);
         };
-        for (list, _, parts) in self.gathered_again(scope) {
-            take(rec, parts);
+        for (list, _, patches) in self.gathered_again(scope) {
+            take(rec, patches);
             self.gather.record(rec, self.gather_sources(), list);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        take(rec, part_count);
+        take(rec, patch_count);
     }
 
     /// The extra gather iterations: records, their number, and the number of near-field patches
@@ -54,7 +54,7 @@ impl Renderer {
         &self,
         scope: &'a Scope,
     ) -> impl Iterator<Item = (&'a RecordList, u32, u32)> {
-        let all = (&scope.sources, scope.source_count, scope.near_field.part_count());
+        let all = (&scope.sources, scope.source_count, scope.near_field.patch_count());
         let gaps = (&scope.gaps, scope.gap_count, self.narrow_patches);
         let rounds = self.scene.quality.gap_rounds;
         let round = move |round| if round == 0 && rounds > 1 { all } else { gaps };
@@ -71,28 +71,28 @@ impl Renderer {
     }
 
     /// Records the irradiance buffers of pixels of lights with a stale one.
-    pub(super) fn record_layers(&self, rec: &mut Recorder) {
+    pub(super) fn record_irradiances(&self, rec: &mut Recorder) {
         let (lights, pixels) = (self.lights.stale_irradiance(), &self.primary.pixels);
         if !self.lights.has_batches {
             self.direct.record_batches(rec, &self.buffers, pixels);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         let mut pass = rec.pass(Direct::STEM);
-        for (place, &(light, layer)) in lights.iter().enumerate() {
+        for (place, &(light, irradiance)) in lights.iter().enumerate() {
             if place > 0 {
                 pass.barrier(COMPUTE_TO_TRANSFER);
             }
-            self.direct.record(&mut pass, &self.buffers, light, pixels, layer);
+            self.direct.record(&mut pass, &self.buffers, light, pixels, irradiance);
         }
         pass.barrier(COMPUTE_TO_COMPUTE);
         drop(pass);
         let mut pass = rec.pass(Antialias::SHADOW_STEM);
-        for (place, (light, layer)) in lights.into_iter().enumerate() {
+        for (place, (light, irradiance)) in lights.into_iter().enumerate() {
             if place > 0 {
                 pass.barrier(COMPUTE_TO_TRANSFER);
             }
-            let layer = (layer, self.lights.shadow_groups(light));
-            self.antialias.record_light(&mut pass, &self.buffers, &self.view, light, pixels, layer);
+            let irradiance = (irradiance, self.lights.shadow_groups(light));
+            self.antialias.record_light(&mut pass, &self.buffers, &self.view, light, pixels, irradiance);
         }
         pass.barrier(COMPUTE_TO_COMPUTE);
     }

@@ -13,7 +13,7 @@ const STANDS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const TOUCH: f64 = 0.02;
 const HEIGHT: f64 = 0.1;
 /// Smallest fraction of a cluster's area that a split plane may cut off.
-const MIN_SHARE: f64 = 0.02;
+const MIN_FRACTION: f64 = 0.02;
 
 /// The plane that splits a cluster: `normal·x = w`. The second half lies in front of it.
 pub type Plane = [f32; 4];
@@ -134,8 +134,8 @@ fn wall_on(
     // In a corner, the wall along the cluster's edge may touch more of it than a wall that
     // stands on it.
     let cuts = |plane: &Plane| {
-        let share = cluster.iter().map(|(_, fragment)| in_front(*plane, fragment)).sum::<f64>() / area;
-        (MIN_SHARE..=1.0 - MIN_SHARE).contains(&share)
+        let fraction = cluster.iter().map(|(_, fragment)| in_front(*plane, fragment)).sum::<f64>() / area;
+        (MIN_FRACTION..=1.0 - MIN_FRACTION).contains(&fraction)
     };
     walls.into_iter().map(|wall| wall.1).find(cuts)
 }

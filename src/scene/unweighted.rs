@@ -130,8 +130,8 @@ mod tests {
             (0..base).map(|c| if c % 2 == 0 { [1.5, 3.0] } else { [0.0; 2] }).collect();
         hvds.show(&samples);
         for (cluster, &has_unweighted) in has_unweighted.iter().enumerate() {
-            let share = if cluster % 2 == 0 && has_unweighted { 0.5 } else { 1.0 };
-            assert!((hvds.shown_m2[cluster] - share * plain.areas_m2[cluster]).abs() < 1e-6);
+            let fraction = if cluster % 2 == 0 && has_unweighted { 0.5 } else { 1.0 };
+            assert!((hvds.shown_m2[cluster] - fraction * plain.areas_m2[cluster]).abs() < 1e-6);
             if has_unweighted {
                 assert_eq!(hvds.shown_m2[hvds.unweighted[cluster] as usize], plain.areas_m2[cluster]);
             }

@@ -89,10 +89,10 @@ fn noise_is_taken_into_account_where_stated() {
     let test = figures(&folder, "a.exr b.exr --z-test");
     assert_close(&test["z_mean"], 2.5);
     assert_close(&test["z_rms"], 2.5);
-    assert_eq!((&test["z_share_above_3"], &test["z_count"]), (&0.0.into(), &324.into()));
+    assert_eq!((&test["z_fraction_above_3"], &test["z_count"]), (&0.0.into(), &324.into()));
     let far = figures(&folder, "a.exr b.exr --z-test --variance-layer variance --layer double");
     assert_close(&far["z_mean"], 5.0);
-    assert_eq!(far["z_share_above_3"], 1.0);
+    assert_eq!(far["z_fraction_above_3"], 1.0);
 }
 
 #[test]

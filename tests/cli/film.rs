@@ -96,11 +96,11 @@ fn shares_hold_the_bytes_of_the_whole() {
     for frames in ["4..9", "1..4", "0"] {
         film(&folder, &["-o", "shares", "--format", "exr", "--frames", frames, "-q"]);
     }
-    let [whole, shares] = ["whole", "shares"].map(|name| files(&folder.path().join(name)));
+    let [whole, fractions] = ["whole", "shares"].map(|name| files(&folder.path().join(name)));
     let names: Vec<_> = whole.iter().map(|(name, _)| name.to_str().unwrap()).collect();
     let expected: Vec<_> = (0..6).map(|frame| format!("frame-{frame:05}.exr")).collect();
     assert_eq!(names, expected);
-    assert!(whole == shares);
+    assert!(whole == fractions);
     assert!(whole.windows(2).all(|pair| pair[0].1 != pair[1].1), "all of them differ");
 }
 

@@ -52,7 +52,7 @@ fn leaving_work_out_changes_no_bit() {
     assert!(render("lean.exr", &[]) == whole);
     let skipped = &json(&folder, "s.json")["renderer"]["skipped"];
     let what = "shadow rays of entry points that face away from a light or stand outside its cone";
-    let share = skipped[what].as_f64().unwrap();
-    assert!((0.1..0.9).contains(&share), "{share}");
+    let fraction = skipped[what].as_f64().unwrap();
+    assert!((0.1..0.9).contains(&fraction), "{fraction}");
     assert_eq!(skipped["lights that are off or black"], 0.0);
 }

@@ -2,6 +2,7 @@
 //! whole or absent.
 #![allow(unreachable_pub, clippy::unwrap_used, reason = "a test may panic")]
 
+mod cache;
 #[path = "../common/mod.rs"]
 mod common;
 mod compare;
@@ -13,7 +14,6 @@ mod lights;
 mod outputs;
 mod profile;
 mod scale;
-mod stored;
 mod sweep;
 mod textures;
 mod time;

@@ -104,9 +104,9 @@ fn check_document(document: &serde_json::Value) {
     assert_eq!(names.len(), 5, "{names:?}");
     assert_eq!(stages[0]["share"], 0.0, "the whole comes first");
     for stage in stages {
-        let [relmse, noise, share] =
+        let [relmse, noise, fraction] =
             ["relmse", "noise_relmse", "share"].map(|key| stage[key].as_f64().unwrap());
-        assert!(relmse.abs() < 1.0 && share <= 2.0, "{stage}");
+        assert!(relmse.abs() < 1.0 && fraction <= 2.0, "{stage}");
         // Only path tracing is noisy.
         assert_eq!(noise > 0.0, stage["name"].as_str().unwrap().contains("exact"), "{stage}");
     }

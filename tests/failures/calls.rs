@@ -179,8 +179,8 @@ fn light_paths_fail_as_early_and_as_late_as_can_be() {
     stage.write("old.png", "old");
     let render = "render CUBE --validation -o old.png --stats s.json";
     for name in ["vkCreateBuffer", "vkCreateComputePipelines", "vkQueueSubmit2KHR", "vkWaitForFences"] {
-        for share in [[1, 3], [1, 1]] {
-            fails_late(&stage, render, name, share, calls[name]);
+        for fraction in [[1, 3], [1, 1]] {
+            fails_late(&stage, render, name, fraction, calls[name]);
         }
     }
     // The device stays lost: every later call fails.

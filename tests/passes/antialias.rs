@@ -24,7 +24,7 @@ pub(crate) struct Frame {
     pub(crate) view: View,
     pub(crate) pixels: Vec<PixelSurface>,
     /// For each light: its irradiance buffer before and after the averaging of shadow edges.
-    pub(crate) layers: Vec<[Vec<f32>; 2]>,
+    pub(crate) irradiances: Vec<[Vec<f32>; 2]>,
     /// For each light: the number of pixels that were averaged anew, and the samples that its
     /// edge pixels need.
     pub(crate) shadow_counts: Vec<u32>,
@@ -61,8 +61,9 @@ impl Frame {
         let direct = Direct::new(context, size, capacity.slots).unwrap();
         let colours = PixelColours::new(context, &world.buffers, size[0] * size[1], capacity.slots).unwrap();
         let table = Buffer::from_slice(context, "lights", lights).unwrap();
-        let layer = || Buffer::storage(context, "layer", 4 * u64::from(direct.point_count())).unwrap();
-        let buffers: Vec<Buffer> = lights.iter().map(|_| layer()).collect();
+        let irradiance =
+            || Buffer::storage(context, "irradiance", 4 * u64::from(direct.point_count())).unwrap();
+        let buffers: Vec<Buffer> = lights.iter().map(|_| irradiance()).collect();
         context
             .run(|rec| {
                 primary.record(rec, &world.buffers, &view);
@@ -73,25 +74,25 @@ impl Frame {
                 colours.record(rec, &world.buffers, &view, &primary.pixels, Some(&antialias));
             })
             .unwrap();
-        let (mut layers, mut shadow_counts, mut needs) = (Vec::new(), Vec::new(), Vec::new());
-        for ((index, light), layer) in (0..).zip(lights).zip(&buffers) {
+        let (mut irradiances, mut shadow_counts, mut needs) = (Vec::new(), Vec::new(), Vec::new());
+        for ((index, light), irradiance) in (0..).zip(lights).zip(&buffers) {
             let light = OneLight::new(&table, index, light);
             context
                 .run(|rec| {
                     let mut pass = rec.pass("direct");
-                    direct.record(&mut pass, &world.buffers, light, &primary.pixels, layer);
+                    direct.record(&mut pass, &world.buffers, light, &primary.pixels, irradiance);
                 })
                 .unwrap();
-            let before = layer.read().unwrap();
+            let before = irradiance.read().unwrap();
             let groups = Antialias::groups(context).unwrap();
             context
                 .run(|rec| {
                     let mut pass = rec.pass("shadow_edges");
-                    let (pixels, layer) = (&primary.pixels, (layer, &groups));
-                    antialias.record_light(&mut pass, &world.buffers, &view, light, pixels, layer);
+                    let (pixels, irradiance) = (&primary.pixels, (irradiance, &groups));
+                    antialias.record_light(&mut pass, &world.buffers, &view, light, pixels, irradiance);
                 })
                 .unwrap();
-            layers.push([before, layer.read().unwrap()]);
+            irradiances.push([before, irradiance.read().unwrap()]);
             let count = Antialias::counted(&groups).unwrap();
             let words: Vec<u32> = groups.read().unwrap();
             for (first, pixels) in [(0, 4), (8, 64)] {
@@ -108,7 +109,7 @@ impl Frame {
         Self {
             view,
             pixels: primary.pixels.read().unwrap(),
-            layers,
+            irradiances,
             shadow_counts,
             needs,
             irradiance: direct.irradiance.read().unwrap(),
@@ -198,13 +199,15 @@ fn edge_pixels_equal_the_reference() {
             let differ = (0..reference.len()).filter(|&index| reference[index] != is_marked(index)).count();
             // Differences very close to a threshold.
             assert!(differ * 500 <= pixels.len(), "{differ} of {} pixels differ", pixels.len());
-            let share = marked.len() as f64 / pixels.len() as f64;
-            assert!(pixels.len() < 500 || (0.01..0.95).contains(&share), "{share} of {size:?}");
+            let fraction = marked.len() as f64 / pixels.len() as f64;
+            assert!(pixels.len() < 500 || (0.01..0.95).contains(&fraction), "{fraction} of {size:?}");
 
             let edges: Vec<bool> = (0..pixels.len()).map(is_marked).collect();
-            for ((layers, &count), needs) in frame.layers.iter().zip(&frame.shadow_counts).zip(&frame.needs) {
-                let layer = &layers[0][..pixels.len()];
-                let reference = cpu::antialias::shadow_edges(f64::from(CONTRAST), size, &edges, layer);
+            for ((irradiances, &count), needs) in
+                frame.irradiances.iter().zip(&frame.shadow_counts).zip(&frame.needs)
+            {
+                let irradiance = &irradiances[0][..pixels.len()];
+                let reference = cpu::antialias::shadow_edges(f64::from(CONTRAST), size, &edges, irradiance);
                 let needy = needs.iter().filter(|need| **need > 0).count();
                 let expected = reference.iter().filter(|marked| **marked).count() + needy;
                 assert!(
@@ -213,7 +216,8 @@ fn edge_pixels_equal_the_reference() {
                 );
                 shadows += expected;
                 // Only these pixels change.
-                let changed = (0..reference.len()).filter(|&pixel| layers[1][pixel] != layer[pixel]);
+                let changed =
+                    (0..reference.len()).filter(|&pixel| irradiances[1][pixel] != irradiance[pixel]);
                 let unmarked = changed.filter(|&pixel| !reference[pixel]).count();
                 assert!(unmarked * 500 <= pixels.len(), "{unmarked} unmarked pixels changed");
             }
@@ -235,7 +239,7 @@ fn edge_samples_equal_the_reference() {
         let samples = frame.samples();
         assert!(count >= 4 && !samples.is_empty(), "{count} samples of {} pixels", frame.edge_count());
         let (mut other_sides, mut other_sources, mut borrowed) = (0, 0, 0);
-        let (mut other_shares, mut shared) = (0, 0);
+        let (mut other_weights, mut shared) = (0, 0);
         for (pixel, own) in frame.edge_pixels().into_iter().zip(samples.chunks_exact(count as usize)) {
             for (index, &sample) in (0..).zip(own) {
                 let [point, eighths, place, _] = parts_of(sample);
@@ -248,11 +252,11 @@ fn edge_samples_equal_the_reference() {
                     [index, count, OUTLINE_POINTS],
                 );
                 // A ray may pass an edge on the other side.
-                other_shares += usize::from((reference.share - f64::from(eighths) / 8.0).abs() > 1e-6);
+                other_weights += usize::from((reference.fraction - f64::from(eighths) / 8.0).abs() > 1e-6);
                 shared += usize::from(eighths > 0 && eighths < 8);
                 let seen = reference.seen.filter(|_| reference.number == number);
                 let Some(seen) = seen.filter(|seen| seen.side == sample.side) else {
-                    other_sides += usize::from(reference.share > 0.0 || sample.side != NO_SIDE);
+                    other_sides += usize::from(reference.fraction > 0.0 || sample.side != NO_SIDE);
                     continue;
                 };
                 let (least, reference) =
@@ -272,7 +276,7 @@ fn edge_samples_equal_the_reference() {
         // Only the squares have an outline: the room is closed.
         let has_outline = frame.pixels.iter().any(|pixel| pixel.side == NO_SIDE);
         assert_eq!(has_outline, shared > total / 20, "{shared} of {total} samples count for a part");
-        assert!(other_shares * 100 <= total, "{other_shares} shares, {what}");
+        assert!(other_weights * 100 <= total, "{other_weights} shares, {what}");
         assert!(other_sides * 250 <= total, "{what}");
         assert!(other_sources * 250 <= total, "{what}");
         assert!(borrowed * 20 > total, "{what}, {borrowed} borrow");
@@ -298,9 +302,9 @@ fn an_outline_covers_its_share_of_each_pixel() {
         let covered = (0..grid * grid).filter(|&i| meets(i)).count() as f64 / f64::from(grid * grid);
         let sum: f64 = own.iter().map(|&sample| f64::from(parts_of(sample)[1]) / 8.0).sum();
         let first = |index| cpu::antialias::sample(geometry, &frame.view, pixel, index).is_some();
-        let share = (0..most).filter(|&index| first(index)).count() as f64 / f64::from(most);
+        let fraction = (0..most).filter(|&index| first(index)).count() as f64 / f64::from(most);
         squares += (sum / f64::from(most) - covered).powi(2);
-        plain += (share - covered).powi(2);
+        plain += (fraction - covered).powi(2);
         pixels += 1;
     }
     let [rms, plain] = [squares, plain].map(|sum: f64| (sum / f64::from(pixels)).sqrt());
@@ -330,7 +334,7 @@ fn shadow_edges_equal_the_reference() {
     ] {
         let frame = Frame::new(world, lights, &camera(size, 1.0), most);
         for ((light, [before, after]), &edge_count) in
-            lights.iter().zip(&frame.layers).zip(&frame.shadow_counts)
+            lights.iter().zip(&frame.irradiances).zip(&frame.shadow_counts)
         {
             let count = frame.samples_per_edge(edge_count);
             assert_eq!(count, most);
@@ -344,7 +348,7 @@ fn shadow_edges_equal_the_reference() {
                 let sample = |number| {
                     let found =
                         cpu::antialias::shadow_sample(world.geometry(), &frame.view, pixel, centre, number);
-                    found.map_or(0.0, |found| cpu::direct::layer(world.geometry(), light, &found))
+                    found.map_or(0.0, |found| cpu::direct::irradiance(world.geometry(), light, &found))
                 };
                 let reference = (0..count).map(sample).sum::<f64>() / f64::from(count);
                 differ +=

@@ -47,9 +47,9 @@ fn blended_records_equal_the_reference() {
         let blended: Vec<Record> = pass.records.read().unwrap();
         for (i, (point, device)) in points.iter().zip(&blended).enumerate() {
             let own = &lists.list[lists.first[i] as usize..lists.first[i + 1] as usize];
-            let shares: Vec<_> = own.iter().map(|n| (records[n.record as usize], n.weight)).collect();
-            let (irradiance, translation, rotation) = cpu::blend::blend(point, &shares);
-            let bound = SUM * 10.0 * (1.0 + shares.len() as f64);
+            let weights: Vec<_> = own.iter().map(|n| (records[n.record as usize], n.weight)).collect();
+            let (irradiance, translation, rotation) = cpu::blend::blend(point, &weights);
+            let bound = SUM * 10.0 * (1.0 + weights.len() as f64);
             assert_eq!(device.position, point.position);
             let off: DVec3 = device.irradiance.as_dvec3() - irradiance;
             assert!(off.abs().max_element() <= bound, "record {i}: {off}");
@@ -171,15 +171,15 @@ fn records_are_kept_from_falling_below_zero_where_it_is_told() {
     let blended: Vec<Record> = pass.records.read().unwrap();
     let mut limited = 0;
     for (i, (point, device)) in points.iter().zip(&blended).enumerate() {
-        let shares = [(records[i], 0.75), (records[(i + 1) % 257], 0.25)];
+        let weights = [(records[i], 0.75), (records[(i + 1) % 257], 0.25)];
         let (mut free, mut offset, mut translation) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
-        for (record, share) in &shares {
+        for (record, fraction) in &weights {
             let moved = point.position.as_dvec3() - record.position.as_dvec3();
             let along = record.translation.as_dmat3();
             let turned = record.rotation.as_dmat3().transpose() * point.normal.as_dvec3();
             let value = record.irradiance.as_dvec3() + 0.5 * along.transpose() * moved + turned;
-            (free, offset) = (free + f64::from(*share) * value, offset + f64::from(*share) * moved);
-            translation += along * f64::from(*share);
+            (free, offset) = (free + f64::from(*fraction) * value, offset + f64::from(*fraction) * moved);
+            translation += along * f64::from(*fraction);
         }
         free += 0.5 * translation.transpose() * offset;
         let irradiance = device.irradiance.as_dvec3();
@@ -187,7 +187,7 @@ fn records_are_kept_from_falling_below_zero_where_it_is_told() {
         let is_limited = (irradiance - free).abs().max_element() > 30.0 * SUM;
         assert_eq!(
             is_limited,
-            cpu::blend::is_limited(point, &shares),
+            cpu::blend::is_limited(point, &weights),
             "record {i}: {irradiance}, {free} without limits"
         );
         limited += u32::from(is_limited);

@@ -7,7 +7,7 @@ use lightpaths::cpu;
 use lightpaths::cpu::hemisphere::{Strata, frame};
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::ClusterTables;
-use lightpaths::passes::frame::cluster_proxies::{ClusterProxies, ProxyPartPacking};
+use lightpaths::passes::frame::cluster_proxies::{ClusterProxies, ProxyTermPacking};
 use lightpaths::passes::precompute::cluster_proxies::{self, ProxyTables};
 use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
 use lightpaths::passes::precompute::{Silent, rays::Rays};
@@ -20,25 +20,25 @@ fn irradiance_of_views_equals_the_reference() {
     let mut random = Random::new(101);
     let clusters = world.hvds.cluster_count();
     for count in [0, 1, 63, 64, 65, 997] {
-        let mut part_offsets = vec![0];
-        let packing = ProxyPartPacking::new(clusters);
-        let mut parts = Vec::new();
+        let mut term_offsets = vec![0];
+        let packing = ProxyTermPacking::new(clusters);
+        let mut terms = Vec::new();
         for _ in 0..count {
-            let part = |_| packing.pack(random.below(clusters), 1 + random.below(packing.steps()));
-            parts.extend((0..=count % 7).map(part));
-            part_offsets.push(parts.len() as u32);
+            let term = |_| packing.pack(random.below(clusters), 1 + random.below(packing.steps()));
+            terms.extend((0..=count % 7).map(term));
+            term_offsets.push(terms.len() as u32);
         }
         let irradiance: Vec<Vec3> = (0..clusters + count).map(|_| 1.0 + random.cube()).collect();
         let buffer = Buffer::from_slice(&world.context, "irradiance", &irradiance).unwrap();
-        let pass = ClusterProxies::new(&world.context, clusters, &part_offsets, &parts, packing).unwrap();
+        let pass = ClusterProxies::new(&world.context, clusters, &term_offsets, &terms, packing).unwrap();
         world.context.run(|rec| pass.record(rec, &buffer)).unwrap();
         let found: Vec<Vec3> = buffer.read().unwrap();
         let (kept, proxies) = found.split_at(clusters as usize);
         assert!(*kept == irradiance[..clusters as usize], "clusters keep what they have");
-        for (device, run) in proxies.iter().zip(part_offsets.windows(2)) {
-            let parts = &parts[run[0] as usize..run[1] as usize];
-            let shown = |&part: &u32| (irradiance[packing.cluster(part) as usize], packing.weight(part));
-            let reference = cpu::cluster_proxies::proxy(parts.iter().map(shown));
+        for (device, run) in proxies.iter().zip(term_offsets.windows(2)) {
+            let terms = &terms[run[0] as usize..run[1] as usize];
+            let shown = |&term: &u32| (irradiance[packing.cluster(term) as usize], packing.weight(term));
+            let reference = cpu::cluster_proxies::proxy(terms.iter().map(shown));
             assert_near(*device, reference, SUM, 0.0, "proxy");
         }
     }
@@ -120,19 +120,19 @@ fn weights_of_a_view_are_what_its_readers_see() {
     let (world, tables) = (&made.world, &made.tables);
     let clusters = world.hvds.cluster_count();
     assert!(tables.count() > 50 && tables.pairs.is_sorted());
-    for run in tables.part_offsets.windows(2) {
-        let parts = &tables.parts[run[0] as usize..run[1] as usize];
-        let sum: f64 = parts.iter().map(|&part| f64::from(tables.packing.weight(part))).sum();
-        assert!(sum == 1.0 && parts.len() <= 64, "{sum} of {} parts", parts.len());
+    for run in tables.term_offsets.windows(2) {
+        let terms = &tables.terms[run[0] as usize..run[1] as usize];
+        let sum: f64 = terms.iter().map(|&term| f64::from(tables.packing.weight(term))).sum();
+        assert!(sum == 1.0 && terms.len() <= 64, "{sum} of {} terms", terms.len());
     }
 
     // Each ray reads the same cluster or a proxy of it, and the proxy shows the surface that
     // the ray hits.
-    let is_below = |mut part: u32, cluster: u32| {
-        while part < cluster {
-            part = world.hvds.parents[part as usize];
+    let is_below = |mut term: u32, cluster: u32| {
+        while term < cluster {
+            term = world.hvds.parents[term as usize];
         }
-        part == cluster
+        term == cluster
     };
     let Hemisphere { rings, sectors } = Hemisphere::new(HEMISPHERE);
     let strata = Strata { rings, sectors };
@@ -158,12 +158,12 @@ fn weights_of_a_view_are_what_its_readers_see() {
         readers[pair]
             .push(point.position.as_dvec3() + f64::from(world.clear_distance) * point.normal.as_dvec3());
     }
-    let (mut shares, mut wrong) = (0, 0);
+    let (mut fractions, mut wrong) = (0, 0);
     for (pair, readers) in tables.pairs.iter().zip(&readers).step_by(7) {
         assert!(!readers.is_empty());
-        let run = &tables.part_offsets[pair[2] as usize..][..2];
-        let parts = &tables.parts[run[0] as usize..run[1] as usize];
-        assert!(parts.iter().all(|&part| is_below(tables.packing.cluster(part), pair[0])));
+        let run = &tables.term_offsets[pair[2] as usize..][..2];
+        let terms = &tables.terms[run[0] as usize..run[1] as usize];
+        assert!(terms.iter().all(|&term| is_below(tables.packing.cluster(term), pair[0])));
         // The visibility of each child from all readers, sampled with many points, compared
         // with the proxy.
         let children =
@@ -177,23 +177,23 @@ fn weights_of_a_view_are_what_its_readers_see() {
         let seen: Vec<f64> = children.clone().map(seen).collect();
         let all: f64 = seen.iter().sum();
         for (child, seen) in children.zip(seen) {
-            let weights = parts.iter().filter(|&&part| is_below(tables.packing.cluster(part), child));
-            let weight: f64 = weights.map(|&part| f64::from(tables.packing.weight(part))).sum();
-            shares += 1;
+            let weights = terms.iter().filter(|&&term| is_below(tables.packing.cluster(term), child));
+            let weight: f64 = weights.map(|&term| f64::from(tables.packing.weight(term))).sum();
+            fractions += 1;
             // Each child has eight samples: errors of a tenth in the weights are rare.
             wrong += u32::from((weight - seen / all).abs() > 0.1);
         }
     }
-    println!("{wrong} of {shares} shares off by more than a tenth");
-    assert!(shares > 100 && wrong * 50 <= shares, "{wrong} of {shares}");
+    println!("{wrong} of {fractions} shares off by more than a tenth");
+    assert!(fractions > 100 && wrong * 50 <= fractions, "{wrong} of {fractions}");
 }
 
 #[test]
 fn views_are_the_same_each_time() {
     let [a, b] = [0; 2].map(|_| make(&crate::world::room()));
-    assert!(!a.tables.is_empty() && a.tables.parts.len() == b.tables.parts.len());
-    assert_eq!((&a.tables.pairs, &a.tables.part_offsets), (&b.tables.pairs, &b.tables.part_offsets));
-    assert_eq!(a.tables.parts, b.tables.parts);
+    assert!(!a.tables.is_empty() && a.tables.terms.len() == b.tables.terms.len());
+    assert_eq!((&a.tables.pairs, &a.tables.term_offsets), (&b.tables.pairs, &b.tables.term_offsets));
+    assert_eq!(a.tables.terms, b.tables.terms);
     assert!(a.after.iter().zip(&b.after).all(|(a, b)| a.target == b.target));
 
     // Rays of the same points, redirected like rays of other points, read the same proxies.

@@ -83,7 +83,7 @@ fn pictures_equal_the_reference() {
 fn pictures_equal_the_reference_in(world: &World) {
     let has_images = !world.coordinates.is_empty();
     let mut random = Random::new(73);
-    for (size, most, share) in [
+    for (size, most, fraction) in [
         ([13, 11], 128, [1.0, 1.0]),
         ([31, 17], 256, [0.0, 1.0]),
         ([31, 17], 256, [1.0, 0.0]),
@@ -113,7 +113,7 @@ fn pictures_equal_the_reference_in(world: &World) {
         let of_pixels = colours(&frame.colours.of_pixels);
         let of_edges = colours(&frame.colours.of_edges);
         let tint = |colours: &[DVec3], index: usize| if has_images { colours[index] } else { DVec3::ONE };
-        world.context.run(|rec| pass.record(rec, &world.buffers, irradiances, share)).unwrap();
+        world.context.run(|rec| pass.record(rec, &world.buffers, irradiances, fraction)).unwrap();
         let radiance: Vec<Vec3> = pass.radiance.read().unwrap();
         let material_of = |side: u32| world.surfaces[side as usize / 2].material;
         let reflected = |pixel: usize, side: u32, colour: DVec3, direct: Vec3, source: usize, weight: f32| {
@@ -128,9 +128,9 @@ fn pictures_equal_the_reference_in(world: &World) {
             let gloss = radiances[if is_own { pixel } else { source }];
             cpu::compose::compose(
                 albedo,
-                share[0] * light * direct,
-                share[1] * weight * light * indirect[source],
-                weight * light * (share[0] * gloss.direct + share[1] * gloss.indirect),
+                fraction[0] * light * direct,
+                fraction[1] * weight * light * indirect[source],
+                weight * light * (fraction[0] * gloss.direct + fraction[1] * gloss.indirect),
             )
         };
         let count = frame.samples_per_edge(frame.edge_count());

@@ -74,11 +74,14 @@ fn light_at_edges_equals_the_reference() {
         let count = frame.samples_per_edge(frame.edge_count());
         assert_eq!(count, most);
         let samples = frame.samples();
-        for ((light, [_, layer]), device_needs) in lights.iter().zip(&frame.layers).zip(&frame.needs) {
-            let layer = &layer[frame.pixels.len()..];
+        for ((light, [_, irradiance]), device_needs) in
+            lights.iter().zip(&frame.irradiances).zip(&frame.needs)
+        {
+            let irradiance = &irradiance[frame.pixels.len()..];
             let (mut differ, mut edges) = (0, 0);
             let edge = frame.edge_pixels().into_iter().zip(samples.chunks_exact(count as usize));
-            for (((pixel, own), layer), &device_need) in edge.zip(layer.chunks_exact(slots)).zip(device_needs)
+            for (((pixel, own), irradiance), &device_need) in
+                edge.zip(irradiance.chunks_exact(slots)).zip(device_needs)
             {
                 let lit = |number| {
                     let seen = cpu::antialias::sample(geometry, &frame.view, pixel, number);
@@ -89,7 +92,7 @@ fn light_at_edges_equals_the_reference() {
                             normal: seen.normal.as_vec3(),
                             footprint: seen.footprint as f32,
                         };
-                        cpu::direct::layer(geometry, light, &surface)
+                        cpu::direct::irradiance(geometry, light, &surface)
                     })
                 };
                 let light_of = |(index, &sample): (u32, &EdgeSample)| {
@@ -102,7 +105,8 @@ fn light_at_edges_equals_the_reference() {
                 other_needs += usize::from(need != device_need);
                 edges += 1;
                 let room = |slot: usize| samples_in(own, slot) > 0;
-                let sum: f64 = (0..slots).filter(|&slot| room(slot)).map(|slot| f64::from(layer[slot])).sum();
+                let sum: f64 =
+                    (0..slots).filter(|&slot| room(slot)).map(|slot| f64::from(irradiance[slot])).sum();
                 if device_need > 0 {
                     let more: f64 = (count..device_need).map(lit).sum();
                     let reference = (values.iter().sum::<f64>() + more) / f64::from(device_need);
@@ -114,8 +118,9 @@ fn light_at_edges_equals_the_reference() {
                     let own =
                         own.iter().zip(&values).filter(|(sample, _)| parts_of(**sample)[3] as usize == slot);
                     let reference = own.map(|(_, value)| value).sum::<f64>() / f64::from(count);
-                    differ +=
-                        usize::from((f64::from(layer[slot]) - reference).abs() > 1e-3 * (reference + 1e-2));
+                    differ += usize::from(
+                        (f64::from(irradiance[slot]) - reference).abs() > 1e-3 * (reference + 1e-2),
+                    );
                 }
                 plain += 1;
             }

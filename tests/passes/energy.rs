@@ -7,7 +7,7 @@ use lightpaths::cpu;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::gpu::{Buffer, Context, SplitBuffer};
 use lightpaths::passes::frame::hvds::{
-    ClusterFlux, ClusterLayer, ClusterLight, ClusterLists, MIN_SHARE, MIN_VERTICES, Pyramid, VERTICES_AROUND,
+    ClusterFlux, ClusterLight, ClusterLists, LightFlux, MIN_FRACTION, MIN_VERTICES, Pyramid, VERTICES_AROUND,
     contribution_ranges, indirect_sources,
 };
 use lightpaths::scene::{grid, hvds::Hvds};
@@ -58,12 +58,12 @@ fn contributions(random: &mut Random, contribution_offsets: &[u32]) -> Vec<Contr
 struct OneLight {
     factors: Buffer,
     first_bounce: Option<Buffer>,
-    layer: Buffer,
+    flux: Buffer,
 }
 
 impl OneLight {
     fn due(&self) -> ClusterLight<'_> {
-        ClusterLight { factors: &self.factors, first_bounce: self.first_bounce.as_ref(), layer: &self.layer }
+        ClusterLight { factors: &self.factors, first_bounce: self.first_bounce.as_ref(), flux: &self.flux }
     }
 }
 
@@ -77,7 +77,7 @@ fn light(
         factors: Buffer::from_slice(context, "factors", factors).unwrap(),
         first_bounce: first_bounce
             .map(|first_bounce| Buffer::from_slice(context, "first bounce", first_bounce).unwrap()),
-        layer: Pyramid::layer(context, base_count).unwrap(),
+        flux: Pyramid::new_light_flux(context, base_count).unwrap(),
     }
 }
 
@@ -110,9 +110,9 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
         context.take_redundant_barriers();
         context
             .run(|rec| {
-                pyramid.record_layers(rec, &[light.due()], &contribution_buffer, &all);
+                pyramid.record_lights(rec, &[light.due()], &contribution_buffer, &all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
-                pyramid.record_sum(rec, &[(emission, &light.layer)], &all);
+                pyramid.record_sum(rec, &[(emission, &light.flux)], &all);
             })
             .unwrap();
         assert_eq!(context.take_redundant_barriers(), [""; 0]);
@@ -122,7 +122,8 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
         let reflected_flux: Vec<Vec3> =
             first_bounce.iter().map(|first_bounce| first_bounce * scale).collect();
         let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &contributions);
-        let sources = cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_SHARE]);
+        let sources =
+            cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_FRACTION]);
         assert_eq!(indirect_sources(&hvds, &runs, MIN_VERTICES), sources);
         let borrowing = (0..base as u32).zip(&sources).filter(|(cluster, source)| cluster != *source).count();
         assert!(base < 60 || (borrowing > base / 4 && borrowing < base), "{borrowing} of {base} borrow");
@@ -150,7 +151,7 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
 /// buffer is the same to the bit, whichever other lights are stale. Lights that are off do not
 /// change the sum.
 #[test]
-fn layers_of_lights_equal_the_reference_and_add_up() {
+fn cluster_light_equals_the_reference_and_add_up() {
     let context = context();
     let mut random = Random::new(29);
     for (count, light_count) in [(1, 1), (63, 2), (64, 3), (65, 4), (997, 5), (131, 9), (40, 0)] {
@@ -186,11 +187,11 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
         let cut = SplitBuffer::cut(&context, "contributions", &contributions, 61).unwrap();
         let due: Vec<ClusterLight<'_>> = lights.iter().map(OneLight::due).collect();
         let lit: Vec<(Vec3, &Buffer)> =
-            emissions.iter().copied().zip(lights.iter().map(|l| &l.layer)).collect();
+            emissions.iter().copied().zip(lights.iter().map(|l| &l.flux)).collect();
         context.take_redundant_barriers();
         context
             .run(|rec| {
-                pyramid.record_layers(rec, &due, &contribution_buffer, &all);
+                pyramid.record_lights(rec, &due, &contribution_buffer, &all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 pyramid.record_sum(rec, &lit, &all);
             })
@@ -201,16 +202,16 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
         for ((row, first_bounce), (light, alone)) in
             rows.iter().zip(&first_bounce).zip(lights.iter().zip(&alone))
         {
-            let reference = cpu::hvds::cluster_layer(row, first_bounce, &runs, &contributions);
-            let device: Vec<ClusterLayer> = light.layer.read().unwrap();
+            let reference = cpu::hvds::light_flux(row, first_bounce, &runs, &contributions);
+            let device: Vec<LightFlux> = light.flux.read().unwrap();
             for (cluster, (device, reference)) in device.iter().zip(reference).enumerate() {
                 let name = format!("cluster {cluster} of {count}");
                 assert_near(Vec3::splat(device.direct), reference[0], SUM, 0.0, &name);
                 assert_near(device.indirect, reference[1], SUM, 0.0, &name);
             }
-            let record = |rec: &mut _| pyramid.record_layers(rec, &[alone.due()], &cut, &all);
+            let record = |rec: &mut _| pyramid.record_lights(rec, &[alone.due()], &cut, &all);
             context.run(record).unwrap();
-            let bits = |light: &OneLight| light.layer.read::<u32>().unwrap();
+            let bits = |light: &OneLight| light.flux.read::<u32>().unwrap();
             assert!(
                 bits(light) == bits(alone),
                 "alone and among others, from contributions in one part and in many"
@@ -224,7 +225,8 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
         let path_flux = sum(&|light, path| Vec3::splat(rows[light][path]));
         let reflected_flux = sum(&|light, path| first_bounce[light][path]);
         let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &contributions);
-        let sources = cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_SHARE]);
+        let sources =
+            cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_FRACTION]);
         let resolved = cpu::hvds::irradiance(&hvds, &reference, &sources, entry_area_m2);
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();
@@ -243,7 +245,7 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
         let black = lit
             .iter()
             .enumerate()
-            .map(|(light, (emission, layer))| (if light % 2 == 0 { *emission } else { Vec3::ZERO }, *layer));
+            .map(|(light, (emission, flux))| (if light % 2 == 0 { *emission } else { Vec3::ZERO }, *flux));
         let [left_out, black] = [lit.iter().copied().step_by(2).collect::<Vec<_>>(), black.collect()];
         assert!(sum(&left_out) == sum(&black), "{light_count} lights over {count}");
     }

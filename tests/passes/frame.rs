@@ -68,7 +68,7 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     context.take_redundant_barriers();
     let renderer = &mut renderer;
     let (sum, factors, scan, clusters): (&[&str], &[&str], &[&str], &[&str]) =
-        (&["direct_sum"], &["form_factors"], &["path_scan"], &["hvds_layer"]);
+        (&["direct_sum"], &["form_factors"], &["path_scan"], &["hvds_light"]);
     let all = &[view, BATCHES, LAYER, sum, factors, scan, clusters, ENERGY, &["splat"], RECORDS, PICTURE];
     let moved = &[LAYER, sum, factors, clusters, ENERGY, RECORDS, PICTURE];
     let recoloured = &[sum, ENERGY, RECORDS, PICTURE];
@@ -189,7 +189,7 @@ fn lights_that_stay_trace_nothing() {
         let report = renderer.frame().unwrap();
         let rays = [report.rays["form_factors"], report.rays["direct"]];
         assert_eq!(rays, [samples * 3_000, samples * 33 * 17], "light {light}");
-        assert!(report.lights_unchanged.iter().all(|share| (share - 2.0 / 3.0).abs() < 1e-9));
+        assert!(report.lights_unchanged.iter().all(|fraction| (fraction - 2.0 / 3.0).abs() < 1e-9));
     }
     assert_silent(&context);
 }

@@ -98,7 +98,7 @@ fn irradiance_and_gradients_equal_the_reference() {
             cluster_bits: packing.cluster_bits,
             min_distance: packing.min_distance,
             rotation_unit: merging.rotation_unit,
-            slots: &[],
+            bins: &[],
         };
         let pass = Gather::new(
             &context,
@@ -197,7 +197,7 @@ fn the_rotational_gradient_is_a_derivative() {
         cluster_bits: 8,
         min_distance: 1.0,
         rotation_unit: merging.rotation_unit,
-        slots: &[],
+        bins: &[],
     };
     let gathered = |normal: Vec3| {
         let frame = lightpaths::cpu::hemisphere::frame(normal);

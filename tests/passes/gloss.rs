@@ -2,8 +2,8 @@
 
 use crate::common::assert_silent;
 use crate::gloss_readers::{
-    gathered_slots_equal_the_reference, pixels_of_glossy_surfaces_equal_the_reference,
-    pixels_read_the_slots_of_broad_lobes,
+    gathered_bins_equal_the_reference, pixels_of_glossy_surfaces_equal_the_reference,
+    pixels_read_the_bins_of_broad_lobes,
 };
 use crate::world::{Random, SUM, World, assert_near};
 use glam::{DVec3, Vec3};
@@ -147,15 +147,15 @@ fn rays_that_meet_glossy_surfaces_read_the_direction_that_they_come_from() {
             continue;
         }
         shiny += 1;
-        let slot = &glossy.tables.slots[(read - clusters) as usize];
+        let gloss_bin = &glossy.tables.bins[(read - clusters) as usize];
         let (point, ray) = (index as u32 / strata.rays(), index as u32 % strata.rays());
         let direction = frame(glossy.points[point as usize].normal) * strata.direction(ray, point, SEED);
         let bin = DIRECTIONS.bin(-direction);
-        assert_eq!(slot.cluster, cluster);
+        assert_eq!(gloss_bin.cluster, cluster);
         // The mean of directions in a bin is at most in a neighbouring bin.
-        assert!(slot.direction.as_dvec3().dot(-direction) > 0.8, "{} {direction}", slot.direction);
+        assert!(gloss_bin.direction.as_dvec3().dot(-direction) > 0.8, "{} {direction}", gloss_bin.direction);
         assert_eq!(*bins.entry(read - clusters).or_insert(bin), bin);
-        if DIRECTIONS.bin(slot.direction.as_dvec3()) == bin {
+        if DIRECTIONS.bin(gloss_bin.direction.as_dvec3()) == bin {
             inside += 1;
         }
     }
@@ -212,7 +212,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     let first = &glossy.paths.contribution_offsets;
     let contributions_buffer = Buffer::from_slice(&world.context, "contributions", &contributions).unwrap();
     let runs = contribution_ranges(&world.hvds, first);
-    let runs_buffer = Buffer::from_slice(&world.context, "contribution runs", &runs).unwrap();
+    let runs_buffer = Buffer::from_slice(&world.context, "contribution ranges", &runs).unwrap();
     let beams: Vec<Buffer> = lights
         .iter()
         .map(|light| Buffer::storage(&world.context, "beams", gloss.beam_bytes(light.samples)).unwrap())
@@ -223,19 +223,19 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
         lights.iter().map(|_| Buffer::storage(&world.context, name, 12 * values).unwrap()).collect()
     };
     let first_bounce = rows("first bounce flux", path_count as u64);
-    let slots = rows("light slots", u64::from(gloss.leaf_count));
+    let bins = rows("light gloss bins", u64::from(gloss.leaf_count));
     let hits = rows("light hits", 1 << 16);
     let gloss_lights: Vec<_> = (0..lights.len())
         .map(|light| GlossLight {
             samples: lights[light].samples,
             beams: &beams[light],
             first_bounce: &first_bounce[light],
-            slots: &slots[light],
+            bins: &bins[light],
             hits: &hits[light],
         })
         .collect();
     let emitting = |of: &'static str| -> Vec<(Vec3, &Buffer)> {
-        let buffers = if of == "slots" { &slots } else { &hits };
+        let buffers = if of == "bins" { &bins } else { &hits };
         lights.iter().map(|light| light.emission).zip(buffers).collect()
     };
     world
@@ -255,7 +255,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
             rec.barrier(COMPUTE_TO_COMPUTE);
             let materials = &world.buffers.materials;
             let paths = (&runs_buffer, &contributions_buffer);
-            gloss.record(rec, materials, paths, &gloss_lights, &emitting("slots"));
+            gloss.record(rec, materials, paths, &gloss_lights, &emitting("bins"));
         })
         .unwrap();
 
@@ -341,18 +341,18 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
             }
             lobe_sum(vertices, toward)
         };
-    for (index, (slot, device)) in glossy.tables.slots.iter().zip(&fluxes).enumerate().step_by(7) {
-        coarse += usize::from(slot.cluster >= world.hvds.levels[0].end);
+    for (index, (gloss_bin, device)) in glossy.tables.bins.iter().zip(&fluxes).enumerate().step_by(7) {
+        coarse += usize::from(gloss_bin.cluster >= world.hvds.levels[0].end);
         let reference = match index.checked_sub(glossy.tables.leaf_count as usize) {
-            None => sent(slot.cluster, slot.direction.as_dvec3()),
+            None => sent(gloss_bin.cluster, gloss_bin.direction.as_dvec3()),
             // Its children, each in its direction.
             Some(sum) => {
                 let run = &glossy.tables.child_offsets[sum..sum + 2];
                 let children = &glossy.tables.children[run[0] as usize..run[1] as usize];
                 let part = |&child: &u32| {
-                    let child = &glossy.tables.slots[child as usize];
-                    assert_eq!(world.hvds.parents[child.cluster as usize], slot.cluster);
-                    assert!(child.direction.dot(slot.direction) > 0.8);
+                    let child = &glossy.tables.bins[child as usize];
+                    assert_eq!(world.hvds.parents[child.cluster as usize], gloss_bin.cluster);
+                    assert!(child.direction.dot(gloss_bin.direction) > 0.8);
                     sent(child.cluster, child.direction.as_dvec3())
                 };
                 match children.iter().all(|&child| child < glossy.tables.leaf_count) {
@@ -362,27 +362,27 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
             }
         };
         lit += usize::from(reference.x > 0.0);
-        assert_near(*device, reference, SUM, 1e-3 * f64::from(brightest), "slot");
+        assert_near(*device, reference, SUM, 1e-3 * f64::from(brightest), "gloss_bin");
     }
-    assert!(coarse > 100 && lit > 500, "{coarse} coarse slots, {lit} with light");
+    assert!(coarse > 100 && lit > 500, "{coarse} coarse bins, {lit} with light");
     let sums: usize = glossy.tables.sums.iter().map(ExactSizeIterator::len).sum();
-    assert!(sums > 50, "{sums} slots are sums");
+    assert!(sums > 50, "{sums} bins are sums");
 
     // A light that is not stale is only summed, and no bit changes.
     let materials = &world.buffers.materials;
     let paths = (&runs_buffer, &contributions_buffer);
-    world.context.run(|rec| gloss.record(rec, materials, paths, &[], &emitting("slots"))).unwrap();
+    world.context.run(|rec| gloss.record(rec, materials, paths, &[], &emitting("bins"))).unwrap();
     assert!(gloss.fluxes.read::<Vec3>().unwrap() == fluxes);
     // A light's bits are the same alone and among others.
-    let bits = || slots.iter().map(|row| row.read::<u32>().unwrap()).collect::<Vec<_>>();
+    let bits = || bins.iter().map(|row| row.read::<u32>().unwrap()).collect::<Vec<_>>();
     let among_others = bits();
     for light in gloss_lights.chunks(1) {
-        world.context.run(|rec| gloss.record(rec, materials, paths, light, &emitting("slots"))).unwrap();
+        world.context.run(|rec| gloss.record(rec, materials, paths, light, &emitting("bins"))).unwrap();
     }
     assert!(bits() == among_others);
-    gathered_slots_equal_the_reference(&glossy, &gloss, &fluxes);
+    gathered_bins_equal_the_reference(&glossy, &gloss, &fluxes);
     let around = (&runs_buffer, &contributions_buffer, &gloss_lights[..]);
-    pixels_read_the_slots_of_broad_lobes(&glossy, &gloss, (around.0, around.1));
+    pixels_read_the_bins_of_broad_lobes(&glossy, &gloss, (around.0, around.1));
     pixels_of_glossy_surfaces_equal_the_reference(&glossy, &gloss, around, &emitting("hits"), sent);
     assert_silent(&world.context);
 }
@@ -404,7 +404,7 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
     contributions.iter_mut().for_each(|contribution| contribution.throughput = 0.5 * (1.0 + random.cube()));
     let contributions = Buffer::from_slice(context, "contributions", &contributions).unwrap();
     let runs = contribution_ranges(&glossy.world.hvds, &glossy.paths.contribution_offsets);
-    let first = Buffer::from_slice(context, "contribution runs", &runs).unwrap();
+    let first = Buffer::from_slice(context, "contribution ranges", &runs).unwrap();
     let nothing = vec![Vec3::ZERO; glossy.entry_points.len()];
     let dark_paths = Buffer::from_slice(context, "first bounce flux", &nothing).unwrap();
     // The same light: all samples are equal to the first.
@@ -413,13 +413,13 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
         let mut rows = vec![dark; beams.len() * samples];
         rows.iter_mut().step_by(samples).zip(&beams).for_each(|(row, beam)| *row = *beam);
         let beams = Buffer::from_slice(context, "beams", &rows).unwrap();
-        let slots = Buffer::storage(context, "light slots", 12 * u64::from(gloss.leaf_count)).unwrap();
+        let bins = Buffer::storage(context, "light gloss bins", 12 * u64::from(gloss.leaf_count)).unwrap();
         let hits = Buffer::storage(context, "light hits", 12).unwrap();
         let light = GlossLight {
             samples: samples as u32,
             beams: &beams,
             first_bounce: &dark_paths,
-            slots: &slots,
+            bins: &bins,
             hits: &hits,
         };
         context
@@ -427,17 +427,17 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
                 gloss.record(rec, &glossy.world.buffers.materials, (&first, &contributions), &[light], &[]);
             })
             .unwrap();
-        slots.read::<Vec3>().unwrap()
+        bins.read::<Vec3>().unwrap()
     });
     // A dispatch has 8 192 iterations: 32 vertices of 256 samples.
     assert!(glossy.tables.max_vertices > 32, "{}", glossy.tables.max_vertices);
     // Coarse clusters are included: their loops have more iterations in all than lavapipe's limit.
-    let slots = &glossy.tables.slots[..one.len()];
-    assert!(slots.iter().any(|slot| slot.cluster >= glossy.world.hvds.levels[0].end));
+    let bins = &glossy.tables.bins[..one.len()];
+    assert!(bins.iter().any(|gloss_bin| gloss_bin.cluster >= glossy.world.hvds.levels[0].end));
     let lit = one.iter().filter(|flux| flux.max_element() > 0.0).count();
-    assert!(lit > 500, "{lit} of {} slots have light", one.len());
+    assert!(lit > 500, "{lit} of {} bins have light", one.len());
     for (one, &many) in one.iter().zip(&many) {
-        assert_near(many, one.as_dvec3(), SUM, 1e-9, "slot");
+        assert_near(many, one.as_dvec3(), SUM, 1e-9, "gloss_bin");
     }
     assert_silent(context);
 }

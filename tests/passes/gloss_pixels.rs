@@ -10,11 +10,11 @@ use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::passes::frame::bin_reads::BinReads;
 use lightpaths::passes::frame::gloss::Gloss;
 use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, LOBE_RAYS, PixelGloss, Surroundings};
 use lightpaths::passes::frame::hvds::contribution_ranges;
 use lightpaths::passes::frame::primary::Primary;
-use lightpaths::passes::frame::slot_reads::SlotReads;
 use lightpaths::passes::precompute::gather_rays;
 use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::{Camera, Light, LightKind};
@@ -55,7 +55,7 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
     let inverse_areas =
         Buffer::from_slice(&world.context, "inverse areas", &vec![1.0_f32; clusters]).unwrap();
     let runs = contribution_ranges(&world.hvds, &glossy.paths.contribution_offsets);
-    let runs = Buffer::from_slice(&world.context, "contribution runs", &runs).unwrap();
+    let runs = Buffer::from_slice(&world.context, "contribution ranges", &runs).unwrap();
     let contributions =
         Buffer::from_slice(&world.context, "contributions", &glossy.paths.contributions).unwrap();
     let bits = glossy.packing.cluster_bits;
@@ -84,9 +84,9 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
         let pass =
             GlossPixels::new(&world.context, &world.buffers, count as u32, most, (bits, true)).unwrap();
         let samples = most.div_ceil(LOBE_RAYS);
-        let layers: Vec<Buffer> = lights
+        let highlight_buffers: Vec<Buffer> = lights
             .iter()
-            .map(|_| Buffer::storage(&world.context, "layer", 4 * u64::from(pass.capacity)).unwrap())
+            .map(|_| Buffer::storage(&world.context, "buffer", 4 * u64::from(pass.capacity)).unwrap())
             .collect();
         let around = Surroundings {
             scene: &world.buffers,
@@ -97,21 +97,21 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
             contribution_ranges: &runs,
             contributions: &contributions,
         };
-        let slots = SlotReads::none(&world.context).unwrap();
-        let highlights: Vec<_> = lights.iter().map(|light| light.emission).zip(&layers).collect();
+        let bins = BinReads::none(&world.context).unwrap();
+        let highlights: Vec<_> = lights.iter().map(|light| light.emission).zip(&highlight_buffers).collect();
         world
             .context
             .run(|rec| {
                 let scene = &world.buffers;
-                pass.record_rays(rec, scene, (&world.clusters, &slots), &primary.pixels, &view, SEED);
+                pass.record_rays(rec, scene, (&world.clusters, &bins), &primary.pixels, &view, SEED);
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 let mut open = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
-                for (index, (light, layer)) in (0..).zip(lights.iter().zip(&layers)) {
+                for (index, (light, buffer)) in (0..).zip(lights.iter().zip(&highlight_buffers)) {
                     if index > 0 {
                         open.barrier(COMPUTE_TO_COMPUTE);
                     }
                     let light = OneLight::new(&table, index, light);
-                    pass.record_highlights(&mut open, scene, light, (view.position, SEED), layer);
+                    pass.record_highlights(&mut open, scene, light, (view.position, SEED), buffer);
                 }
                 drop(open);
                 rec.barrier(COMPUTE_TO_COMPUTE);

@@ -1,4 +1,4 @@
-//! Readers of glossy radiance: gather rays, through slots, and rays of glossy pixels.
+//! Readers of glossy radiance: gather rays, through gloss bins, and rays of glossy pixels.
 
 use crate::gloss::{DIRECTIONS, Glossy, HEMISPHERE, SEED};
 use crate::world::{Random, SUM, assert_near};
@@ -7,23 +7,23 @@ use lightpaths::cpu::gather;
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::passes::frame::bin_reads::BinReads;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::gloss::{Gloss, GlossLight};
 use lightpaths::passes::frame::gloss_pixels::{
-    GlossPixels, GlossRay, LOBE_RAYS, NO_SLOT, PixelGloss, Surroundings,
+    GlossPixels, GlossRay, LOBE_RAYS, NO_GLOSS_BIN, PixelGloss, Surroundings,
 };
 use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
-use lightpaths::passes::frame::slot_reads::SlotReads;
 use lightpaths::passes::precompute::gather_rays::RayTable;
 use lightpaths::passes::precompute::merged_rays::MergedRayPacking;
 use lightpaths::scene::Camera;
 use lightpaths::types::{MergedRay, NO_CLUSTER, NO_TARGET, PixelSurface, Record, View};
 use std::f64::consts::PI;
 
-/// Records of rays that read slots: the slot's flux over area is added to albedo times irradiance
-/// of its cluster.
-pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss, fluxes: &[Vec3]) {
+/// Records of rays that read gloss bins: the gloss bin's flux over area is added to albedo times
+/// irradiance of its cluster.
+pub(crate) fn gathered_bins_equal_the_reference(glossy: &Glossy, gloss: &Gloss, fluxes: &[Vec3]) {
     let (world, context) = (&glossy.world, &glossy.world.context);
     let mut random = Random::new(64);
     let clusters = world.hvds.cluster_count();
@@ -40,9 +40,11 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
     let irradiance_buffer = Buffer::from_slice(context, "irradiance", &irradiance).unwrap();
     let areas_buffer = Buffer::from_slice(context, "inverse areas", &inverse_areas).unwrap();
     let albedos: Vec<Vec3> = world.materials.iter().map(|material| material.diffuse).collect();
-    let slot_pairs = glossy.tables.slots.iter().zip(fluxes);
-    let slots: Vec<(u32, DVec3)> = slot_pairs
-        .map(|(slot, flux)| (slot.cluster, flux.as_dvec3() * f64::from(inverse_areas[slot.cluster as usize])))
+    let bin_pairs = glossy.tables.bins.iter().zip(fluxes);
+    let bins: Vec<(u32, DVec3)> = bin_pairs
+        .map(|(gloss_bin, flux)| {
+            (gloss_bin.cluster, flux.as_dvec3() * f64::from(inverse_areas[gloss_bin.cluster as usize]))
+        })
         .collect();
     for has_colours in [false, true] {
         let points = Buffer::from_slice(context, "cache points", &glossy.points).unwrap();
@@ -67,7 +69,7 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
             cluster_bits: packing.cluster_bits,
             min_distance: packing.min_distance,
             rotation_unit: merging.rotation_unit,
-            slots: &slots,
+            bins: &bins,
         };
         let strata = Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors };
         let rows = glossy.packed.chunks_exact(strata.rays() as usize);
@@ -79,7 +81,7 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
                 merging.merged_rays(row, colours).into_iter().unzip();
             let colours = if has_colours { &colours[..] } else { &[] };
             let reference = gather::gather(sources, strata, point.normal, &merged_rays, colours);
-            assert_near(record.irradiance, reference.irradiance, SUM, 0.0, "gathered slots");
+            assert_near(record.irradiance, reference.irradiance, SUM, 0.0, "gathered bins");
         }
     }
 }
@@ -110,7 +112,7 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
     let inverse_areas: Vec<f32> = (0..clusters).map(|_| 1.0 + random.unit()).collect();
     let bits = glossy.packing.cluster_bits;
     let pass = GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, (bits, true)).unwrap();
-    let slots = SlotReads::none(context).unwrap();
+    let bins = BinReads::none(context).unwrap();
     let around = Surroundings {
         scene: &world.buffers,
         pixels: &primary.pixels,
@@ -124,7 +126,7 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
         .run(|rec| {
             primary.record(rec, &world.buffers, &view);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            pass.record_rays(rec, &world.buffers, (&world.clusters, &slots), &primary.pixels, &view, SEED);
+            pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), &primary.pixels, &view, SEED);
             rec.barrier(COMPUTE_TO_COMPUTE);
             pass.record(rec, around, lights, [hits, &[]]);
         })
@@ -153,10 +155,10 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
     assert!(lit > 20, "{lit} pixels see glossy surfaces");
 }
 
-/// Rays of glossy pixels that meet broad lobes read the slots of gather rays: of the cluster
+/// Rays of glossy pixels that meet broad lobes read the gloss bins of gather rays: of the cluster
 /// that they meet, or of an ancestor, in the direction of the pixel. The pixels show the
-/// radiance of these slots.
-pub(crate) fn pixels_read_the_slots_of_broad_lobes(
+/// radiance of these gloss bins.
+pub(crate) fn pixels_read_the_bins_of_broad_lobes(
     glossy: &Glossy,
     gloss: &Gloss,
     around: (&Buffer, &Buffer),
@@ -178,8 +180,8 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
     let exponents: Vec<f32> = materials[..2].iter().map(|material| material.exponent).collect();
     let between = 0.5 * (exponents[0] + exponents[1]);
     assert!(exponents.iter().any(|&n| n < between) && exponents.iter().any(|&n| n > between));
-    let mut slots = SlotReads::new(context, &glossy.tables, DIRECTIONS).unwrap();
-    slots.max_exponent = between;
+    let mut bins = BinReads::new(context, &glossy.tables, DIRECTIONS).unwrap();
+    bins.max_exponent = between;
     let fluxes: Vec<Vec3> = gloss.fluxes.read().unwrap();
     let irradiance = Buffer::from_slice(context, "irradiance", &vec![Vec3::ZERO; clusters]).unwrap();
     let inverse_areas = Buffer::from_slice(context, "inverse areas", &vec![1.0_f32; clusters]).unwrap();
@@ -197,7 +199,7 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
         .run(|rec| {
             primary.record(rec, &world.buffers, &view);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            pass.record_rays(rec, &world.buffers, (&world.clusters, &slots), &primary.pixels, &view, SEED);
+            pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), &primary.pixels, &view, SEED);
             rec.barrier(COMPUTE_TO_COMPUTE);
             pass.record(rec, around, &[], [&[], &[]]);
         })
@@ -215,15 +217,15 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
         for ray in rays.iter().filter(|ray| ray.target != NO_TARGET) {
             let (cluster, material) = (ray.target & ((1 << bits) - 1), ray.target >> bits);
             if !is_glossy(material) || materials[material as usize].exponent > between {
-                assert_eq!(ray.slot, NO_SLOT);
+                assert_eq!(ray.gloss_bin, NO_GLOSS_BIN);
                 continue;
             }
             broad += 1;
-            if ray.slot == NO_SLOT {
+            if ray.gloss_bin == NO_GLOSS_BIN {
                 continue;
             }
             read += 1;
-            let slot = &glossy.tables.slots[ray.slot as usize];
+            let gloss_bin = &glossy.tables.bins[ray.gloss_bin as usize];
             // Of the cluster, a descendant or an ancestor.
             let holds = |mut cluster: u32, within: u32| {
                 while cluster != NO_CLUSTER && cluster != within {
@@ -231,18 +233,18 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
                 }
                 cluster != NO_CLUSTER
             };
-            assert!(holds(cluster, slot.cluster) || holds(slot.cluster, cluster));
+            assert!(holds(cluster, gloss_bin.cluster) || holds(gloss_bin.cluster, cluster));
             let bins =
-                [unpack_direction(ray.direction), slot.direction.as_dvec3()].map(|d| DIRECTIONS.bin(d));
+                [unpack_direction(ray.direction), gloss_bin.direction.as_dvec3()].map(|d| DIRECTIONS.bin(d));
             // A direction near the border of two bins.
             off += usize::from(bins[0] != bins[1]);
-            sum += f64::from(ray.weight) * fluxes[ray.slot as usize].as_dvec3();
+            sum += f64::from(ray.weight) * fluxes[ray.gloss_bin as usize].as_dvec3();
         }
         let specular = materials[glossy.material_of(pixels[pixel].side)].specular.as_dvec3();
         let reference = specular * sum / (f64::from(LOBE_RAYS) * PI);
         assert_near(found[pixel].indirect, reference, SUM, 1e-3 * reference.max_element(), "pixel");
     }
-    assert!(broad > 100 && 2 * read > broad, "{read} of {broad} rays read slots");
+    assert!(broad > 100 && 2 * read > broad, "{read} of {broad} rays read bins");
     assert!(50 * off <= read, "{off} of {read} in another bin");
 }
 

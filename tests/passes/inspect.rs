@@ -76,8 +76,8 @@ fn a_pixel_tells_its_surface_and_its_records() {
         assert!((found.position - triangle.positions[0]).dot(plane).abs() < 1e-4);
         assert_eq!(found.is_back, plane.dot(found.normal) < 0.0);
 
-        let sum: f32 = records.iter().map(|record| record.share).sum();
-        assert!((sum - 1.0).abs() < 1e-5 && records.iter().all(|record| record.share >= 0.0));
+        let sum: f32 = records.iter().map(|record| record.fraction).sum();
+        assert!((sum - 1.0).abs() < 1e-5 && records.iter().all(|record| record.fraction >= 0.0));
         let is_near = |record: u32| {
             let point = &points[record as usize];
             point.position.distance(found.position) <= point.radius && point.normal.dot(found.normal) > 0.0
@@ -99,10 +99,10 @@ fn a_pixel_tells_its_surface_and_its_records() {
 /// Number of rays of a point that read each gather target.
 fn stored(renderer: &Renderer, point: u32) -> BTreeMap<u32, u32> {
     let merged_rays = renderer.stages().merged_rays;
-    let part = merged_rays.parts.iter().find(|part| part.points.contains(&point)).unwrap();
-    let first: Vec<u32> = part.merged_ray_offsets.read().unwrap();
-    let row = (point - part.points.start) as usize;
-    let list: Vec<MergedRay> = part.merged_rays.read().unwrap();
+    let chunk = merged_rays.chunks.iter().find(|chunk| chunk.points.contains(&point)).unwrap();
+    let first: Vec<u32> = chunk.merged_ray_offsets.read().unwrap();
+    let row = (point - chunk.points.start) as usize;
+    let list: Vec<MergedRay> = chunk.merged_rays.read().unwrap();
     let mut counts = BTreeMap::new();
     for merged_ray in &list[first[row] as usize..first[row + 1] as usize] {
         let [count, target_index] = [
@@ -151,8 +151,8 @@ fn gather_rays_meet_the_clusters_that_merged_rays_name() {
     assert_silent(&context());
 }
 
-/// With proxies, patches and slots in place of clusters, the irradiance of a record is still the
-/// sum over its rays.
+/// With proxies, patches and gloss bins in place of clusters, the irradiance of a record is still
+/// the sum over its rays.
 #[test]
 fn gather_rays_bring_what_records_gathered() {
     // Fine settings: in a cell of some level surfaces hide each other, and some surfaces are
@@ -164,7 +164,7 @@ fn gather_rays_bring_what_records_gathered() {
         let counts = renderer.statistics().unwrap().counts;
         let readers =
             ["proxies", "near patches"].map(|what| counts[&format!("gather rays that read {what}")]);
-        println!("{what}: {readers:?} rays read proxies and parts");
+        println!("{what}: {readers:?} rays read proxies and patches");
         assert!(readers.iter().all(|&count| count > 50));
         let emission_scale = renderer.stages().emission_scale;
         let records: Vec<Record> = renderer.stages().gathered.read().unwrap();

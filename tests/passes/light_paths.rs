@@ -255,10 +255,10 @@ fn paths_are_stored_whole_in(world: &World) {
                 }
                 if is_glossy {
                     let arrivals = &paths.arrivals;
-                    let slot = step.slot as usize;
+                    let contribution = step.contribution as usize;
                     assert_eq!(arrivals.lobes[paths.steps.len() - steps.len() - 1], vertex.lobe);
                     assert_eq!(
-                        (arrivals.incoming[slot], arrivals.sides[slot]),
+                        (arrivals.incoming[contribution], arrivals.sides[contribution]),
                         (vertex.incoming, vertex.side)
                     );
                     if let [_, (second, colour), ..] = &**vertices {
@@ -276,10 +276,13 @@ fn paths_are_stored_whole_in(world: &World) {
                 assert_ne!(vertex.cluster, NO_CLUSTER, "no vertex is lost");
                 assert!(
                     (paths.contribution_offsets[list]..paths.contribution_offsets[list + 1])
-                        .contains(&step.slot)
+                        .contains(&step.contribution)
                 );
-                assert!(!std::mem::replace(&mut taken[step.slot as usize], true), "slots are used once");
-                assert_eq!(paths.contributions[step.slot as usize].path(), path as u32);
+                assert!(
+                    !std::mem::replace(&mut taken[step.contribution as usize], true),
+                    "contributions are used once"
+                );
+                assert_eq!(paths.contributions[step.contribution as usize].path(), path as u32);
             }
         }
         assert!(steps.next().is_none() && colours.next().is_none());

@@ -68,7 +68,7 @@ fn form_factors_equal_the_reference() {
             last.position = lights[0].position - 1e-4 * world.geometry().normal(last.side);
         }
         let pass = FormFactors::new(&world.context, &world.buffers, &points, area_m2).unwrap();
-        let in_parts = FormFactors::in_parts(&world.context, &world.buffers, &points, area_m2, 90).unwrap();
+        let in_chunks = FormFactors::in_chunks(&world.context, &world.buffers, &points, area_m2, 90).unwrap();
         for (index, light) in lights.iter().enumerate() {
             // The old content does not matter.
             let factors = Buffer::from_slice(&world.context, "factors", &vec![-7.0_f32; count]).unwrap();
@@ -84,7 +84,7 @@ fn form_factors_equal_the_reference() {
                 world
                     .context
                     .run(|rec| {
-                        in_parts.record(&mut rec.pass("form_factors"), &world.buffers, light_at, &factors);
+                        in_chunks.record(&mut rec.pass("form_factors"), &world.buffers, light_at, &factors);
                     })
                     .unwrap();
                 let found: Vec<f32> = factors.read().unwrap();
@@ -113,7 +113,7 @@ fn form_factors_equal_the_reference() {
 }
 
 #[test]
-fn direct_layers_equal_the_reference() {
+fn direct_irradiances_equal_the_reference() {
     let world = path_trace::world();
     let mut random = Random::new(71);
     let lights = lights();
@@ -132,20 +132,21 @@ fn direct_layers_equal_the_reference() {
         let value_count = pixel_count + slot_count as usize;
         assert_eq!(pass.point_count() as usize, value_count);
         for (index, light) in lights.iter().enumerate() {
-            let layer = Buffer::from_slice(&world.context, "layer", &vec![-7.0_f32; value_count]).unwrap();
+            let irradiance =
+                Buffer::from_slice(&world.context, "irradiance", &vec![-7.0_f32; value_count]).unwrap();
             let light_at = one(&table, &lights, index);
             world
                 .context
                 .run(|rec| {
                     let mut scope = rec.pass("direct");
-                    pass.record(&mut scope, &world.buffers, light_at, &pixels, &layer);
+                    pass.record(&mut scope, &world.buffers, light_at, &pixels, &irradiance);
                 })
                 .unwrap();
-            let layer: Vec<f32> = layer.read().unwrap();
-            assert!(layer[pixel_count..].iter().all(|value| *value == -7.0), "slots are left alone");
+            let irradiance: Vec<f32> = irradiance.read().unwrap();
+            assert!(irradiance[pixel_count..].iter().all(|value| *value == -7.0), "slots are left alone");
             let mut disagree = 0;
-            for (&device, point) in layer.iter().zip(&points) {
-                let reference = cpu::direct::layer(world.geometry(), light, point);
+            for (&device, point) in irradiance.iter().zip(&points) {
+                let reference = cpu::direct::irradiance(world.geometry(), light, point);
                 disagree += usize::from(
                     (f64::from(device) - reference).abs() > FLOAT * overhead(light, point.position),
                 );
@@ -156,7 +157,7 @@ fn direct_layers_equal_the_reference() {
                 "light {index}: {disagree} of {} points differ",
                 points.len()
             );
-            assert!(points.len() < 500 || layer.iter().filter(|value| **value > 0.0).count() > 30);
+            assert!(points.len() < 500 || irradiance.iter().filter(|value| **value > 0.0).count() > 30);
         }
     }
     assert_silent(&context());

@@ -10,11 +10,11 @@ use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::gpu::{Buffer, Recorder};
 use lightpaths::passes::OneLight;
 use lightpaths::passes::frame::antialias::Antialias;
+use lightpaths::passes::frame::bin_reads::BinReads;
 use lightpaths::passes::frame::direct::Direct;
 use lightpaths::passes::frame::form_factors::FormFactors;
 use lightpaths::passes::frame::gloss_pixels::GlossPixels;
 use lightpaths::passes::frame::primary::Primary;
-use lightpaths::passes::frame::slot_reads::SlotReads;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
 use lightpaths::passes::precompute::light_paths;
@@ -104,27 +104,34 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_truncated: bool) {
     let sources = &lights()[..1];
     let table = Buffer::from_slice(&context, "lights", sources).unwrap();
     let light = OneLight::new(&table, 0, &sources[0]);
-    let layer = Buffer::storage(&context, "layer", 4 * u64::from(direct.point_count())).unwrap();
+    let irradiance = Buffer::storage(&context, "irradiance", 4 * u64::from(direct.point_count())).unwrap();
     assert_said(world, is_truncated, "direct", |world, rec| {
         direct.record_batches(rec, &world.buffers, &primary.pixels);
         rec.barrier(COMPUTE_TO_COMPUTE);
-        direct.record(&mut rec.pass("direct"), &world.buffers, light, &primary.pixels, &layer);
+        direct.record(&mut rec.pass("direct"), &world.buffers, light, &primary.pixels, &irradiance);
     });
     let groups = Antialias::groups(&context).unwrap();
     assert_said(world, is_truncated, "edge_direct, or shadow_edges after it", |world, rec| {
         let mut pass = rec.pass("shadow_edges");
-        antialias.record_light(&mut pass, &world.buffers, &view, light, &primary.pixels, (&layer, &groups));
+        antialias.record_light(
+            &mut pass,
+            &world.buffers,
+            &view,
+            light,
+            &primary.pixels,
+            (&irradiance, &groups),
+        );
     });
     // A wall without edges, half of it lit.
     let pixels = Buffer::from_slice(&context, "pixels", &wall(world)).unwrap();
     let half: Vec<f32> =
         (0..PIXELS).map(|pixel| f32::from(u8::from(pixel % SIZE[0] < SIZE[0] / 2))).collect();
-    layer.write(&half).unwrap();
+    irradiance.write(&half).unwrap();
     context.run(|rec| antialias.record(rec, &world.buffers, &view, &pixels)).unwrap();
     assert_eq!(antialias.edge_count().unwrap(), 0);
     assert_said(world, is_truncated, "shadow_edges", |world, rec| {
         let mut pass = rec.pass("shadow_edges");
-        antialias.record_light(&mut pass, &world.buffers, &view, light, &pixels, (&layer, &groups));
+        antialias.record_light(&mut pass, &world.buffers, &view, light, &pixels, (&irradiance, &groups));
     });
     assert!(Antialias::counted(&groups).unwrap() > 0);
 
@@ -137,14 +144,14 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_truncated: bool) {
 
     let packing = GatherTargetPacking::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
     let pass = GlossPixels::new(&context, &world.buffers, PIXELS, 4, (packing.cluster_bits, true)).unwrap();
-    let slots = SlotReads::none(&context).unwrap();
+    let bins = BinReads::none(&context).unwrap();
     assert_said(world, is_truncated, "gloss_rays", |world, rec| {
-        pass.record_rays(rec, &world.buffers, (&world.clusters, &slots), &primary.pixels, &view, 5);
+        pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), &primary.pixels, &view, 5);
     });
-    let layer = Buffer::storage(&context, "layer", 4 * u64::from(pass.capacity)).unwrap();
+    let irradiance = Buffer::storage(&context, "irradiance", 4 * u64::from(pass.capacity)).unwrap();
     assert_said(world, is_truncated, "highlights", |world, rec| {
         let mut open = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
-        pass.record_highlights(&mut open, &world.buffers, light, (view.position, 5), &layer);
+        pass.record_highlights(&mut open, &world.buffers, light, (view.position, 5), &irradiance);
     });
     assert_silent(&context);
 }

@@ -42,9 +42,9 @@ fn merged_rays_add_up_the_rays_that_meet_one_target() {
                 let colour = colours.get(index as usize).copied().unwrap_or(0);
                 let sum = sums.entry((ray.target, colour)).or_default();
                 sum.0 += 1;
-                for (k, share) in [unpack(ray.gradient), turn].into_iter().enumerate() {
-                    sum.1[k] += share;
-                    sum.2[k] += share.abs();
+                for (k, fraction) in [unpack(ray.gradient), turn].into_iter().enumerate() {
+                    sum.1[k] += fraction;
+                    sum.2[k] += fraction.abs();
                 }
             }
             let merged_rays = packing.merged_rays(rays, colours);
@@ -55,8 +55,8 @@ fn merged_rays_add_up_the_rays_that_meet_one_target() {
                 assert_eq!((merged_ray.target_index >> packing.target_bits) + 1, *count);
                 let [movement, turn] = unpack_change(merged_ray.change);
                 let unit = f64::from(packing.rotation_unit);
-                let shares = [(movement, 63.5, 2f64.powi(-26)), (unit * turn, 3.5, unit)];
-                for (k, (packed, half_full, unit)) in shares.iter().enumerate() {
+                let fractions = [(movement, 63.5, 2f64.powi(-26)), (unit * turn, 3.5, unit)];
+                for (k, (packed, half_full, unit)) in fractions.iter().enumerate() {
                     // Half a step: the larger number takes more than half of the steps, or a step
                     // is the unit. Plus the f32 error of the terms.
                     let step = (sum[k].abs().max_element() / half_full).max(*unit);
@@ -71,7 +71,7 @@ fn merged_rays_add_up_the_rays_that_meet_one_target() {
 
 /// However bindings split the table, each point has its own merged rays.
 #[test]
-fn merged_rays_stand_point_by_point_in_parts() {
+fn merged_rays_stand_point_by_point_in_chunks() {
     let (context, mut random) = (context(), Random::new(41));
     let hemisphere = Hemisphere { rings: 2, sectors: 8 };
     let packing = GatherTargetPacking::new(501, 3, 1.0).unwrap();
@@ -89,12 +89,12 @@ fn merged_rays_stand_point_by_point_in_parts() {
         assert_eq!(listed, packing.targets);
         assert_eq!(found.ray_count, targets(&rays).len() as u64);
         let mut point = 0;
-        for part in &found.parts {
-            assert_eq!(part.points.start, point);
-            let first: Vec<u32> = part.merged_ray_offsets.read().unwrap();
-            assert_eq!(first.len(), part.points.len() + 1);
+        for chunk in &found.chunks {
+            assert_eq!(chunk.points.start, point);
+            let first: Vec<u32> = chunk.merged_ray_offsets.read().unwrap();
+            assert_eq!(first.len(), chunk.points.len() + 1);
             let merged_rays: Vec<MergedRay> =
-                part.merged_rays.read_range(0, first[first.len() - 1] as usize).unwrap();
+                chunk.merged_rays.read_range(0, first[first.len() - 1] as usize).unwrap();
             for run in first.windows(2) {
                 let row = (point * hemisphere.rays()) as usize;
                 let expected = packing.merged_rays(&rays[row..row + hemisphere.rays() as usize], &[]);

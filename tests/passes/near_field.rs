@@ -30,8 +30,8 @@ fn irradiance_of_near_clusters_equals_the_reference() {
     let emission = Vec3::new(0.5, 1.0, 1.5);
     let min_area_m2 = 1e-3;
     let factors = Buffer::from_slice(&world.context, "factors", &factors).unwrap();
-    let layer = Pyramid::layer(&world.context, base as u32).unwrap();
-    let light = ClusterLight { factors: &factors, first_bounce: None, layer: &layer };
+    let flux = Pyramid::new_light_flux(&world.context, base as u32).unwrap();
+    let light = ClusterLight { factors: &factors, first_bounce: None, flux: &flux };
     let contributions = SplitBuffer::cut(&world.context, "contributions", &contributions, u32::MAX).unwrap();
     for count in [0, 1, 63, 64, 65, 997] {
         let record = |_| Record {
@@ -63,16 +63,16 @@ fn irradiance_of_near_clusters_equals_the_reference() {
         assert_eq!(pass.bytes(std::iter::empty()), moved);
         let mut pyramid = Pyramid::new(&world.context, &world.hvds, &lists, min_area_m2, false).unwrap();
         let all = ClusterLists::all(&world.context, &world.hvds.levels).unwrap();
-        pyramid.make_room_for_parts(&world.context, pass.part_count()).unwrap();
+        pyramid.make_room_for_patches(&world.context, pass.patch_count()).unwrap();
         let buffer = Buffer::from_slice(&world.context, "records", &records).unwrap();
         world
             .context
             .run(|rec| {
-                pyramid.record_layers(rec, &[light], &contributions, &all);
+                pyramid.record_lights(rec, &[light], &contributions, &all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
-                pyramid.record_sum(rec, &[(emission, &layer)], &all);
+                pyramid.record_sum(rec, &[(emission, &flux)], &all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
-                pass.record_parts(rec, &pyramid, None, count);
+                pass.record_patches(rec, &pyramid, None, count);
             })
             .unwrap();
         let plain: Vec<Vec3> = pyramid.irradiance.read().unwrap();
@@ -84,7 +84,7 @@ fn irradiance_of_near_clusters_equals_the_reference() {
             .run(|rec| {
                 pass.record(rec, &pyramid, &buffer);
                 rec.barrier(COMPUTE_TO_COMPUTE);
-                pass.record_parts(rec, &pyramid, Some(&buffer), count);
+                pass.record_patches(rec, &pyramid, Some(&buffer), count);
             })
             .unwrap();
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();

@@ -132,10 +132,13 @@ fn near_hits_of(world: &World) {
         assert!((entry.offset.length() - nearest).abs() < 1e-5, "{} {nearest}", entry.offset.length());
         assert!(entry.offset.length() < 2.0 * MIN_RADIUS);
     }
-    let share = (errors / widths).sqrt();
-    println!("{} entries of {readers} rays, {untouched} others, off by {share:.3} of a cell", places.len());
+    let fraction = (errors / widths).sqrt();
+    println!(
+        "{} entries of {readers} rays, {untouched} others, off by {fraction:.3} of a cell",
+        places.len()
+    );
     // Clusters that hold two facets have no plane.
-    assert!(places.len() > 30 && untouched > 1000 && share < 0.1, "{share}");
+    assert!(places.len() > 30 && untouched > 1000 && fraction < 0.1, "{fraction}");
     assert_silent(&world.context);
 }
 

@@ -8,7 +8,7 @@ use lightpaths::gpu::{Buffer, Tuning};
 use lightpaths::passes::frame::blend::Blend;
 use lightpaths::passes::frame::needed_records::{NeededRecords, RecordList, RecordRequest};
 use lightpaths::passes::frame::primary::Primary;
-use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRun};
+use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRange};
 use lightpaths::passes::precompute::neighbours::{Neighbour, Neighbourhoods};
 use lightpaths::scene::Camera;
 use lightpaths::types::{CachePoint, View};
@@ -34,10 +34,10 @@ fn splat(world: &World, pass: &mut Splat, points: &[CachePoint], view: &View) ->
         }
     }
     let [runs, weights] = pass.lists();
-    let runs: Vec<WeightRun> = runs.read().unwrap();
+    let runs: Vec<WeightRange> = runs.read().unwrap();
     let weights: Vec<SplatWeight> = weights.read().unwrap();
     let run =
-        |run: &WeightRun| weights[run.first as usize..run.end as usize].iter().map(|w| w.record).collect();
+        |run: &WeightRange| weights[run.first as usize..run.end as usize].iter().map(|w| w.record).collect();
     runs.iter().map(run).collect()
 }
 

@@ -17,9 +17,9 @@ fn steps(lengths: &[usize], mut step: impl FnMut() -> (u32, f32)) -> Vec<PathSte
     for &length in lengths {
         for vertex in 0..length {
             let (material, weight) = step();
-            let slot = (steps.len() as u64 * 7_919 % count as u64) as u32;
+            let contribution = (steps.len() as u64 * 7_919 % count as u64) as u32;
             let material = if vertex == 0 { HEAD } else { material };
-            steps.push(PathStep { material, weight, slot });
+            steps.push(PathStep { material, weight, contribution });
         }
     }
     steps
@@ -45,7 +45,7 @@ fn scan_among(materials: &[Reflectance], steps: &[PathStep], colours: &[u32], lo
     let scan = PathScan::new(&context, steps, colours, lobes, &contributions).unwrap();
     // Two or three parts of each list.
     let most = [1 + steps.len() as u32 / 3_000, 1 + contributions.len() as u32 * 2 / 5];
-    let cut = PathScan::in_parts(&context, steps, colours, lobes, &contributions, most).unwrap();
+    let cut = PathScan::in_chunks(&context, steps, colours, lobes, &contributions, most).unwrap();
     for _ in 0..2 {
         context.run(|rec| scan.record(rec, &materials, None)).unwrap();
         context.run(|rec| cut.record(rec, &materials, None)).unwrap();
@@ -59,7 +59,7 @@ fn scan_among(materials: &[Reflectance], steps: &[PathStep], colours: &[u32], lo
         "paths stay as they are"
     );
     assert_eq!(found.last().unwrap().throughput, UNTOUCHED, "nothing is written past the last vertex");
-    steps.iter().map(|step| found[step.slot as usize].throughput).collect()
+    steps.iter().map(|step| found[step.contribution as usize].throughput).collect()
 }
 
 fn reference(albedos: &[Vec3], steps: &[PathStep], colours: &[u32]) -> Vec<DVec3> {
@@ -138,7 +138,7 @@ fn paths_among_glossy_surfaces_equal_the_reference() {
         let reflected = |step: &PathStep, lobe: f32| match step.material {
             HEAD => None,
             FROM_ENTRY => Some(DVec3::ONE),
-            material => Some(cpu::brdf::reflected_share(&materials[material as usize], f64::from(lobe))),
+            material => Some(cpu::brdf::reflected_fraction(&materials[material as usize], f64::from(lobe))),
         };
         let pairs = steps.iter().zip(&lobes);
         let reference =

@@ -24,7 +24,7 @@ fn direct_light_is_what_the_renderer_shows_of_it() {
     for (what, scene) in [("plain", scene()), ("textured", textured(scene()))] {
         let mut preview = Preview::new(&context(), scene.clone()).unwrap();
         let mut renderer = Renderer::new(&context(), scene.clone(), &mut Silent).unwrap();
-        renderer.set_shares([1.0, 0.0]);
+        renderer.set_light_weights([1.0, 0.0]);
         let mut show = |camera: &Camera, lights: &[Light], stops: f32| -> [Vec<u32>; 2] {
             preview.frame(camera, lights, &scene.materials, stops).unwrap();
             renderer.resize(camera.size).unwrap();

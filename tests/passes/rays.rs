@@ -88,9 +88,9 @@ fn segments_are_free_where_the_nearest_hit_lies_beyond_their_end() {
     let hits = Rays::new(&world.context).unwrap().trace(&world.buffers, &queries).unwrap();
     let segments = Rays::of_segments(&world.context).unwrap();
     // Segments that end before, just before, just after and far after the hit.
-    for (share, is_hit) in [(0.5, false), (0.999, false), (1.001, true), (20.0, true)] {
+    for (fraction, is_hit) in [(0.5, false), (0.999, false), (1.001, true), (20.0, true)] {
         let shorten = |(query, hit): (&RayQuery, &RayAnswer)| {
-            let length = if hit.side == NO_SIDE { 1e3 } else { share * hit.t };
+            let length = if hit.side == NO_SIDE { 1e3 } else { fraction * hit.t };
             RayQuery { origin: query.origin, direction: length * query.direction }
         };
         let shortened: Vec<RayQuery> = queries.iter().zip(&hits).map(shorten).collect();
@@ -101,7 +101,7 @@ fn segments_are_free_where_the_nearest_hit_lies_beyond_their_end() {
         };
         let wrong = answers.iter().zip(&hits).filter(|&pair| !is_right(pair)).count();
         // Rays that pass an edge on its other side after their direction is rounded again.
-        assert!(wrong <= 5, "{wrong} of 5000 segments of {share} of the way");
+        assert!(wrong <= 5, "{wrong} of 5000 segments of {fraction} of the way");
     }
     assert!(hits.iter().filter(|hit| hit.side != NO_SIDE).count() > 1_000);
     assert_silent(&world.context);

@@ -27,9 +27,9 @@ fn is_within(hvds: &Hvds, mut cluster: u32, around: u32) -> bool {
 fn random_proxies(random: &mut Random, clusters: u32, count: u32) -> ProxyTables {
     let mut proxies = ProxyTables::new(clusters);
     for _ in 0..count {
-        let parts = 1 + random.below(5);
-        proxies.parts.extend((0..parts).map(|_| proxies.packing.pack(random.below(clusters), 1)));
-        proxies.part_offsets.push(proxies.parts.len() as u32);
+        let terms = 1 + random.below(5);
+        proxies.terms.extend((0..terms).map(|_| proxies.packing.pack(random.below(clusters), 1)));
+        proxies.term_offsets.push(proxies.terms.len() as u32);
     }
     proxies
 }
@@ -53,23 +53,23 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
     let contributions = SplitBuffer::cut(&context, "contributions", &contributions, u32::MAX).unwrap();
     let factors = Buffer::from_slice(&context, "factors", &factors).unwrap();
     let sources = indirect_sources(&hvds, &contribution_ranges(&hvds, &contribution_offsets), MIN_VERTICES);
-    for (ray_count, proxy_count, part_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)]
+    for (ray_count, proxy_count, patch_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)]
     {
         let taken = clusters + proxy_count;
-        let near_patches: Vec<NearCluster> = (0..part_count)
+        let near_patches: Vec<NearCluster> = (0..patch_count)
             .map(|part| {
                 let cluster = random.below(clusters);
                 NearCluster { cluster, record: 0, offset: Vec3::ZERO, target: taken + part }
             })
             .collect();
         let proxies = random_proxies(&mut random, clusters, proxy_count);
-        let packing = GatherTargetPacking::new(taken + part_count, 3, 1.0).unwrap();
+        let packing = GatherTargetPacking::new(taken + patch_count, 3, 1.0).unwrap();
         let rays: Vec<GatherRay> = (0..2 * ray_count)
             .map(|_| {
                 // Mostly fine clusters; some rays leave the scene.
-                let end = 1 + random.below(taken + part_count);
+                let end = 1 + random.below(taken + patch_count);
                 let cluster = random.below(end);
-                let cluster = if random.below(4) == 0 { taken + part_count - 1 - cluster } else { cluster };
+                let cluster = if random.below(4) == 0 { taken + patch_count - 1 - cluster } else { cluster };
                 let target = cluster | random.below(3) << packing.cluster_bits;
                 GatherRay { target: if random.below(5) == 0 { NO_TARGET } else { target }, gradient: 0 }
             })
@@ -92,8 +92,8 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
                 None => read.push(target),
                 Some(proxy) => {
                     let [first, end] =
-                        [proxy, proxy + 1].map(|proxy| proxies.part_offsets[proxy as usize] as usize);
-                    read.extend(proxies.parts[first..end].iter().map(|&part| proxies.packing.cluster(part)));
+                        [proxy, proxy + 1].map(|proxy| proxies.term_offsets[proxy as usize] as usize);
+                    read.extend(proxies.terms[first..end].iter().map(|&part| proxies.packing.cluster(part)));
                 }
             }
         }
@@ -108,13 +108,13 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
         let pyramid = Pyramid::new(&context, &hvds, &contribution_offsets, 0.01, false).unwrap();
         let lists = ClusterLists::new(&context, &hvds.levels, &reads.flux, &reads.irradiance).unwrap();
         let worked_out = |lists| {
-            let layer = Pyramid::layer(&context, hvds.levels[0].len() as u32).unwrap();
-            let light = ClusterLight { factors: &factors, first_bounce: None, layer: &layer };
+            let flux = Pyramid::new_light_flux(&context, hvds.levels[0].len() as u32).unwrap();
+            let light = ClusterLight { factors: &factors, first_bounce: None, flux: &flux };
             context
                 .run(|rec| {
-                    pyramid.record_layers(rec, &[light], &contributions, lists);
+                    pyramid.record_lights(rec, &[light], &contributions, lists);
                     rec.barrier(COMPUTE_TO_COMPUTE);
-                    pyramid.record_sum(rec, &[(Vec3::ONE, &layer)], lists);
+                    pyramid.record_sum(rec, &[(Vec3::ONE, &flux)], lists);
                 })
                 .unwrap();
             pyramid.irradiance.read::<Vec3>().unwrap()

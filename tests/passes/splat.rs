@@ -8,7 +8,7 @@ use lightpaths::cpu::records::{Tolerance, cover_weight, record_weight};
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::primary::Primary;
-use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRun};
+use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRange};
 use lightpaths::scene::Camera;
 use lightpaths::types::{CachePoint, NO_SIDE, PixelSurface, Record, View};
 
@@ -27,7 +27,7 @@ fn view(size: [u32; 2], position: Vec3) -> View {
 struct Splatted {
     pixels: Vec<PixelSurface>,
     /// Records of each pixel and their weights.
-    shares: Vec<Vec<SplatWeight>>,
+    fractions: Vec<Vec<SplatWeight>>,
     uncovered: [u32; 2],
     irradiance: Vec<Vec3>,
     repeats: u32,
@@ -58,11 +58,11 @@ fn splat(world: &World, view: &View, points: &[CachePoint], records: &[Record]) 
         assert!(repeats < 3, "each list is lengthened once at the most");
     }
     let [runs, weights] = pass.lists();
-    let runs: Vec<WeightRun> = runs.read().unwrap();
+    let runs: Vec<WeightRange> = runs.read().unwrap();
     let weights: Vec<SplatWeight> = weights.read().unwrap();
     Splatted {
         pixels: primary.pixels.read().unwrap(),
-        shares: runs.iter().map(|run| weights[run.first as usize..run.end as usize].to_vec()).collect(),
+        fractions: runs.iter().map(|run| weights[run.first as usize..run.end as usize].to_vec()).collect(),
         uncovered: pass.uncovered().unwrap(),
         irradiance: pass.irradiance.read().unwrap(),
         repeats,
@@ -89,25 +89,25 @@ fn check_pixel(
     world: &World,
     pixel: &PixelSurface,
     points: &[CachePoint],
-    shares: &[SplatWeight],
+    fractions: &[SplatWeight],
 ) -> [u32; 3] {
     let is_active = |side: u32| world.surfaces[side as usize / 2].side_is_active(side % 2 == 1);
     if pixel.side == NO_SIDE || !is_active(pixel.side) {
-        assert_eq!(shares.len(), 0, "what sees no surface receives no light");
+        assert_eq!(fractions.len(), 0, "what sees no surface receives no light");
         return [0; 3];
     }
     let facet = world.geometry().normal(pixel.side);
-    let is_covered = shares.first().is_none_or(|share| share.weight > 0.0);
+    let is_covered = fractions.first().is_none_or(|fraction| fraction.weight > 0.0);
     let within = if is_covered { Tolerance::VALID } else { Tolerance::RELAXED };
     let reference = cpu::splat::splat(pixel, facet, points, within);
     if !is_covered {
         let covering = cpu::splat::splat(pixel, facet, points, Tolerance::VALID);
         assert!(covering.iter().all(|&(_, weight)| weight < HAIR), "{covering:?} cover {}", pixel.position);
     }
-    assert!(shares.is_sorted_by(|a, b| a.record < b.record), "records ascend");
+    assert!(fractions.is_sorted_by(|a, b| a.record < b.record), "records ascend");
     let weight_of =
         |record: u32| record_weight(pixel.position, pixel.normal, facet, &points[record as usize], within);
-    if let [only] = shares
+    if let [only] = fractions
         && weight_of(only.record) <= 0.0
         && reference.iter().all(|&(_, weight)| weight < HAIR)
     {
@@ -119,26 +119,26 @@ fn check_pixel(
         return [0, 0, 1];
     }
     for &(record, weight) in &reference {
-        let found = shares.iter().any(|share| share.record == record);
+        let found = fractions.iter().any(|fraction| fraction.record == record);
         assert!(
             found || weight < HAIR,
             "record {record} of weight {weight} is missing at {}",
             pixel.position
         );
     }
-    let sum: f64 = shares.iter().map(|share| f64::from(weight_of(share.record))).sum();
+    let sum: f64 = fractions.iter().map(|fraction| f64::from(weight_of(fraction.record))).sum();
     let sign = if is_covered { 1.0 } else { -1.0 };
-    for share in shares {
-        let weight = f64::from(weight_of(share.record)) / sum;
+    for fraction in fractions {
+        let weight = f64::from(weight_of(fraction.record)) / sum;
         // The metric has a square root of 1 - cos, which loses seven bits near zero.
         let bound = 1e-3 / sum.max(1e-3);
         assert!(
-            (sign * f64::from(share.weight) - weight).abs() < bound,
-            "{share:?}, {weight} by the reference"
+            (sign * f64::from(fraction.weight) - weight).abs() < bound,
+            "{fraction:?}, {weight} by the reference"
         );
     }
-    assert!(!shares.is_empty() || points.is_empty(), "while there are records, no pixel goes without");
-    [u32::from(is_covered && !shares.is_empty()), u32::from(!is_covered), 0]
+    assert!(!fractions.is_empty() || points.is_empty(), "while there are records, no pixel goes without");
+    [u32::from(is_covered && !fractions.is_empty()), u32::from(!is_covered), 0]
 }
 
 #[test]
@@ -169,20 +169,22 @@ fn every_pixel_has_the_records_that_brute_force_finds() {
         let records = random_records(&mut random, &points);
         let splatted = splat(&world, &view(size, position), &points, &records);
         let mut tally = [0; 3];
-        for ((pixel, shares), device) in
-            splatted.pixels.iter().zip(&splatted.shares).zip(&splatted.irradiance)
+        for ((pixel, fractions), device) in
+            splatted.pixels.iter().zip(&splatted.fractions).zip(&splatted.irradiance)
         {
-            let became = check_pixel(&world, pixel, &points, shares);
+            let became = check_pixel(&world, pixel, &points, fractions);
             tally = [0, 1, 2].map(|i| tally[i] + became[i]);
-            let given: Vec<_> =
-                shares.iter().map(|share| (records[share.record as usize], share.weight)).collect();
+            let given: Vec<_> = fractions
+                .iter()
+                .map(|fraction| (records[fraction.record as usize], fraction.weight))
+                .collect();
             let reference = cpu::splat_apply::splat_apply(pixel, &given);
             // Gradients far from their records are large and may cancel.
             assert_near(*device, reference, SUM, 1.0, "irradiance");
         }
         assert_eq!(splatted.uncovered, tally[1..], "{size:?}, {count} records");
         assert_eq!(splatted.repeats > 0, radius == 1.5, "{size:?} took {} repeats", splatted.repeats);
-        let most = splatted.shares.iter().map(Vec::len).max().unwrap();
+        let most = splatted.fractions.iter().map(Vec::len).max().unwrap();
         assert!(most > KEPT || count != 307, "{size:?}: {most} at a pixel");
         assert!(count < 800 || radius < 0.1 || tally[0] > 100 && tally[1] > 10, "{tally:?}");
     }
@@ -200,8 +202,8 @@ fn many_uncovered_pixels_among_many_records_have_the_one_that_fits_best() {
     let records = random_records(&mut random, &points);
     let splatted = splat(&world, &view([128, 96], Vec3::new(0.1, 0.05, 0.45)), &points, &records);
     assert!(splatted.uncovered[1] > 10_000, "{:?}", splatted.uncovered);
-    for (pixel, shares) in splatted.pixels.iter().zip(&splatted.shares).step_by(97) {
-        check_pixel(&world, pixel, &points, shares);
+    for (pixel, fractions) in splatted.pixels.iter().zip(&splatted.fractions).step_by(97) {
+        check_pixel(&world, pixel, &points, fractions);
     }
     assert_silent(&world.context);
 }

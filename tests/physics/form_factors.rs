@@ -112,10 +112,10 @@ fn exchanged(scene: &mut Scene) -> [f64; 2] {
 fn facing_unit_squares_exchange_what_the_closed_form_says() {
     assert_close("the integral itself", square_form_factor(1.0, 1.0), 0.199_825, 1e-5);
     let measured = exchanged(&mut shapes::facing_squares(1.0, 1.0, 1.0));
-    for share in measured {
+    for fraction in measured {
         // 100 000 independent paths for each square would have 0.6 % of noise; stratified ones have
         // far less.
-        assert_close("form factor", share, 0.199_825, 0.005);
+        assert_close("form factor", fraction, 0.199_825, 0.005);
     }
     assert_silent(&context());
 }
@@ -128,8 +128,8 @@ fn perpendicular_unit_squares_exchange_what_the_closed_form_says() {
     for (triangle, [a, b, c]) in scene.triangles[2..].iter_mut().zip([[0, 1, 2], [0, 2, 3]]) {
         (triangle.positions, triangle.normals) = ([corners[a], corners[b], corners[c]], [Vec3::Z; 3]);
     }
-    for share in exchanged(&mut scene) {
-        assert_close("form factor", share, 0.200_044, 0.005);
+    for fraction in exchanged(&mut scene) {
+        assert_close("form factor", fraction, 0.200_044, 0.005);
     }
     assert_silent(&context());
 }
@@ -170,10 +170,10 @@ fn rows_of_a_closed_box_sum_to_one() {
             } else {
                 0.200_044
             };
-            let share = f64::from(count) / f64::from(total);
+            let fraction = f64::from(count) / f64::from(total);
             assert!(
-                (share - expected).abs() <= 0.003,
-                "from wall {from} to wall {to}: {share} for {expected}"
+                (fraction - expected).abs() <= 0.003,
+                "from wall {from} to wall {to}: {fraction} for {expected}"
             );
         }
     }

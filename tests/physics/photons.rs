@@ -146,9 +146,9 @@ fn no_light_leaks_past_a_thin_wall() {
     let mapper = map_photons(scene, [24, 24], 16);
     assert!(mapper.radius() > 0.02, "{} m", mapper.radius());
     let [dark, lit] = [mapper.picture().unwrap(), trace(lit, [24, 24], 16).picture().unwrap()];
-    let share = mean(&dark.beauty) / mean(&lit.beauty);
-    println!("dark side: {share:.2e} of the light");
-    assert!(mean(&dark.direct) == 0.0 && share < 1e-3, "dark side: {share:.2e} of the light");
+    let fraction = mean(&dark.beauty) / mean(&lit.beauty);
+    println!("dark side: {fraction:.2e} of the light");
+    assert!(mean(&dark.direct) == 0.0 && fraction < 1e-3, "dark side: {fraction:.2e} of the light");
     assert_silent(&context());
 }
 

@@ -152,7 +152,7 @@ fn images_to_compare() {
 
 #[test]
 fn stored_light_paths() {
-    hold("stored", readers::stored, 250, any, (64, 4 << 20), 20..900);
+    hold("cache", readers::cache, 250, any, (64, 4 << 20), 20..900);
 }
 
 /// Writes images in the form of other programs, which text cannot hold.

@@ -382,9 +382,9 @@ fn shapes_have_their_closed_forms() {
             assert!(t.positions.iter().zip(t.normals).all(|(p, n)| close(n, -0.5 * *p)));
         }
         // Inscribed: the area is too small by a fraction of the squared edge length.
-        let share = sphere.area_m2() / (16.0 * std::f64::consts::PI);
+        let fraction = sphere.area_m2() / (16.0 * std::f64::consts::PI);
         let deficit = 0.31 / f64::from(1 << (2 * subdivisions));
-        assert!(share < 1.0 && share > 1.0 - deficit, "{subdivisions}: {share}");
+        assert!(fraction < 1.0 && fraction > 1.0 - deficit, "{subdivisions}: {fraction}");
         let LightKind::Point { intensity, .. } = sphere.lights[0].kind else { panic!() };
         assert!((intensity.x * 4.0 * std::f32::consts::PI - 10.0).abs() < 1e-5);
     }

@@ -82,11 +82,11 @@ fn every_material_is_used_and_absorbs() {
 fn as_many_triangles_come_as_are_asked_for() {
     for (name, ..) in PLACES {
         let mut last = 0;
-        for (wanted, share) in [(10_000, 0.02), (30_000, 0.1), (100_000, 0.1)] {
+        for (wanted, fraction) in [(10_000, 0.02), (30_000, 0.1), (100_000, 0.1)] {
             let scene = load(name, Some(wanted));
             let count = scene.triangles.len();
             let off = count as f64 / f64::from(wanted) - 1.0;
-            assert!(off.abs() < share && count > last, "{name}: {count} instead of {wanted}");
+            assert!(off.abs() < fraction && count > last, "{name}: {count} instead of {wanted}");
             assert_sound(&scene);
             last = count;
         }

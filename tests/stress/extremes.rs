@@ -267,7 +267,7 @@ fn throughputs_are_shares_of_what_paths_start_with() {
     let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
     // The weight of an entry point is the mean density over its own density; reflection and
     // roulette never increase it.
-    let is_share = |t: Vec3| t.is_finite() && t.cmpge(Vec3::ZERO).all() && t.max_element() <= DENSEST;
-    assert!(contributions.iter().all(|contribution| is_share(contribution.throughput)));
+    let is_fraction = |t: Vec3| t.is_finite() && t.cmpge(Vec3::ZERO).all() && t.max_element() <= DENSEST;
+    assert!(contributions.iter().all(|contribution| is_fraction(contribution.throughput)));
     assert_silent(&context());
 }

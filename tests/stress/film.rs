@@ -50,7 +50,7 @@ fn second_differences(renderer: &mut Renderer, film: &Film, seconds: f64) -> [f3
         .collect();
     jumps.sort_by(f32::total_cmp);
     assert!(frames.first() != frames.last(), "at {seconds} s, so that there is something to see");
-    [0.9, 0.999, 1.0].map(|share| jumps[(share * (jumps.len() - 1) as f64) as usize])
+    [0.9, 0.999, 1.0].map(|fraction| jumps[(fraction * (jumps.len() - 1) as f64) as usize])
 }
 
 #[test]

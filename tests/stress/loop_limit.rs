@@ -34,12 +34,12 @@ fn shown(
     entering: &[Vec3],
 ) -> [DVec3; 2] {
     let flux = |contribution: &Contribution| {
-        let share = if run.is_unweighted == 1 {
+        let fraction = if run.is_unweighted == 1 {
             1.0
         } else {
             f64::from(contribution.accessibility()) / f64::from(OPEN)
         };
-        share * contribution.throughput.as_dvec3() * entering[contribution.path() as usize].as_dvec3()
+        fraction * contribution.throughput.as_dvec3() * entering[contribution.path() as usize].as_dvec3()
     };
     let sum = |items: Range<u32>| -> DVec3 {
         contributions[items.start as usize..items.end as usize].iter().map(flux).sum()

@@ -67,7 +67,7 @@ fn check(quality: Quality, size: [u32; 2]) {
             println!(
                 "{distance:e} m off the {name}: {entered:.4} of its light found, {kept:.4} kept, removed by bounds: {removed:?}"
             );
-            assert!(removed.len() == 2 && removed.values().all(|share| (0.0..1.0).contains(share)));
+            assert!(removed.len() == 2 && removed.values().all(|fraction| (0.0..1.0).contains(fraction)));
             assert!(
                 distance == 0.0 || (entered - 1.0).abs() < 0.02,
                 "{distance:e} m off the {name}: {entered} of its light"
@@ -76,7 +76,7 @@ fn check(quality: Quality, size: [u32; 2]) {
                 distance < 0.1 || (kept - 1.0).abs() < 0.03,
                 "{distance:e} m off the {name}: {kept} kept"
             );
-            let is_counted = removed.values().all(|share| *share > 0.0);
+            let is_counted = removed.values().all(|fraction| *fraction > 0.0);
             assert!(distance < 0.1 || is_counted, "{removed:?}");
             [Layer::Direct, Layer::Indirect].map(|layer| far(&renderer, layer, &is_far))
         };

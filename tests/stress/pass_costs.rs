@@ -56,8 +56,8 @@ fn shares_are_numbers_where_there_is_nothing_to_share() {
         let mut renderer = prepare(shapes::closed_box(Vec3::ONE, 0.5), quality);
         renderer.frame().unwrap();
         let statistics = renderer.statistics().unwrap();
-        for (name, share) in statistics.skipped.iter().chain(&statistics.removed) {
-            assert!((0.0..=1.0).contains(share), "{name}: {share}");
+        for (name, fraction) in statistics.skipped.iter().chain(&statistics.removed) {
+            assert!((0.0..=1.0).contains(fraction), "{name}: {fraction}");
         }
     }
     assert_silent(&context());

@@ -54,14 +54,14 @@ fn escaped(mut scene: Scene, centre: Vec3, count: u64) -> u64 {
 
 fn check(count: u64) {
     let sphere = || shapes::integrating_sphere(1.0, 3, 0.5, Vec3::ZERO, 1.0);
-    for (name, scene, centre, share) in [
+    for (name, scene, centre, fraction) in [
         ("sphere", sphere(), Vec3::ZERO, 1),
         ("sphere beside the origin", sphere(), Vec3::new(30.0, -20.0, 10.0), 10),
         ("box", shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.5), Vec3::ZERO, 10),
         ("fine sphere", shapes::integrating_sphere(1.0, 6, 0.5, Vec3::ZERO, 1.0), Vec3::ZERO, 10),
     ] {
-        let found = escaped(scene, centre, count / share);
-        println!("{name}: {found} of {} rays escaped", count / share);
+        let found = escaped(scene, centre, count / fraction);
+        println!("{name}: {found} of {} rays escaped", count / fraction);
         assert_eq!(found, 0, "{name}");
     }
 }

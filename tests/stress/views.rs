@@ -104,8 +104,8 @@ fn extrapolations_that_are_limited_are_counted() {
         let renderer = render(the_box(&[]), Quality { cache_points, ..SMALL });
         let names = [
             "extrapolations of records that were limited",
-            "pixels kept from falling below zero",
-            "records kept from falling below zero",
+            "pixels clamped at zero",
+            "records clamped at zero",
         ];
         let found = names.map(|name| count(&renderer, name));
         println!("{cache_points} records: {found:?} of {} weights", count(&renderer, "splat weights"));

@@ -122,8 +122,8 @@ impl<'a> Room<'a> {
         let before = self.settled();
         self.demo.drag(1, point(from), point(to), 4);
         let after = self.settled();
-        let share = changed_pixels(&before, &after, PICTURE, 2) as f64 / PICTURE.pixels() as f64;
-        assert!(share > 0.1, "light {index} is_glossy elsewhere: {share}");
+        let fraction = changed_pixels(&before, &after, PICTURE, 2) as f64 / PICTURE.pixels() as f64;
+        assert!(fraction > 0.1, "light {index} is_glossy elsewhere: {fraction}");
         let saved = self.saved();
         for (other, (a, b)) in saved.lights.iter().zip(&self.scene.lights).enumerate() {
             assert!(a.kind == b.kind || other == index, "light {other} stays");

@@ -69,8 +69,8 @@ fn on_a_screen_of_small_pixels_panels_are_twice_as_large_and_the_picture_is_as_f
     let (x, y): Point = gizmo();
     demo.drag(1, (x, y), (x + 60, y), 12);
     let after = changed(&demo, &before);
-    let share = changed_pixels(&before, &after, below, 2) as f64 / below.pixels() as f64;
-    assert!(share > 0.1, "{share}");
+    let fraction = changed_pixels(&before, &after, below, 2) as f64 / below.pixels() as f64;
+    assert!(fraction > 0.1, "{fraction}");
     demo.client().tap(&[keys::CONTROL], keys::of('z'));
     let undone = changed(&demo, &after);
     assert_eq!(changed_pixels(&before, &undone, picture, 0), 0, "undone");

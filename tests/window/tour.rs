@@ -68,8 +68,8 @@ fn the_light_is_dragged(demo: &Demo, home: &RgbImage) {
     drag_light(demo);
     let after = changed(demo, home);
     for area in [LEFT, RIGHT] {
-        let share = changed_pixels(home, &after, area, 2) as f64 / area.pixels() as f64;
-        assert!(share > 0.1, "{area:?}: {share}");
+        let fraction = changed_pixels(home, &after, area, 2) as f64 / area.pixels() as f64;
+        assert!(fraction > 0.1, "{area:?}: {fraction}");
     }
     demo.client().tap(&[keys::CONTROL], keys::of('z'));
     let undone = changed(demo, &after);

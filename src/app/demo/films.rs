@@ -96,13 +96,13 @@ impl Player {
 }
 
 /// Records the user's edits as a film.
-pub(super) struct Recorder {
+pub(super) struct FilmRecorder {
     recording: Recording,
     start: Instant,
     version: u64,
 }
 
-impl Recorder {
+impl FilmRecorder {
     pub(super) fn begin(session: &Session) -> Self {
         let first = Snapshot::from_scene(&session.scene);
         let recording = Recording::new(&session.source.spec, &first, session.scene.origin, FPS);

@@ -6,7 +6,7 @@ mod document;
 mod files;
 mod films;
 mod gizmos;
-mod layered;
+mod host_picture;
 mod navigate;
 mod open;
 mod overlays;

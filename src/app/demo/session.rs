@@ -40,10 +40,10 @@ pub(super) struct ViewRequest {
     pub(super) camera: Camera,
     pub(super) exposure_stops: f32,
     /// Weights of direct and indirect light.
-    pub(super) shares: [f32; 2],
+    pub(super) weights: [f32; 2],
 }
 
-enum Stage {
+enum Preparation {
     Preparing(Box<Preparing>),
     Ready(Box<Ready>),
 }
@@ -68,7 +68,7 @@ pub(super) struct Session {
     pub(super) camera: Camera,
     pub(super) exposure_stops: f32,
     /// Weights of direct and indirect light.
-    pub(super) shares: [f32; 2],
+    pub(super) weights: [f32; 2],
     /// Notes for the panel, the newest last.
     pub(super) said: Vec<String>,
     /// The latest alarm and its start.
@@ -81,7 +81,7 @@ pub(super) struct Session {
     pub(super) refused_size: Option<[u32; 2]>,
     /// The last frame reverted an edit.
     pub(super) has_gone_back: bool,
-    stage: Stage,
+    stage: Preparation,
     shown: Option<ViewRequest>,
 }
 
@@ -104,7 +104,7 @@ impl Session {
             document,
             camera: scene.cameras[0].clone(),
             exposure_stops: 0.0,
-            shares: [1.0, 1.0],
+            weights: [1.0, 1.0],
             said: scene.warnings.clone(),
             alarm: None,
             version: 0,
@@ -112,7 +112,12 @@ impl Session {
             last: None,
             refused_size: None,
             has_gone_back: false,
-            stage: Stage::Preparing(Box::new(Preparing::new(context, &scene, source.store.clone(), &wake)?)),
+            stage: Preparation::Preparing(Box::new(Preparing::new(
+                context,
+                &scene,
+                source.store.clone(),
+                &wake,
+            )?)),
             shown: None,
             text: SceneText::new(&source.spec, &source.options, &scene).map_err(|error| error.to_string()),
             context: context.clone(),
@@ -125,18 +130,18 @@ impl Session {
     /// The renderer. `None` until the precomputation ends.
     pub(super) fn renderer(&self) -> Option<&Renderer> {
         match &self.stage {
-            Stage::Ready(ready) => Some(&ready.renderer),
-            Stage::Preparing(_) => None,
+            Preparation::Ready(ready) => Some(&ready.renderer),
+            Preparation::Preparing(_) => None,
         }
     }
 
     /// Progress of the precomputation, and seconds since its start. `None` if it has ended.
     pub(super) fn progress(&self) -> Option<(Progressed, f64)> {
         match &self.stage {
-            Stage::Preparing(preparing) => {
+            Preparation::Preparing(preparing) => {
                 Some((preparing.progress()?, preparing.since.elapsed().as_secs_f64()))
             }
-            Stage::Ready(_) => None,
+            Preparation::Ready(_) => None,
         }
     }
 
@@ -144,20 +149,20 @@ impl Session {
     pub(super) fn picture(&self) -> (&Buffer, [u32; 2]) {
         let size = self.shown.as_ref().map_or(self.camera.size, |shown| shown.camera.size);
         match &self.stage {
-            Stage::Preparing(preparing) => (preparing.preview.display(), size),
-            Stage::Ready(ready) => (ready.renderer.display_buffer(), size),
+            Preparation::Preparing(preparing) => (preparing.preview.display(), size),
+            Preparation::Ready(ready) => (ready.renderer.display_buffer(), size),
         }
     }
 
     /// Renders the current document and camera. Returns whether the picture changed.
     pub(super) fn update(&mut self) -> Result<bool> {
-        if let Stage::Preparing(preparing) = &mut self.stage {
+        if let Preparation::Preparing(preparing) = &mut self.stage {
             match preparing.finished(self.scene.lights.len()) {
                 Ok(Some(ready)) => {
                     let known = self.scene.warnings.len();
                     self.said.append(&mut preparing.said());
                     self.said.extend(ready.renderer.scene().warnings.iter().skip(known).cloned());
-                    self.stage = Stage::Ready(Box::new(ready));
+                    self.stage = Preparation::Ready(Box::new(ready));
                     self.shown = None;
                 }
                 Ok(None) => (),
@@ -185,8 +190,8 @@ impl Session {
     /// Renders the requested picture.
     fn frame(&mut self, requested: &ViewRequest) -> Result<()> {
         match &mut self.stage {
-            Stage::Preparing(preparing) => preparing.frame(requested, &self.scene.materials),
-            Stage::Ready(ready) => {
+            Preparation::Preparing(preparing) => preparing.frame(requested, &self.scene.materials),
+            Preparation::Ready(ready) => {
                 let (report, refused) = ready.frame(requested, &mut self.document)?;
                 self.said.extend(refused);
                 if self.costs.len() == FRAMES {
@@ -225,14 +230,14 @@ impl Session {
     /// Runs the idle work of the renderer.
     pub(super) fn run_idle_work(&mut self) -> Result<()> {
         match &mut self.stage {
-            Stage::Ready(ready) => ready.run_idle_work(),
-            Stage::Preparing(_) => Ok(()),
+            Preparation::Ready(ready) => ready.run_idle_work(),
+            Preparation::Preparing(_) => Ok(()),
         }
     }
 
     /// Whether [`Self::run_idle_work`] has work.
     pub(super) fn is_behind(&self) -> bool {
-        matches!(&self.stage, Stage::Ready(ready) if ready.is_behind())
+        matches!(&self.stage, Preparation::Ready(ready) if ready.is_behind())
     }
 
     /// Reloads the scene, as one undo step. Returns the conversion of the edits. `None` if the
@@ -332,7 +337,7 @@ impl Session {
             document: self.document.clone(),
             camera: self.camera.clone(),
             exposure_stops: self.exposure_stops,
-            shares: self.shares,
+            weights: self.weights,
         }
     }
 }

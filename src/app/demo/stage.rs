@@ -113,7 +113,7 @@ impl Preparing {
             let mut say = |line: &str| shared.said.lock().expect("no holder panics").push(line.to_owned());
             let made = match &store {
                 None => Renderer::new(&context, scene, &mut told),
-                Some(store) => Renderer::stored(&context, scene, store, &mut told, &mut say),
+                Some(store) => Renderer::cached(&context, scene, store, &mut told, &mut say),
             };
             (told.wake)();
             made
@@ -182,7 +182,7 @@ impl Ready {
         }
         renderer.set_camera(&requested.camera);
         renderer.set_exposure(requested.exposure_stops);
-        renderer.set_shares(requested.shares);
+        renderer.set_light_weights(requested.weights);
         self.bring_lights_into_line(&requested.document)?;
         let refused = self.bring_materials_into_line(document)?;
         self.is_behind = true;

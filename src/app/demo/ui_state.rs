@@ -115,7 +115,7 @@ impl UiState {
 
 impl View {
     /// Weights of direct and indirect light in the picture.
-    pub(super) fn shares(self) -> [f32; 2] {
+    pub(super) fn weights(self) -> [f32; 2] {
         match self {
             Self::Direct => [1.0, 0.0],
             Self::Indirect => [0.0, 1.0],

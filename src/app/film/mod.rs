@@ -1,6 +1,6 @@
 //! `lightpaths film`: renders an animation frame by frame.
 
-mod share;
+mod frame_range;
 mod video;
 
 use std::ops::Range;
@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::image::ExrLayer;
 use crate::renderer::{Layer, Renderer};
 use crate::scene::{Scene, film};
-use share::Share;
+use frame_range::FrameRange;
 use video::Video;
 
 /// Render a film: a scene that changes in time, as numbered frames and, with ffmpeg, a video
@@ -34,8 +34,8 @@ pub(super) struct Film {
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Renders frames A, A+1, …, B-1 only; also A.., ..B and a single number [default: all]
-    #[arg(long, value_name = "A..B", value_parser = share::parse)]
-    frames: Option<Share>,
+    #[arg(long, value_name = "A..B", value_parser = frame_range::parse)]
+    frames: Option<FrameRange>,
     /// Format of the frames: png is exposed and tone mapped, exr holds linear radiance
     #[arg(long, value_enum, default_value = "png")]
     format: Format,
@@ -71,29 +71,29 @@ impl Film {
         }
         let store = self.cache_args.store()?;
         let (film, scene) = film::Film::load(&self.film, &self.scene_args.options())?;
-        let share = self.frames.unwrap_or_default().of(film.frame_count)?;
-        self.refuse_inputs(&film, &scene, &share)?;
+        let range = self.frames.unwrap_or_default().of(film.frame_count)?;
+        self.refuse_inputs(&film, &scene, &range)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let context = self.device_args.open()?;
         create_folder(&self.output)?;
-        OutputFile::check(&self.frame_path(share.start, &film))?;
+        OutputFile::check(&self.frame_path(range.start, &film))?;
 
         let mut renderer = self.device_args.renderer_from(store.as_ref(), &context, scene)?;
         renderer.set_exposure(self.exposure.unwrap_or(0.0));
         let start = Instant::now();
         let mut times_ms = Vec::new();
         let mut progress = self.device_args.progress();
-        progress.stage("frames", u64::from(share.end - share.start));
+        progress.stage("frames", u64::from(range.end - range.start));
         // Earlier frames may have opened enclosures, which then stay open.
-        for frame in 0..share.start {
+        for frame in 0..range.start {
             renderer.set_state(&film.state(frame))?;
             renderer.open_enclosures()?;
         }
-        for frame in share.clone() {
+        for frame in range.clone() {
             renderer.set_state(&film.state(frame))?;
             times_ms.push(renderer.frame()?.frame_ms);
             self.write(&renderer, &self.frame_path(frame, &film))?;
-            progress.advance(u64::from(frame + 1 - share.start));
+            progress.advance(u64::from(frame + 1 - range.start));
         }
         progress.finish();
         self.device_args.report_validation(&context);
@@ -101,23 +101,23 @@ impl Film {
         super::print_line(&format!(
             "{}: frames {} to {} of {}, {width}x{height}, precompute {:.2} s, {}, {:.2} s with writing, {}",
             self.output.display(),
-            share.start,
-            share.end - 1,
+            range.start,
+            range.end - 1,
             film.frame_count,
             renderer.precompute_s(),
             summary(times_ms),
             start.elapsed().as_secs_f64(),
             device_label(&context),
         ))?;
-        self.make_video(&film, share.len() == film.frame_count as usize)
+        self.make_video(&film, range.len() == film.frame_count as usize)
     }
 
     /// Refuses frames and a video that would replace an input.
-    fn refuse_inputs(&self, film: &film::Film, scene: &Scene, share: &Range<u32>) -> Result<()> {
+    fn refuse_inputs(&self, film: &film::Film, scene: &Scene, range: &Range<u32>) -> Result<()> {
         let video = self.job(film).map(|job| job.file_name());
         let is_frame = |name: &str| {
             let number = name.split(['-', '.']).nth(1).and_then(|number| number.parse().ok());
-            number.is_some_and(|frame| share.contains(&frame) && self.frame_name(frame, film) == name)
+            number.is_some_and(|frame| range.contains(&frame) && self.frame_name(frame, film) == name)
         };
         let is_written = |name: &str| is_frame(name) || video.as_deref() == Some(name);
         let inputs = scene.inputs.iter().map(PathBuf::as_path).chain(self.cache_args.path());
@@ -180,7 +180,7 @@ impl Film {
 /// Summary of frame times for a reader; needs at least one time.
 fn summary(mut times_ms: Vec<f64>) -> String {
     times_ms.sort_by(f64::total_cmp);
-    let quantile = |share: f64| times_ms[(share * (times_ms.len() - 1) as f64).round() as usize];
+    let quantile = |fraction: f64| times_ms[(fraction * (times_ms.len() - 1) as f64).round() as usize];
     format!(
         "frame {:.1} ms in the median, nine in ten within {:.1} ms, longest {:.1} ms",
         quantile(0.5),

@@ -21,7 +21,7 @@ use trials::{Quantity, Sizes, Trial, measure};
 /// Set time and memory against sizes: triangles, entry points, cache points and lights
 ///
 /// Each is varied by itself; the rest stays as the scene and its preset have it. A size that the
-/// device has no room for is listed with what it would need. Prints a table and the powers with
+/// device has no memory for is listed with what it would need. Prints a table and the powers with
 /// which time and memory grow; writes scale.json and plots (SVG).
 #[derive(Debug, Args)]
 pub(super) struct Scale {

@@ -33,7 +33,7 @@ impl Limits<'_> {
     }
 
     /// The bound as a fraction of the pass's time. Above one if the pass skips counted work.
-    pub(super) fn share(&self, pass: &PassSummary) -> Option<f64> {
+    pub(super) fn fraction(&self, pass: &PassSummary) -> Option<f64> {
         self.floor_ms(pass).filter(|_| pass.ms.median > 0.0).map(|floor| floor / pass.ms.median)
     }
 

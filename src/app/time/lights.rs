@@ -120,11 +120,11 @@ fn processor_ms() -> Option<f64> {
 /// `count` lights: the scene's own, then copies at other visible positions in free space. Their
 /// total power equals that of the scene's own lights.
 pub(in crate::app) fn fitting(scene: &Scene, own: &[Light], count: usize) -> Vec<Light> {
-    let share = own.len() as f32 / count as f32;
+    let fraction = own.len() as f32 / count as f32;
     let mut places = open_enclosures(scene);
     let light = |index: usize| {
         let Light { name, kind, .. } = &own[index % own.len()];
-        let kind: LightKind = kind.with_emission(share * kind.emission());
+        let kind: LightKind = kind.with_emission(fraction * kind.emission());
         match index < own.len() {
             true => Light { name: name.clone(), kind, is_on: true },
             false => Light {

@@ -34,8 +34,8 @@ impl Summary {
     pub(in crate::app) fn from_times(times: impl IntoIterator<Item = f64>) -> Self {
         let mut times: Vec<f64> = times.into_iter().collect();
         times.sort_by(f64::total_cmp);
-        let quantile = |share: f64| {
-            let place = share * (times.len() - 1) as f64;
+        let quantile = |fraction: f64| {
+            let place = fraction * (times.len() - 1) as f64;
             let (low, high) = (times[place.floor() as usize], times[place.ceil() as usize]);
             low + (high - low) * place.fract()
         };

@@ -136,18 +136,19 @@ fn passes(text: &mut String, timed: &Timed, copy_gbps: Option<f64>) {
                 milliseconds(pass.ms.p90),
                 megabytes(pass.bytes),
                 or_dash(pass.gbps(), ""),
-                or_dash(share_of_copy(pass, copy_gbps).map(|share| 100.0 * share), " %"),
+                or_dash(share_of_copy(pass, copy_gbps).map(|fraction| 100.0 * fraction), " %"),
                 or_dash(pass.mrays_per_s(), ""),
                 limits.floor_ms(pass).map_or("-".to_owned(), milliseconds),
-                or_dash(limits.share(pass).map(|share| 100.0 * share), " %"),
+                or_dash(limits.fraction(pass).map(|fraction| 100.0 * fraction), " %"),
                 if pass.overlapped { "  overlapped" } else { "" },
             ),
         );
     }
     let [floors, known] = limits.sums_ms(&timed.measurement.passes);
-    let share = ratio(100.0 * floors, known).map_or(String::new(), |share| format!(" ({share:.1} %)"));
+    let fraction =
+        ratio(100.0 * floors, known).map_or(String::new(), |fraction| format!(" ({fraction:.1} %)"));
     let of_which = format!(
-        "sum of floors {} ms, of {} ms that these passes take{share}",
+        "sum of floors {} ms, of {} ms that these passes take{fraction}",
         milliseconds(floors),
         milliseconds(known)
     );
@@ -158,11 +159,11 @@ fn passes(text: &mut String, timed: &Timed, copy_gbps: Option<f64>) {
 }
 
 fn counts(text: &mut String, timed: &Timed) {
-    for (what, share) in &timed.statistics.skipped {
-        line(text, format_args!("skipped: {what} {:.1} %", 100.0 * share));
+    for (what, fraction) in &timed.statistics.skipped {
+        line(text, format_args!("skipped: {what} {:.1} %", 100.0 * fraction));
     }
-    for (what, share) in &timed.statistics.removed {
-        line(text, format_args!("removed by bounds: {what} {:.4} %", 100.0 * share));
+    for (what, fraction) in &timed.statistics.removed {
+        line(text, format_args!("removed by bounds: {what} {:.4} %", 100.0 * fraction));
     }
     let step = timed.measurement.step_records;
     line(text, format_args!("counted: records that a step of the camera needs besides {step:.0}"));
@@ -196,7 +197,7 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
         json!({
             "name": pass.name, "ms": pass.ms.median, "spread_ms": pass.ms, "overlapped": pass.overlapped,
             "bytes": pass.bytes, "gbps": pass.gbps(), "share_of_copy": share_of_copy(pass, copy_gbps),
-            "mrays_per_s": pass.mrays_per_s(), "floor_ms": limits.floor_ms(pass), "share_of_floor": limits.share(pass),
+            "mrays_per_s": pass.mrays_per_s(), "floor_ms": limits.floor_ms(pass), "share_of_floor": limits.fraction(pass),
         })
     });
     // Light counts that were not timed stay in the document, as null.

@@ -190,7 +190,7 @@ impl WindowPainter {
         let picture = &mut self.pictures[id.0].picture;
         let [width, height] = picture.size.map(u64::from);
         assert_eq!(pixels.bytes(), 4 * width * height, "bytes of a picture of {width}x{height} pixels");
-        picture.next = Some(pixels.share());
+        picture.next = Some(pixels.fraction());
     }
 
     /// Draws a frame and presents it.

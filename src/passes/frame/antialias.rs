@@ -239,7 +239,7 @@ impl Antialias {
         view: &View,
         light: OneLight<'_>,
         pixels: &Buffer,
-        (layer, groups): (&Buffer, &Buffer),
+        (irradiance, groups): (&Buffer, &Buffer),
     ) {
         if self.capacity.max_samples == 0 {
             return;
@@ -288,7 +288,7 @@ impl Antialias {
                 ("EdgeNumbers", &self.numbers),
                 ("EdgeSamples", &self.edge_samples),
                 ("EdgeLight", &self.edge_light),
-                ("LightLayer", layer),
+                ("LightIrradiance", irradiance),
                 ("EdgeNeeds", &self.edge_needs),
             ],
         );
@@ -298,7 +298,7 @@ impl Antialias {
             [(width * height).div_ceil(4), 1, 1],
             &EdgeMarkPush { width, height },
             &[
-                ("LightLayer", layer),
+                ("LightIrradiance", irradiance),
                 ("EdgeNumbers", &self.numbers),
                 ("EdgeNeeds", &self.edge_needs),
                 ("ShadowPixels", &self.shadow_pixels),
@@ -325,7 +325,7 @@ impl Antialias {
         let averaged = [
             ("EdgeSlots", &self.edge_slots),
             ("EdgeNeeds", &self.edge_needs),
-            ("LightLayer", layer),
+            ("LightIrradiance", irradiance),
             ("TruncatedLoops", &scene.truncated_loops),
         ];
         let bindings: Vec<_> = traced.into_iter().chain(listed).chain(averaged).collect();

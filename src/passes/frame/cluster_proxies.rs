@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Packing of an entry of a proxy: `cluster << weight_bits | (steps - 1)`. The steps of a proxy's
 /// entries sum to its weight of 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ProxyPartPacking {
+pub struct ProxyTermPacking {
     /// Bits of a weight.
     pub weight_bits: u32,
 }
@@ -18,7 +18,7 @@ pub struct ProxyPartPacking {
 /// Maximum number of bits of a weight: proxies that differ by rounding alone should be equal.
 const MAX_WEIGHT_BITS: u32 = 12;
 
-impl ProxyPartPacking {
+impl ProxyTermPacking {
     /// Gives the weights the bits that the cluster indices leave.
     pub fn new(clusters: u32) -> Self {
         Self { weight_bits: clusters.leading_zeros().min(MAX_WEIGHT_BITS) }
@@ -35,13 +35,13 @@ impl ProxyPartPacking {
     }
 
     /// The cluster of an entry.
-    pub fn cluster(self, part: u32) -> u32 {
-        part >> self.weight_bits
+    pub fn cluster(self, term: u32) -> u32 {
+        term >> self.weight_bits
     }
 
     /// The weight of an entry, 0..=1.
-    pub fn weight(self, part: u32) -> f32 {
-        ((part & (self.steps() - 1)) + 1) as f32 / self.steps() as f32
+    pub fn weight(self, term: u32) -> f32 {
+        ((term & (self.steps() - 1)) + 1) as f32 / self.steps() as f32
     }
 }
 
@@ -63,16 +63,16 @@ pub struct ClusterProxies {
     pipeline: Pipeline,
     cluster_count: u32,
     proxy_count: u32,
-    packing: ProxyPartPacking,
-    part_offsets: Buffer,
-    parts: Buffer,
+    packing: ProxyTermPacking,
+    term_offsets: Buffer,
+    terms: Buffer,
 }
 
 impl ClusterProxies {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "cluster_proxies";
 
-    /// Uploads the lists: `part_offsets` are the CSR offsets of each proxy, `parts`
+    /// Uploads the lists: `term_offsets` are the CSR offsets of each proxy, `terms`
     /// its packed entries.
     ///
     /// # Errors
@@ -80,25 +80,25 @@ impl ClusterProxies {
     pub fn new(
         context: &Arc<Context>,
         cluster_count: u32,
-        part_offsets: &[u32],
-        parts: &[u32],
-        packing: ProxyPartPacking,
+        term_offsets: &[u32],
+        terms: &[u32],
+        packing: ProxyTermPacking,
     ) -> Result<Self> {
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
             cluster_count,
-            proxy_count: part_offsets.len() as u32 - 1,
+            proxy_count: term_offsets.len() as u32 - 1,
             packing,
-            part_offsets: Buffer::from_slice(context, "first proxy parts", part_offsets)?,
-            parts: Buffer::from_slice(context, "proxy parts", parts)?,
+            term_offsets: Buffer::from_slice(context, "proxy term offsets", term_offsets)?,
+            terms: Buffer::from_slice(context, "proxy terms", terms)?,
         })
     }
 
     /// Bytes that the pass reads and writes.
     pub fn bytes(&self) -> u64 {
         // An entry: itself and an irradiance. A proxy: its offset and the result.
-        let parts = self.parts.bytes() / 4;
-        self.part_offsets.bytes() + self.parts.bytes() + 12 * (parts + u64::from(self.proxy_count))
+        let terms = self.terms.bytes() / 4;
+        self.term_offsets.bytes() + self.terms.bytes() + 12 * (terms + u64::from(self.proxy_count))
     }
 
     /// Writes the irradiance of all proxies behind that of the clusters.
@@ -111,7 +111,7 @@ impl ClusterProxies {
                 proxy_count: self.proxy_count,
                 weight_bits: self.packing.weight_bits,
             },
-            &[("PartOffsets", &self.part_offsets), ("ProxyParts", &self.parts), ("Irradiance", irradiance)],
+            &[("TermOffsets", &self.term_offsets), ("ProxyTerms", &self.terms), ("Irradiance", irradiance)],
         );
     }
 }

@@ -20,9 +20,9 @@ gpu_struct! {
         /// Factor of all light: the colour of the only active light.
         pub emission_scale: Vec3,
         /// 1, or 0 for an image without direct light.
-        pub direct_share: f32,
+        pub direct_weight: f32,
         /// 1, or 0 for an image without indirect light.
-        pub indirect_share: f32,
+        pub indirect_weight: f32,
     }
 }
 
@@ -90,7 +90,7 @@ impl Compose {
         rec: &mut Recorder,
         scene: &SceneBuffers,
         irradiances: Irradiances<'_>,
-        [direct_share, indirect_share]: [f32; 2],
+        [direct_weight, indirect_weight]: [f32; 2],
     ) {
         let Irradiances { pixels, direct, indirect, gloss, antialias, colours, emission_scale } = irradiances;
         let pixel_count = self.size[0] * self.size[1];
@@ -99,8 +99,8 @@ impl Compose {
             width: self.size[0],
             capacity: antialias.capacity,
             emission_scale,
-            direct_share,
-            indirect_share,
+            direct_weight,
+            indirect_weight,
         };
         let bindings = [
             ("Surfaces", &scene.surfaces),

@@ -116,7 +116,7 @@ impl Direct {
         scene: &SceneBuffers,
         light: OneLight<'_>,
         pixels: &Buffer,
-        layer: &Buffer,
+        irradiance: &Buffer,
     ) {
         let width = self.size[0];
         self.shafts.record(pass, scene, light);
@@ -128,7 +128,7 @@ impl Direct {
             ("SeenPoints", pixels),
             ("ShaftRoots", &self.shafts.roots),
             ("ShaftList", &self.shafts.list),
-            ("LightLayer", layer),
+            ("LightIrradiance", irradiance),
             ("TruncatedLoops", &scene.truncated_loops),
         ];
         for (first_sample, end_sample) in light.spans() {
@@ -149,9 +149,9 @@ impl Direct {
 
     /// Sums the per-light irradiance buffers, weighted by the emissions, in order: at the pixels,
     /// and in the used slots of edge pixels.
-    pub fn record_sum(&self, rec: &mut Recorder, antialias: &Antialias, layers: &[(Vec3, &Buffer)]) {
+    pub fn record_sum(&self, rec: &mut Recorder, antialias: &Antialias, irradiances: &[(Vec3, &Buffer)]) {
         let mut pass = rec.pass(Self::SUM_STEM);
         let points = (self.point_count(), antialias.point_groups());
-        self.sum.record_counted(&mut pass, layers, points, 1.0, &self.irradiance);
+        self.sum.record_counted(&mut pass, irradiances, points, 1.0, &self.irradiance);
     }
 }

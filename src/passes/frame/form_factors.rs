@@ -6,7 +6,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
-use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder, SplitBuffer, SplitPart};
+use crate::gpu::{Buffer, Chunk, Context, PassScope, Pipeline, Recorder, SplitBuffer};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::frame::shafts::{BATCH, ShaftKernel, Shafts};
@@ -91,14 +91,14 @@ impl FormFactors {
         entry_points: &[PathVertex],
         area_m2: f32,
     ) -> Result<Self> {
-        Self::in_parts(context, scene, entry_points, area_m2, SplitBuffer::longest::<EntryPoint>(context))
+        Self::in_chunks(context, scene, entry_points, area_m2, SplitBuffer::longest::<EntryPoint>(context))
     }
 
     /// As [`Self::new`], with at most `most` entry points in each buffer.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn in_parts(
+    pub fn in_chunks(
         context: &Arc<Context>,
         scene: &SceneBuffers,
         entry_points: &[PathVertex],
@@ -121,11 +121,11 @@ impl FormFactors {
     }
 
     /// The buffers of the entry points, and the first batch of each.
-    fn parts(&self) -> impl Iterator<Item = (&SplitPart, u32)> {
-        self.entry_points.iter().scan(0, |next, part| {
+    fn chunks(&self) -> impl Iterator<Item = (&Chunk, u32)> {
+        self.entry_points.iter().scan(0, |next, chunk| {
             let first = *next;
-            *next += (part.items.len() as u32).div_ceil(BATCH);
-            Some((part, first))
+            *next += (chunk.items.len() as u32).div_ceil(BATCH);
+            Some((chunk, first))
         })
     }
 
@@ -133,8 +133,8 @@ impl FormFactors {
         let entry_batches = Pipeline::new(context, "entry_batches", &[])?;
         context.run(|rec| {
             let mut pass = rec.pass("entry_batches");
-            for (part, first_batch) in self.parts() {
-                let point_count = part.items.len() as u32;
+            for (chunk, first_batch) in self.chunks() {
+                let point_count = chunk.items.len() as u32;
                 if first_batch > 0 {
                     pass.barrier(COMPUTE_TO_COMPUTE);
                 }
@@ -146,7 +146,7 @@ impl FormFactors {
                         ("Nodes", &scene.nodes),
                         ("Triangles", &scene.triangles),
                         ("Surfaces", &scene.surfaces),
-                        ("EntryPoints", &part.buffer),
+                        ("EntryPoints", &chunk.buffer),
                         ("PointBatches", &self.shafts.batches),
                     ],
                 );
@@ -198,8 +198,8 @@ impl FormFactors {
     ) {
         self.shafts.record(pass, scene, light);
         for (first_sample, end_sample) in light.spans() {
-            for (part, first_batch) in self.parts() {
-                let (first_point, point_count) = (part.items.start, part.items.len() as u32);
+            for (chunk, first_batch) in self.chunks() {
+                let (first_point, point_count) = (chunk.items.start, chunk.items.len() as u32);
                 let push = FormFactorsPush {
                     first_point,
                     point_count,
@@ -215,7 +215,7 @@ impl FormFactors {
                     ("Triangles", &scene.triangles),
                     ("Surfaces", &scene.surfaces),
                     ("Lights", light.table),
-                    ("EntryPoints", &part.buffer),
+                    ("EntryPoints", &chunk.buffer),
                     ("ShaftRoots", &self.shafts.roots),
                     ("ShaftList", &self.shafts.list),
                     ("FormFactors", factors),
@@ -231,8 +231,8 @@ impl FormFactors {
 
     /// Sums the form factors of the lights, weighted by the emissions, in order: the flux that
     /// enters each path, W, three floats. No frame needs it.
-    pub fn record_entry_flux(&self, rec: &mut Recorder, rows: &[(Vec3, &Buffer)], flux: &Buffer) {
+    pub fn record_entry_flux(&self, rec: &mut Recorder, lights: &[(Vec3, &Buffer)], flux: &Buffer) {
         let mut pass = rec.pass(Self::FLUX_STEM);
-        self.sum.record(&mut pass, rows, self.point_count, self.area_m2, flux);
+        self.sum.record(&mut pass, lights, self.point_count, self.area_m2, flux);
     }
 }

@@ -20,7 +20,7 @@ gpu_struct! {
         pub target_count: u32,
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
-        /// Clusters, proxies and near-field patches; targets beyond are slots.
+        /// Clusters, proxies and near-field patches; targets beyond are gloss bins.
         pub cluster_count: u32,
     }
 }
@@ -54,7 +54,7 @@ pub struct GatherSources<'a> {
     pub irradiance: &'a Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: &'a Buffer,
-    /// Outgoing flux of glossy clusters by direction. `None` if rays read no slots.
+    /// Outgoing flux of glossy clusters by direction. `None` if rays read no gloss bins.
     pub gloss: Option<&'a Gloss>,
 }
 
@@ -83,7 +83,7 @@ impl Gather {
     /// Stem of shaders, reference and timing.
     pub const STEM: &str = "gather";
 
-    /// Takes over the precomputed rays; `is_glossy` if some rays read slots.
+    /// Takes over the precomputed rays; `is_glossy` if some rays read gloss bins.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -115,7 +115,7 @@ impl Gather {
     ) -> Result<Self> {
         let glossy_constant = ("IS_GLOSSY", u32::from(is_glossy));
         let constants = [glossy_constant, has_textures(merged_rays.has_colours)];
-        let room = |count: u32, bytes: u64| {
+        let allocate = |count: u32, bytes: u64| {
             Buffer::storage(context, "reflected radiance", bytes * u64::from(count.max(1)))
         };
         Ok(Self {
@@ -125,8 +125,8 @@ impl Gather {
             packing,
             hemisphere,
             cache_points,
-            radiances: room(merged_rays.target_count, 16)?,
-            lobe_radiances: room(if is_glossy { merged_rays.target_count } else { 1 }, 12)?,
+            radiances: allocate(merged_rays.target_count, 16)?,
+            lobe_radiances: allocate(if is_glossy { merged_rays.target_count } else { 1 }, 12)?,
             merged_rays,
             // Records that no view has needed yet are never written.
             records: Buffer::from_slice(context, "records", &vec![Record::zeroed(); point_count as usize])?,
@@ -148,8 +148,8 @@ impl Gather {
     /// Gathers at the cache points of a list.
     pub fn record(&self, rec: &mut Recorder, sources: GatherSources<'_>, list: &RecordList) {
         let GatherSources { materials, irradiance, inverse_areas, gloss } = sources;
-        // Unused bindings if no ray reads a slot.
-        let (slots, fluxes) = gloss.map_or((irradiance, irradiance), |gloss| (&gloss.slots, &gloss.fluxes));
+        // Unused bindings if no ray reads a gloss bin.
+        let (bins, fluxes) = gloss.map_or((irradiance, irradiance), |gloss| (&gloss.bins, &gloss.fluxes));
         let target_count = self.merged_rays.target_count;
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(
@@ -165,19 +165,19 @@ impl Gather {
                 ("Materials", materials),
                 ("Irradiance", irradiance),
                 ("InverseAreas", inverse_areas),
-                ("GlossSlots", slots),
+                ("GlossBins", bins),
                 ("GlossFluxes", fluxes),
                 ("Radiances", &self.radiances),
                 ("LobeRadiances", &self.lobe_radiances),
             ],
         );
-        for (part, merged_rays) in (0..).zip(&self.merged_rays.parts) {
+        for (chunk, merged_rays) in (0..).zip(&self.merged_rays.chunks) {
             // After the first step. The dispatches write disjoint records, but the hazard check
             // works by buffer.
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch_indirect(
                 &self.pipeline,
-                (&list.groups, 12 * part),
+                (&list.groups, 12 * chunk),
                 &GatherPush {
                     first_point: merged_rays.points.start,
                     end_point: merged_rays.points.end,

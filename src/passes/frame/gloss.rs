@@ -1,7 +1,7 @@
 //! Glossy surfaces: their first reflection at entry points, and the outgoing flux of clusters in
 //! the direction bins that are read. [Yue §1, §2] Scenes without glossy surfaces skip it. In:
-//! lights, contributions. Out: for each light the outgoing flux of slots, per unit emission; flux
-//! of slots (W).
+//! lights, contributions. Out: for each light the outgoing flux of gloss bins, per unit emission;
+//! flux of gloss bins (W).
 //!
 //! The results are linear in the lights and kept for each light: a change of colour
 //! visits no vertex.
@@ -60,7 +60,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// One outgoing direction of one cluster.
-    pub struct GlossSlot {
+    pub struct GlossBin {
         pub cluster: u32,
         /// Unit direction: the mean direction of its readers.
         pub direction: Vec3,
@@ -69,7 +69,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// The vertices below a cluster that an invocation handles in one dispatch.
-    pub struct GlossPart {
+    pub struct GlossSpan {
         /// Mean area of an entry point.
         pub area_m2: f32,
         /// Entry points: beams of each.
@@ -89,19 +89,19 @@ gpu_struct! {
     /// Push constants of `gloss_base`.
     pub struct GlossBasePush {
         /// Vertices of this dispatch.
-        pub part: GlossPart,
-        /// The first slots, which are no sums of other slots.
-        pub slot_count: u32,
+        pub span: GlossSpan,
+        /// The first gloss bins, which are no sums of other gloss bins.
+        pub bin_count: u32,
     }
 }
 
 gpu_struct! {
     /// Push constants of `gloss_level`.
     pub struct GlossLevelPush {
-        /// First slot of the level.
-        pub first_slot: u32,
-        pub slot_count: u32,
-        /// Slots that are no sums.
+        /// First gloss bin of the level.
+        pub first_bin: u32,
+        pub bin_count: u32,
+        /// Gloss bins that are no sums.
         pub leaf_count: u32,
     }
 }
@@ -111,8 +111,8 @@ pub const LAYOUTS: &[Layout] = &[
     GlossEntry::LAYOUT,
     GlossBeam::LAYOUT,
     GlossVertex::LAYOUT,
-    GlossSlot::LAYOUT,
-    GlossPart::LAYOUT,
+    GlossBin::LAYOUT,
+    GlossSpan::LAYOUT,
     GlossBasePush::LAYOUT,
     GlossLevelPush::LAYOUT,
 ];
@@ -164,8 +164,9 @@ pub struct GlossLight<'a> {
     /// of the mean area of an entry point: three floats. It is the form factor if the entry
     /// point is not glossy.
     pub first_bounce: &'a Buffer,
-    /// Outgoing flux of each slot that is no sum, per unit of the light's emission; three floats.
-    pub slots: &'a Buffer,
+    /// Outgoing flux of each gloss bin that is no sum, per unit of the light's
+    /// emission; three floats.
+    pub bins: &'a Buffer,
     /// Light of glossy surfaces on the rays of each sample, per unit of emission; three floats.
     pub hits: &'a Buffer,
 }
@@ -174,7 +175,7 @@ pub struct GlossLight<'a> {
 pub(super) struct Dispatch<'a> {
     /// Over entry points, or over other vertices.
     entry_points: bool,
-    pub(super) part: GlossPart,
+    pub(super) span: GlossSpan,
     lights: &'a [GlossLight<'a>],
 }
 
@@ -232,16 +233,16 @@ pub struct Gloss {
     max_vertices: u32,
     /// Maximum of vertices sampled below a cluster; initially 0: all.
     pub max_asked: u32,
-    /// Number of slots that are no sums; they come first.
+    /// Number of gloss bins that are no sums; they come first.
     pub leaf_count: u32,
-    /// Slots that are sums, by level.
+    /// Gloss bins that are sums, by level.
     sums: Vec<Range<u32>>,
     child_offsets: Buffer,
     children: Buffer,
-    /// A `GlossSlot` for each direction bin.
-    pub slots: Buffer,
+    /// A `GlossBin` for each direction bin.
+    pub bins: Buffer,
     pub(super) path_count: u32,
-    /// Flux of each slot, W; three floats. Flux over the cluster's area is a radiosity, like
+    /// Flux of each gloss bin, W; three floats. Flux over the cluster's area is a radiosity, like
     /// albedo times irradiance.
     pub fluxes: Buffer,
 }
@@ -280,9 +281,9 @@ impl Gloss {
             sums: tables.sums.clone(),
             child_offsets: Buffer::from_slice(context, "gloss child offsets", &tables.child_offsets)?,
             children: Buffer::from_slice(context, "gloss children", &tables.children)?,
-            slots: Buffer::from_slice(context, "gloss slots", &tables.slots)?,
+            bins: Buffer::from_slice(context, "gloss bins", &tables.bins)?,
             path_count,
-            fluxes: Buffer::storage(context, "gloss fluxes", tables.slots.len() as u64 * 12)?,
+            fluxes: Buffer::storage(context, "gloss fluxes", tables.bins.len() as u64 * 12)?,
         })
     }
 
@@ -301,7 +302,7 @@ impl Gloss {
             let (beam_count, adds) = (lights[0].samples, u32::from(entry_points || first > 0));
             Dispatch {
                 entry_points,
-                part: GlossPart { area_m2, beam_count, first, end, adds, most: self.max_asked },
+                span: GlossSpan { area_m2, beam_count, first, end, adds, most: self.max_asked },
                 lights,
             }
         };
@@ -324,8 +325,8 @@ impl Gloss {
         (0..=last).step_by(count as usize).map(move |first| (first, end(first)))
     }
 
-    /// Outgoing flux of clusters in the direction bins. Fills the slots of each `due` light from
-    /// the vertices, sums the `slots` of all lights, weighted by the emissions, then sums large
+    /// Outgoing flux of clusters in the direction bins. Fills the gloss bins of each `due` light
+    /// from the vertices, sums the `bins` of all lights, weighted by the emissions, then sums large
     /// clusters level by level.
     pub fn record(
         &self,
@@ -333,7 +334,7 @@ impl Gloss {
         materials: &Buffer,
         (contribution_ranges, contributions): (&Buffer, &Buffer),
         due: &[GlossLight<'_>],
-        slots: &[(Vec3, &Buffer)],
+        bins: &[(Vec3, &Buffer)],
     ) {
         let mut pass = rec.pass(Self::STEM);
         let leaf_count = self.leaf_count;
@@ -342,35 +343,35 @@ impl Gloss {
             pass.dispatch(
                 self.base.of(&dispatch),
                 [leaf_count, 1, 1],
-                &GlossBasePush { part: dispatch.part, slot_count: leaf_count },
+                &GlossBasePush { span: dispatch.span, bin_count: leaf_count },
                 &[
                     ("Materials", materials),
                     ("ContributionRanges", contribution_ranges),
                     ("Contributions", contributions),
                     ("GlossVertices", &self.vertices),
                     ("GlossBeams", light(0).beams),
-                    ("GlossSlots", &self.slots),
+                    ("GlossBins", &self.bins),
                     ("BaseRanges", &self.base_ranges),
                     ("GlossShifts", &self.shifts),
                     ("FirstBounceFlux0", light(0).first_bounce),
                     ("FirstBounceFlux1", light(1).first_bounce),
                     ("FirstBounceFlux2", light(2).first_bounce),
                     ("FirstBounceFlux3", light(3).first_bounce),
-                    ("LightSlots0", light(0).slots),
-                    ("LightSlots1", light(1).slots),
-                    ("LightSlots2", light(2).slots),
-                    ("LightSlots3", light(3).slots),
+                    ("LightBins0", light(0).bins),
+                    ("LightBins1", light(1).bins),
+                    ("LightBins2", light(2).bins),
+                    ("LightBins3", light(3).bins),
                 ],
             );
             pass.barrier(COMPUTE_TO_COMPUTE);
         }
-        self.sum.record(&mut pass, slots, leaf_count, 1.0, &self.fluxes);
+        self.sum.record(&mut pass, bins, leaf_count, 1.0, &self.fluxes);
         for level in &self.sums {
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch(
                 &self.level,
                 [level.len() as u32, 1, 1],
-                &GlossLevelPush { first_slot: level.start, slot_count: level.len() as u32, leaf_count },
+                &GlossLevelPush { first_bin: level.start, bin_count: level.len() as u32, leaf_count },
                 &[
                     ("ChildOffsets", &self.child_offsets),
                     ("Children", &self.children),

@@ -5,10 +5,10 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::frame::gloss::{Gloss, GlossLight, GlossPart, VertexKernels};
+use crate::passes::frame::bin_reads::BinReads;
+use crate::passes::frame::gloss::{Gloss, GlossLight, GlossSpan, VertexKernels};
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::frame::prefix_sum::PrefixSum;
-use crate::passes::frame::slot_reads::SlotReads;
 use crate::passes::precompute::gather_rays::MIN_ENTRY_POINTS;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::{Grid, PixelSurface, View};
@@ -24,9 +24,9 @@ gpu_struct! {
         pub weight: f32,
         /// Unit direction back towards the pixel: octahedral, two 16-bit integers.
         pub direction: u32,
-        /// Slot with the lobe's outgoing flux of the surface there; [`NO_SLOT`]: the flux comes
-        /// from its vertices.
-        pub slot: u32,
+        /// Slot with the lobe's outgoing flux of the surface there; [`NO_GLOSS_BIN`]: the flux
+        /// comes from its vertices.
+        pub gloss_bin: u32,
     }
 }
 
@@ -85,7 +85,7 @@ gpu_struct! {
     /// Push constants of `gloss_hits`.
     pub struct GlossHitsPush {
         /// Vertices of this dispatch.
-        pub part: GlossPart,
+        pub span: GlossSpan,
         /// Pixels of the image.
         pub pixel_count: u32,
         /// Samples of a pixel at most.
@@ -122,8 +122,8 @@ pub const LAYOUTS: &[Layout] = &[
     GlossPixelsPush::LAYOUT,
 ];
 
-/// A ray that reads no slot.
-pub const NO_SLOT: u32 = u32::MAX;
+/// A ray that reads no gloss bin.
+pub const NO_GLOSS_BIN: u32 = u32::MAX;
 /// Rays from each sample (`glsl/include/gloss_rays.glsl`).
 pub const LOBE_RAYS: u32 = 4;
 /// The capacity suffices for all samples if one pixel in `SHARE` is glossy; with more glossy
@@ -215,7 +215,7 @@ impl GlossPixels {
         let wanted = all.div_ceil(SHARE).max(all.min(MIN_ROOM));
         let sample_bytes = u64::from(LOBE_RAYS) * size_of::<GlossRay>() as u64;
         let capacity = wanted.min(context.limits().storage_range_bytes / sample_bytes) as u32;
-        let room = |name, bytes: u64| Buffer::storage(context, name, u64::from(capacity.max(1)) * bytes);
+        let allocate = |name, bytes: u64| Buffer::storage(context, name, u64::from(capacity.max(1)) * bytes);
         Ok(Self {
             mark: Pipeline::new(context, "gloss_mark", &[])?,
             list: Pipeline::new(context, "gloss_list", &[])?,
@@ -232,11 +232,11 @@ impl GlossPixels {
             has_paths,
             offsets: Buffer::storage(context, "gloss offsets", 4 * (u64::from(pixel_count) + 1))?,
             pixels: Buffer::storage(context, "gloss pixels", 4 * u64::from(pixel_count))?,
-            samples: room("gloss samples", size_of::<PixelSurface>() as u64)?,
-            rays: room("gloss rays", sample_bytes)?,
+            samples: allocate("gloss samples", size_of::<PixelSurface>() as u64)?,
+            rays: allocate("gloss rays", sample_bytes)?,
             colours: textures.colours(context, "gloss colours", u64::from(capacity * LOBE_RAYS))?,
-            hits: room("gloss hits", 12)?,
-            highlights: room("highlights", 12)?,
+            hits: allocate("gloss hits", 12)?,
+            highlights: allocate("highlights", 12)?,
             radiance: Buffer::storage(
                 context,
                 "gloss radiance",
@@ -250,7 +250,7 @@ impl GlossPixels {
         &self,
         rec: &mut Recorder,
         scene: &SceneBuffers,
-        (clusters, slots): (&ClusterBuffers, &SlotReads),
+        (clusters, bins): (&ClusterBuffers, &BinReads),
         pixels: &Buffer,
         view: &View,
         seed: u32,
@@ -293,8 +293,8 @@ impl GlossPixels {
                 cluster_bits: self.cluster_bits,
                 min_entry_points: MIN_ENTRY_POINTS,
                 traces: u32::from(self.has_paths),
-                side: slots.directions.side,
-                max_exponent: slots.max_exponent,
+                side: bins.directions.side,
+                max_exponent: bins.max_exponent,
             },
             &scene.textures.after([
                 ("Nodes", &scene.nodes),
@@ -312,8 +312,8 @@ impl GlossPixels {
                 ("GlossRays", &self.rays),
                 ("GlossColours", &self.colours),
                 ("TruncatedLoops", &scene.truncated_loops),
-                ("ReadOffsets", &slots.first),
-                ("SlotReads", &slots.reads),
+                ("ReadOffsets", &bins.first),
+                ("BinReads", &bins.reads),
             ]),
         );
     }
@@ -343,11 +343,11 @@ impl GlossPixels {
         let mut pass = rec.pass(Self::STEM);
         self.sum.record(&mut pass, highlights, capacity, 1.0, &self.highlights);
         for dispatch in gloss.dispatches(due) {
-            let (part, light) = (dispatch.part, |place| dispatch.light(place));
+            let (span, light) = (dispatch.span, |place| dispatch.light(place));
             pass.dispatch(
                 self.meet.of(&dispatch),
                 [capacity, 1, 1],
-                &GlossHitsPush { part, pixel_count, max_samples, capacity, cluster_bits },
+                &GlossHitsPush { span, pixel_count, max_samples, capacity, cluster_bits },
                 &[
                     ("Materials", &scene.materials),
                     ("GlossOffsets", &self.offsets),
@@ -390,7 +390,7 @@ impl GlossPixels {
                 ("GlossRadiance", &self.radiance),
                 ("GlossColours", &self.colours),
                 ("InverseAreas", inverse_areas),
-                ("GlossSlots", &gloss.slots),
+                ("GlossBins", &gloss.bins),
                 ("GlossFluxes", &gloss.fluxes),
             ],
         );

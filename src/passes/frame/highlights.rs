@@ -48,7 +48,7 @@ impl GlossPixels {
         scene: &SceneBuffers,
         light: OneLight<'_>,
         (eye, seed): (Vec3, u32),
-        layer: &Buffer,
+        highlights: &Buffer,
     ) {
         for (first_sample, end_sample) in light.spans() {
             if first_sample > 0 {
@@ -77,7 +77,7 @@ impl GlossPixels {
                     ("GlossOffsets", &self.offsets),
                     ("GlossSamples", &self.samples),
                     ("GlossPixels", &self.pixels),
-                    ("HighlightLayer", layer),
+                    ("LightHighlights", highlights),
                     ("TruncatedLoops", &scene.truncated_loops),
                 ],
             );

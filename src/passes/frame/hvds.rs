@@ -17,10 +17,10 @@ use std::ops::Range;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Push constants of the per-light irradiance buffers.
-    pub struct HvdsLayerPush {
+    /// Push constants of the base level's flux from each light.
+    pub struct HvdsLightPush {
         /// Index of the base level in the list.
-        pub first_place: u32,
+        pub first_listed: u32,
         /// Its listed clusters.
         pub cluster_count: u32,
         /// First contribution of the dispatch.
@@ -36,7 +36,7 @@ gpu_struct! {
     /// Push constants of a coarser level.
     pub struct HvdsLevelPush {
         /// Index of the level in the list.
-        pub first_place: u32,
+        pub first_listed: u32,
         /// Its listed clusters.
         pub cluster_count: u32,
     }
@@ -63,7 +63,7 @@ gpu_struct! {
 gpu_struct! {
     /// Flux that a base cluster receives from one light, per unit of its emission and of the mean
     /// area of an entry point.
-    pub struct ClusterLayer {
+    pub struct LightFlux {
         /// At entry points, in every channel.
         pub direct: f32,
         /// At all other vertices.
@@ -73,11 +73,11 @@ gpu_struct! {
 
 /// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[
-    HvdsLayerPush::LAYOUT,
+    HvdsLightPush::LAYOUT,
     HvdsLevelPush::LAYOUT,
     HvdsResolvePush::LAYOUT,
     ClusterFlux::LAYOUT,
-    ClusterLayer::LAYOUT,
+    LightFlux::LAYOUT,
 ];
 
 /// A light whose irradiance buffer is stale.
@@ -88,8 +88,8 @@ pub struct ClusterLight<'a> {
     /// Outgoing flux after the first bounce, three floats. `None` if no material may be glossy: it
     /// then equals the form factors.
     pub first_bounce: Option<&'a Buffer>,
-    /// `ClusterLayer` of each base cluster.
-    pub layer: &'a Buffer,
+    /// `LightFlux` of each base cluster.
+    pub flux: &'a Buffer,
 }
 
 /// Lights of one dispatch if as many are stale: it reads the contributions once for all of them.
@@ -105,9 +105,9 @@ pub const MIN_VERTICES: u32 = 48;
 /// 000 entry points.
 pub const VERTICES_AROUND: u32 = 16;
 
-/// A cluster with less than 1/`MIN_SHARE` of the minimum is darker than its surroundings and
+/// A cluster with less than 1/`MIN_FRACTION` of the minimum is darker than its surroundings and
 /// is replaced anyway.
-pub const MIN_SHARE: u32 = 4;
+pub const MIN_FRACTION: u32 = 4;
 
 /// Minimum below an inconsistent cluster, whose surface is hidden from the readers: noise is better
 /// than a wrong value there.
@@ -160,7 +160,7 @@ impl ClusterLists {
 
 /// The pipelines, the hierarchy and its flux.
 pub struct Pyramid {
-    layers: [Pipeline; 2],
+    lights: [Pipeline; 2],
     sum: LightSum,
     level: Pipeline,
     resolve: Pipeline,
@@ -187,7 +187,7 @@ impl Pyramid {
     /// Stem of shaders, reference and timing.
     pub const STEM: &str = "hvds";
     /// Timing name of the per-light irradiance buffers.
-    pub const LAYERS_STEM: &str = "hvds_layer";
+    pub const LIGHTS_STEM: &str = "hvds_light";
 
     /// Uploads the hierarchy. `contribution_offsets` holds, for each base cluster, its first
     /// contribution of an entry point and its first one of another vertex; then the end. The area
@@ -213,28 +213,28 @@ impl Pyramid {
                 false => 1.0 / area.max(entry_area_m2),
             })
             .collect();
-        let runs = contribution_ranges(hvds, contribution_offsets);
+        let ranges = contribution_ranges(hvds, contribution_offsets);
         // No pass writes the clusters without readers.
         let dark = vec![Vec3::ZERO; hvds.cluster_count() as usize];
-        let layers = |lights| {
+        let lights = |lights| {
             let constants = [("LIGHTS", lights as u32), ("IS_GLOSSY", u32::from(is_glossy))];
-            Pipeline::new(context, Self::LAYERS_STEM, &constants)
+            Pipeline::new(context, Self::LIGHTS_STEM, &constants)
         };
         Ok(Self {
-            layers: [layers(1)?, layers(LIGHTS)?],
+            lights: [lights(1)?, lights(LIGHTS)?],
             sum: LightSum::of_clusters(context)?,
             level: Pipeline::new(context, "hvds_level", &[])?,
             resolve: Pipeline::new(context, "hvds_resolve", &[])?,
             base_count: hvds.levels[0].len() as u32,
-            max_contributions: contributions_at_once(&runs),
+            max_contributions: contributions_at_once(&ranges),
             entry_area_m2,
-            contribution_ranges: Buffer::from_slice(context, "contribution runs", &runs)?,
+            contribution_ranges: Buffer::from_slice(context, "contribution ranges", &ranges)?,
             child_offsets: Buffer::from_slice(context, "child offsets", &hvds.child_offsets)?,
             inverse_areas: Buffer::from_slice(context, "inverse areas", &inverse_areas)?,
             indirect_sources: Buffer::from_slice(
                 context,
                 "indirect sources",
-                &indirect_sources(hvds, &runs, MIN_VERTICES),
+                &indirect_sources(hvds, &ranges, MIN_VERTICES),
             )?,
             flux: Buffer::from_slice(context, "cluster flux", &[&dark[..], &dark].concat())?,
             irradiance: Buffer::from_slice(context, "cluster irradiance", &dark)?,
@@ -256,21 +256,21 @@ impl Pyramid {
     ) -> Result<()> {
         let mut is_inconsistent = vec![false; hvds.cluster_count() as usize];
         inconsistent.into_iter().for_each(|cluster| is_inconsistent[cluster as usize] = true);
-        let runs: Vec<ContributionRange> = self.contribution_ranges.read()?;
+        let ranges: Vec<ContributionRange> = self.contribution_ranges.read()?;
         let least = [MIN_VERTICES, MIN_VERTICES_APART];
-        self.indirect_sources.write(&consistent_sources(hvds, &runs, least, &is_inconsistent))?;
+        self.indirect_sources.write(&consistent_sources(hvds, &ranges, least, &is_inconsistent))?;
         let dark = vec![Vec3::ZERO; (hvds.cluster_count() + proxy_count) as usize];
         self.irradiance = Buffer::from_slice(context, "cluster irradiance", &dark)?;
         Ok(())
     }
 
-    /// Allocates `part_count` near-field patches behind the irradiance of clusters and proxies.
+    /// Allocates `patch_count` near-field patches behind the irradiance of clusters and proxies.
     ///
     /// # Errors
     /// The device lacks memory.
-    pub fn make_room_for_parts(&mut self, context: &Arc<Context>, part_count: u32) -> Result<()> {
-        if part_count > 0 {
-            let bytes = self.irradiance.bytes() + 12 * u64::from(part_count);
+    pub fn make_room_for_patches(&mut self, context: &Arc<Context>, patch_count: u32) -> Result<()> {
+        if patch_count > 0 {
+            let bytes = self.irradiance.bytes() + 12 * u64::from(patch_count);
             self.irradiance = Buffer::storage(context, "cluster irradiance", bytes)?;
         }
         Ok(())
@@ -281,40 +281,40 @@ impl Pyramid {
     ///
     /// # Errors
     /// The device lacks memory.
-    pub fn layer(context: &Arc<Context>, base_count: u32) -> Result<Buffer> {
-        let dark = ClusterLayer { direct: 0.0, indirect: Vec3::ZERO };
-        Buffer::from_slice(context, "cluster layer", &vec![dark; base_count as usize])
+    pub fn new_light_flux(context: &Arc<Context>, base_count: u32) -> Result<Buffer> {
+        let dark = LightFlux { direct: 0.0, indirect: Vec3::ZERO };
+        Buffer::from_slice(context, "light flux", &vec![dark; base_count as usize])
     }
 
-    /// Number of base clusters: the length of a per-light irradiance buffer.
+    /// Number of base clusters: the length of a light's [`LightFlux`] buffer.
     pub fn base_count(&self) -> u32 {
         self.base_count
     }
 
     /// Sums the base level for each stale light.
-    pub fn record_layers(
+    pub fn record_lights(
         &self,
         rec: &mut Recorder,
         due: &[ClusterLight<'_>],
         contributions: &SplitBuffer,
         lists: &ClusterLists,
     ) {
-        let mut pass = rec.pass(Self::LAYERS_STEM);
+        let mut pass = rec.pass(Self::LIGHTS_STEM);
         let base = &lists.levels[0];
-        let [one, four] = &self.layers;
+        let [one, four] = &self.lights;
         let groups = due.chunks_exact(LIGHTS);
         let single = groups.remainder().chunks(1).map(|light| (one, light));
         for (pipeline, lights) in groups.map(|lights| (four, lights)).chain(single) {
             let light = |place: usize| lights.get(place).unwrap_or(&lights[0]);
             // If nothing is glossy, no pass reads it.
             let first_bounce = |place: usize| light(place).first_bounce.unwrap_or(light(place).factors);
-            for (part, items) in contributions.spans(self.max_contributions) {
-                let push = HvdsLayerPush {
-                    first_place: base.start,
+            for (chunk, items) in contributions.spans(self.max_contributions) {
+                let push = HvdsLightPush {
+                    first_listed: base.start,
                     cluster_count: base.len() as u32,
                     first_contribution: items.start,
                     end_contribution: items.end,
-                    first_bound: part.items.start,
+                    first_bound: chunk.items.start,
                 };
                 if items.start > 0 {
                     pass.barrier(COMPUTE_TO_COMPUTE);
@@ -333,29 +333,29 @@ impl Pyramid {
                         ("FirstBounce2", first_bounce(2)),
                         ("FirstBounce3", first_bounce(3)),
                         ("ContributionRanges", &self.contribution_ranges),
-                        ("Contributions", &part.buffer),
+                        ("Contributions", &chunk.buffer),
                         ("SummedClusters", &lists.summed),
-                        ("Layer0", light(0).layer),
-                        ("Layer1", light(1).layer),
-                        ("Layer2", light(2).layer),
-                        ("Layer3", light(3).layer),
+                        ("LightFlux0", light(0).flux),
+                        ("LightFlux1", light(1).flux),
+                        ("LightFlux2", light(2).flux),
+                        ("LightFlux3", light(3).flux),
                     ],
                 );
             }
         }
     }
 
-    /// Sums the base level over the per-light irradiance buffers, weighted by the emissions, in
+    /// Sums the base level's flux over the lights, weighted by the emissions, in
     /// order. Then sums the coarser levels and divides by area.
-    pub fn record_sum(&self, rec: &mut Recorder, layers: &[(Vec3, &Buffer)], lists: &ClusterLists) {
+    pub fn record_sum(&self, rec: &mut Recorder, of_lights: &[(Vec3, &Buffer)], lists: &ClusterLists) {
         let mut pass = rec.pass(Self::STEM);
-        self.sum.record(&mut pass, layers, self.base_count, self.entry_area_m2, &self.flux);
+        self.sum.record(&mut pass, of_lights, self.base_count, self.entry_area_m2, &self.flux);
         for level in lists.levels[1..].iter().filter(|level| !level.is_empty()) {
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch(
                 &self.level,
                 [level.len() as u32, 1, 1],
-                &HvdsLevelPush { first_place: level.start, cluster_count: level.len() as u32 },
+                &HvdsLevelPush { first_listed: level.start, cluster_count: level.len() as u32 },
                 &[
                     ("ChildOffsets", &self.child_offsets),
                     ("ClusterFluxes", &self.flux),
@@ -383,47 +383,47 @@ impl Pyramid {
 /// cluster, its first contribution of an entry point and its first one of another vertex; then the
 /// end. An unweighted cluster has the range of its cluster.
 pub fn contribution_ranges(hvds: &Hvds, contribution_offsets: &[u32]) -> Vec<ContributionRange> {
-    let run = |first: &[u32]| ContributionRange {
+    let range = |first: &[u32]| ContributionRange {
         first: first[0],
         first_other: first[1],
         end: first[2],
         is_unweighted: 0,
     };
-    let mut runs: Vec<ContributionRange> = contribution_offsets.windows(3).step_by(2).map(run).collect();
+    let mut ranges: Vec<ContributionRange> = contribution_offsets.windows(3).step_by(2).map(range).collect();
     for (cluster, &unweighted) in
         hvds.unweighted.iter().enumerate().filter(|(_, unweighted)| **unweighted != NO_CLUSTER)
     {
-        runs[unweighted as usize] = ContributionRange { is_unweighted: 1, ..runs[cluster] };
+        ranges[unweighted as usize] = ContributionRange { is_unweighted: 1, ..ranges[cluster] };
     }
-    runs
+    ranges
 }
 
 /// Maximum number of contributions of one dispatch: all, unless some cluster has too many for
 /// one invocation. If a scene fills a small part of its box, few clusters hold nearly all
 /// contributions, and lavapipe (Mesa 22.3.6) silently ends all loops of an invocation after
 /// 65 535 iterations.
-fn contributions_at_once(runs: &[ContributionRange]) -> u32 {
+fn contributions_at_once(ranges: &[ContributionRange]) -> u32 {
     const MAX: u32 = 1 << 15;
-    if runs.iter().any(|run| run.end - run.first > MAX) { MAX } else { u32::MAX }
+    if ranges.iter().any(|range| range.end - range.first > MAX) { MAX } else { u32::MAX }
 }
 
 /// For each cluster, the smallest enclosing one with at least `least` expected path vertices that
 /// are no entry points. No cluster counts as inconsistent.
-pub fn indirect_sources(hvds: &Hvds, runs: &[ContributionRange], least: u32) -> Vec<u32> {
-    consistent_sources(hvds, runs, [least; 2], &vec![false; hvds.cluster_count() as usize])
+pub fn indirect_sources(hvds: &Hvds, ranges: &[ContributionRange], least: u32) -> Vec<u32> {
+    consistent_sources(hvds, ranges, [least; 2], &vec![false; hvds.cluster_count() as usize])
 }
 
 /// As [`indirect_sources`], but for children of inconsistent clusters the lower
 /// minimum `min_apart` suffices.
 pub fn consistent_sources(
     hvds: &Hvds,
-    runs: &[ContributionRange],
+    ranges: &[ContributionRange],
     [least, min_apart]: [u32; 2],
     is_inconsistent: &[bool],
 ) -> Vec<u32> {
     let mut counts = vec![0; hvds.cluster_count() as usize];
-    for (count, run) in counts.iter_mut().zip(runs) {
-        *count = run.end - run.first_other;
+    for (count, range) in counts.iter_mut().zip(ranges) {
+        *count = range.end - range.first_other;
     }
     for cluster in 0..counts.len() {
         if hvds.parents[cluster] != NO_CLUSTER {
@@ -445,7 +445,7 @@ pub fn consistent_sources(
         // The expected count: the enclosing cluster's count times the area fraction.
         let [area_m2, area_around_m2] = [cluster, around].map(|cluster| f64::from(hvds.areas_m2[cluster]));
         let is_expected = f64::from(counts[around]) * area_m2 >= f64::from(least) * area_around_m2;
-        if !is_expected || MIN_SHARE * counts[cluster] < least {
+        if !is_expected || MIN_FRACTION * counts[cluster] < least {
             sources[cluster] = sources[parent as usize];
         }
     }

@@ -1,5 +1,5 @@
 //! Sums of the lights' buffers, weighted by the emissions: a change of colour traces no ray. In: a
-//! buffer (row) for each light, per unit emission. Out: sums.
+//! buffer for each light, per unit emission. Out: sums.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -10,23 +10,23 @@ use std::sync::Arc;
 
 gpu_struct! {
     pub struct LightSumPush {
-        /// Values of a row.
+        /// Values of a light.
         pub count: u32,
         /// 1: adds to the sums so far; 0: starts from zero.
         pub adds: u32,
-        /// Stride of the values of a row; 0 if no light is active.
+        /// Stride of the values of a light; 0 if no light is active.
         pub step: u32,
         /// Factor of the whole sum.
         pub scale: f32,
-        /// Emission of the first row's light.
+        /// Emission of the first light.
         pub emission_0: Vec3,
-        /// Emission of the second row's light; zero for an unused row.
+        /// Emission of the second light; zero for an unused one.
         pub emission_1: Vec3,
         /// Emission of the third.
         pub emission_2: Vec3,
         /// Emission of the fourth.
         pub emission_3: Vec3,
-        /// Emission of the fifth; unused, like the following ones, with up to four rows.
+        /// Emission of the fifth; unused, like the following ones, with up to four lights.
         pub emission_4: Vec3,
         /// Emission of the sixth.
         pub emission_5: Vec3,
@@ -40,18 +40,18 @@ gpu_struct! {
 /// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[LightSumPush::LAYOUT];
 
-/// Numbers of rows that one dispatch reads. Unused rows cost reads, but further dispatches would
+/// Numbers of lights that one dispatch sums. Unused ones cost reads, but further dispatches would
 /// pass the sums through memory.
-const ROWS: [usize; 4] = [1, 2, 4, 8];
+const LIGHTS: [usize; 4] = [1, 2, 4, 8];
 
 /// Values that a workgroup sums.
 pub const GROUP_VALUES: u32 = 64;
 
 /// Pipelines that sum the buffers of lights.
 pub struct LightSum {
-    pipelines: [Pipeline; ROWS.len()],
-    /// The row for a scene without active light: one dark value.
-    no_row: Buffer,
+    pipelines: [Pipeline; LIGHTS.len()],
+    /// The buffer for a scene without active light: one dark value.
+    dark: Buffer,
 }
 
 impl LightSum {
@@ -66,7 +66,7 @@ impl LightSum {
         Self::with_shader(context, Self::STEM)
     }
 
-    /// Prepares sums of `ClusterLayer`s, which yield `ClusterFlux`es.
+    /// Prepares sums of `LightFlux`s, which yield `ClusterFlux`es.
     ///
     /// # Errors
     /// A Vulkan call failed.
@@ -83,25 +83,25 @@ impl LightSum {
     }
 
     fn with_shader(context: &Arc<Context>, shader: &'static str) -> Result<Self> {
-        let pipeline = |rows: usize| Pipeline::new(context, shader, &[("ROWS", rows as u32)]);
-        let [one, two, four, eight] = ROWS.map(pipeline);
+        let pipeline = |lights: usize| Pipeline::new(context, shader, &[("LIGHTS", lights as u32)]);
+        let [one, two, four, eight] = LIGHTS.map(pipeline);
         // As large as the largest value.
-        let no_row = Buffer::from_slice(context, "no row", &[0.0_f32; 4])?;
-        Ok(Self { pipelines: [one?, two?, four?, eight?], no_row })
+        let dark = Buffer::from_slice(context, "no light", &[0.0_f32; 4])?;
+        Ok(Self { pipelines: [one?, two?, four?, eight?], dark })
     }
 
-    /// Sums the first `count` values of every row, in order, each times its light's emission, and
-    /// scales the sum; it is zero without rows. Records into an open pass with barriers between
+    /// Sums the first `count` values of every light, in order, each times its emission, and
+    /// scales the sum; it is zero without lights. Records into an open pass with barriers between
     /// its own dispatches.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,
-        rows: &[(Vec3, &Buffer)],
+        lights: &[(Vec3, &Buffer)],
         count: u32,
         scale: f32,
         sums: &Buffer,
     ) {
-        self.record_counted(pass, rows, (count, None), scale, sums);
+        self.record_counted(pass, lights, (count, None), scale, sums);
     }
 
     /// As [`Self::record`], of at most `count` values. If `counted` is given, the device has stored
@@ -109,18 +109,18 @@ impl LightSum {
     pub fn record_counted(
         &self,
         pass: &mut PassScope<'_>,
-        rows: &[(Vec3, &Buffer)],
+        lights: &[(Vec3, &Buffer)],
         (count, counted): (u32, Option<(&Buffer, u64)>),
         scale: f32,
         sums: &Buffer,
     ) {
-        let no_rows = [(Vec3::ZERO, &self.no_row)];
-        let (rows, step) = if rows.is_empty() { (&no_rows[..], 0) } else { (rows, 1) };
-        let most = ROWS[ROWS.len() - 1];
-        let groups = rows.len().div_ceil(most);
-        for (group, rows) in rows.chunks(most).enumerate() {
-            let emission = |place: usize| rows.get(place).map_or(Vec3::ZERO, |row| row.0);
-            let row = |place: usize| rows.get(place).unwrap_or(&rows[0]).1;
+        let dark_lights = [(Vec3::ZERO, &self.dark)];
+        let (lights, step) = if lights.is_empty() { (&dark_lights[..], 0) } else { (lights, 1) };
+        let most = LIGHTS[LIGHTS.len() - 1];
+        let groups = lights.len().div_ceil(most);
+        for (group, lights) in lights.chunks(most).enumerate() {
+            let emission = |place: usize| lights.get(place).map_or(Vec3::ZERO, |light| light.0);
+            let light = |place: usize| lights.get(place).unwrap_or(&lights[0]).1;
             let push = LightSumPush {
                 count,
                 adds: u32::from(group > 0),
@@ -138,16 +138,16 @@ impl LightSum {
             if group > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
-            let pipeline = &self.pipelines[ROWS.partition_point(|&fewer| fewer < rows.len())];
+            let pipeline = &self.pipelines[LIGHTS.partition_point(|&fewer| fewer < lights.len())];
             let bindings = [
-                ("Row0", row(0)),
-                ("Row1", row(1)),
-                ("Row2", row(2)),
-                ("Row3", row(3)),
-                ("Row4", row(4)),
-                ("Row5", row(5)),
-                ("Row6", row(6)),
-                ("Row7", row(7)),
+                ("Light0", light(0)),
+                ("Light1", light(1)),
+                ("Light2", light(2)),
+                ("Light3", light(3)),
+                ("Light4", light(4)),
+                ("Light5", light(5)),
+                ("Light6", light(6)),
+                ("Light7", light(7)),
                 ("LightSums", sums),
             ];
             match counted {

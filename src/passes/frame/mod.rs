@@ -1,6 +1,7 @@
 //! Passes of a frame.
 
 pub mod antialias;
+pub mod bin_reads;
 pub mod blend;
 pub mod cluster_proxies;
 pub mod compose;
@@ -22,7 +23,6 @@ pub mod pixel_colours;
 pub mod prefix_sum;
 pub mod primary;
 pub mod shafts;
-pub mod slot_reads;
 pub mod splat;
 mod splat_capacity;
 pub mod tile_sort;

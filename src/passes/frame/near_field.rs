@@ -38,7 +38,7 @@ pub const LAYOUTS: &[Layout] = &[NearCluster::LAYOUT, NearFieldPush::LAYOUT];
 pub struct NearField {
     pipeline: Pipeline,
     clusters: (Buffer, u32),
-    parts: (Buffer, u32),
+    patches: (Buffer, u32),
 }
 
 impl NearField {
@@ -49,17 +49,17 @@ impl NearField {
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, clusters: &[NearCluster], parts: &[NearCluster]) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, clusters: &[NearCluster], patches: &[NearCluster]) -> Result<Self> {
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
             clusters: (Buffer::from_slice(context, "near clusters", clusters)?, clusters.len() as u32),
-            parts: (Buffer::from_slice(context, "near patches", parts)?, parts.len() as u32),
+            patches: (Buffer::from_slice(context, "near patches", patches)?, patches.len() as u32),
         })
     }
 
     /// Number of near-field patches.
-    pub fn part_count(&self) -> u32 {
-        self.parts.1
+    pub fn patch_count(&self) -> u32 {
+        self.patches.1
     }
 
     /// Minimum number of bytes that a frame moves: the patches before there are records, then in
@@ -69,8 +69,8 @@ impl NearField {
         let light = size_of::<Vec3>() as u64;
         let from_record = listed + (size_of::<Record>() + size_of::<ClusterFlux>() + 4) as u64 + light;
         let from_cluster = listed + 2 * light;
-        let taken: u64 = rounds.map(|parts| u64::from(self.clusters.1 + parts)).sum();
-        from_cluster * u64::from(self.parts.1) + from_record * taken
+        let taken: u64 = rounds.map(|patches| u64::from(self.clusters.1 + patches)).sum();
+        from_cluster * u64::from(self.patches.1) + from_record * taken
     }
 
     /// Overwrites the irradiance of the clusters in the list.
@@ -81,9 +81,15 @@ impl NearField {
 
     /// Writes the irradiance of the first `count` patches; that of their clusters if `records` is
     /// `None`. A barrier follows.
-    pub fn record_parts(&self, rec: &mut Recorder, pyramid: &Pyramid, records: Option<&Buffer>, count: u32) {
+    pub fn record_patches(
+        &self,
+        rec: &mut Recorder,
+        pyramid: &Pyramid,
+        records: Option<&Buffer>,
+        count: u32,
+    ) {
         if count > 0 {
-            self.record_list(rec, &self.parts.0, count, pyramid, records);
+            self.record_list(rec, &self.patches.0, count, pyramid, records);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
     }

@@ -205,24 +205,24 @@ impl NearLights {
         let hits: Vec<_> = hits.into_iter().filter(|hit| hit.0 < reach).collect();
         let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
         let places = hits.iter().map(|hit| (hit.2, normal(hit.1)));
-        let (rooms, rooms_ms) = self.rooms((rays, scene), spacing, places)?;
-        let height = rooms.iter().copied().fold(OVER * spacing, f32::min);
+        let (clearances, clearances_ms) = self.clearances((rays, scene), spacing, places)?;
+        let height = clearances.iter().copied().fold(OVER * spacing, f32::min);
         let (seen, seen_ms) = self.seen((rays, scene), light_position, &around, height)?;
         let mut added = vec![0.0_f64; around.len()];
-        let mut shares = Vec::new();
-        for (&(distance, side, place, flux), room) in hits.iter().zip(rooms) {
+        let mut fractions = Vec::new();
+        for (&(distance, side, place, flux), clearance) in hits.iter().zip(clearances) {
             let normal = normal(side);
-            shares.clear();
-            shares.extend(seen.iter().filter_map(|&index| {
+            fractions.clear();
+            fractions.extend(seen.iter().filter_map(|&index| {
                 let point = around[index as usize];
                 let off = point.position.distance_squared(place) / (SHARED * spacing).powi(2);
-                let is_level = (point.position - place).dot(normal).abs() < room;
+                let is_level = (point.position - place).dot(normal).abs() < clearance;
                 let is_near = off < 1.0 && is_level && point.normal.dot(normal) > ALIKE;
                 is_near.then(|| (index, f64::from((1.0 - off) * point.area_m2)))
             }));
-            let all: f64 = shares.iter().map(|share| share.1).sum();
-            for &(index, share) in &shares {
-                added[index as usize] += share / all * f64::from(by_rays(distance) * flux);
+            let all: f64 = fractions.iter().map(|fraction| fraction.1).sum();
+            for &(index, fraction) in &fractions {
+                added[index as usize] += fraction / all * f64::from(by_rays(distance) * flux);
             }
         }
         let factor = |(point, added): (&&Point, f64)| {
@@ -235,12 +235,12 @@ impl NearLights {
         };
         let mut factors: Vec<NearFactor> = around.iter().zip(added).map(factor).collect();
         factors.retain(|factor| factor.kept != 1.0 || factor.added != 0.0);
-        Ok((factors, lamp_ms + rooms_ms + seen_ms))
+        Ok((factors, lamp_ms + clearances_ms + seen_ms))
     }
 
     /// Height above and below each hit, metres, within which points count as its surface; and
     /// device time, milliseconds.
-    fn rooms(
+    fn clearances(
         &self,
         (rays, scene): (&Rays, &SceneBuffers),
         spacing: f32,
@@ -252,8 +252,8 @@ impl NearLights {
         };
         let (answers, ms) = rays.trace_timed(scene, &places.map(up).collect::<Vec<_>>())?;
         let most = OVER * spacing;
-        let room = |t: f32| if t < 0.0 { most } else { (0.5 * (t + OFF * spacing)).min(most) };
-        Ok((answers.iter().map(|answer| room(answer.t)).collect(), ms))
+        let clearance = |t: f32| if t < 0.0 { most } else { (0.5 * (t + OFF * spacing)).min(most) };
+        Ok((answers.iter().map(|answer| clearance(answer.t)).collect(), ms))
     }
 
     /// Entry points that see the light from `height` above their surface; a wall between them and

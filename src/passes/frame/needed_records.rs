@@ -34,7 +34,7 @@ gpu_struct! {
     pub struct NeededListPush {
         pub record_count: u32,
         /// Records of one buffer of the table of gather rays.
-        pub rows_per_part: u32,
+        pub records_per_chunk: u32,
     }
 }
 
@@ -60,15 +60,15 @@ impl RecordList {
     pub fn fixed(
         context: &Arc<Context>,
         record_count: u32,
-        rows_per_part: u32,
+        records_per_chunk: u32,
         records: &[u32],
     ) -> Result<Self> {
         let before = |end: u32| records.partition_point(|&record| record < end) as u32;
         let offsets: Vec<u32> = (0..=record_count).map(before).collect();
-        let firsts = (0..record_count).step_by(rows_per_part.max(1) as usize);
+        let firsts = (0..record_count).step_by(records_per_chunk.max(1) as usize);
         let tuning = context.tuning();
         let groups = firsts.flat_map(|first| {
-            tuning.swizzled(tuning.record_groups(before(first + rows_per_part) - before(first)))
+            tuning.swizzled(tuning.record_groups(before(first + records_per_chunk) - before(first)))
         });
         Ok(Self {
             offsets: Buffer::from_slice(context, "record offsets", &offsets)?,
@@ -81,8 +81,8 @@ impl RecordList {
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub fn all(context: &Arc<Context>, record_count: u32, rows_per_part: u32) -> Result<Self> {
-        Self::fixed(context, record_count, rows_per_part, &(0..record_count).collect::<Vec<_>>())
+    pub fn all(context: &Arc<Context>, record_count: u32, records_per_chunk: u32) -> Result<Self> {
+        Self::fixed(context, record_count, records_per_chunk, &(0..record_count).collect::<Vec<_>>())
     }
 }
 
@@ -104,7 +104,7 @@ pub struct NeededRecords {
     compact: Pipeline,
     sums: PrefixSum,
     record_count: u32,
-    rows_per_part: u32,
+    records_per_chunk: u32,
     /// One for records that splat weights use; zero for others.
     pub is_seen: Buffer,
     /// One for records that were listed since they became stale.
@@ -117,12 +117,12 @@ impl NeededRecords {
     /// Stem of reference and timing.
     pub const STEM: &str = "needed_records";
 
-    /// Allocates lists of `record_count` records, with `rows_per_part` in each buffer of the table
-    /// of gather rays.
+    /// Allocates lists of `record_count` records, with `records_per_chunk` in each buffer of the
+    /// table of gather rays.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, record_count: u32, rows_per_part: u32) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, record_count: u32, records_per_chunk: u32) -> Result<Self> {
         let none = vec![0_u32; record_count as usize];
         Ok(Self {
             mark: Pipeline::new(context, "needed_mark", &[])?,
@@ -130,10 +130,10 @@ impl NeededRecords {
             compact: Pipeline::new(context, "needed_list", &[])?,
             sums: PrefixSum::new(context, record_count)?,
             record_count,
-            rows_per_part,
+            records_per_chunk,
             is_seen: Buffer::from_slice(context, "seen records", &none)?,
             is_current: Buffer::from_slice(context, "current records", &none)?,
-            list: RecordList::all(context, record_count, rows_per_part)?,
+            list: RecordList::all(context, record_count, records_per_chunk)?,
         })
     }
 
@@ -151,12 +151,13 @@ impl NeededRecords {
         }
         pass.barrier(TRANSFER_TO_COMPUTE);
         if request.view_is_new {
-            let ([weight_runs, weights], [pixel_count, weight_capacity]) = (splat.lists(), splat.capacity());
+            let ([weight_ranges, weights], [pixel_count, weight_capacity]) =
+                (splat.lists(), splat.capacity());
             pass.dispatch(
                 &self.mark,
                 [pixel_count, 1, 1],
                 &NeededMarkPush { pixel_count, weight_capacity },
-                &[("WeightRuns", weight_runs), ("Weights", weights), ("IsSeen", &self.is_seen)],
+                &[("WeightRanges", weight_ranges), ("Weights", weights), ("IsSeen", &self.is_seen)],
             );
             pass.barrier(COMPUTE_TO_COMPUTE);
         }
@@ -179,7 +180,7 @@ impl NeededRecords {
         pass.dispatch(
             &self.compact,
             [record_count, 1, 1],
-            &NeededListPush { record_count, rows_per_part: self.rows_per_part },
+            &NeededListPush { record_count, records_per_chunk: self.records_per_chunk },
             &[
                 ("RecordOffsets", offsets),
                 ("ListedRecords", listed),

@@ -7,7 +7,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, Pipeline, Recorder, SplitBuffer, SplitPart};
+use crate::gpu::{Buffer, Chunk, Context, Pipeline, Recorder, SplitBuffer};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::has_textures;
 use crate::types::Contribution;
@@ -25,7 +25,7 @@ gpu_struct! {
         /// cosθ/(π·pdf) over the survival probability.
         pub weight: f32,
         /// Index of the vertex's contribution.
-        pub slot: u32,
+        pub contribution: u32,
     }
 }
 
@@ -48,8 +48,8 @@ gpu_struct! {
         pub first_block: u32,
         pub end_block: u32,
         /// First index of the bound buffer of the contributions.
-        pub first_slot: u32,
-        pub end_slot: u32,
+        pub first_contribution: u32,
+        pub end_contribution: u32,
     }
 }
 
@@ -71,8 +71,8 @@ gpu_struct! {
         pub first_block: u32,
         pub end_block: u32,
         /// First index of the bound buffer of the contributions.
-        pub first_slot: u32,
-        pub end_slot: u32,
+        pub first_contribution: u32,
+        pub end_contribution: u32,
     }
 }
 
@@ -136,14 +136,14 @@ impl PathScan {
         let max_contributions =
             if lobes.is_empty() { SplitBuffer::longest::<Contribution>(context) } else { u32::MAX };
         let max_blocks = SplitBuffer::longest::<PathStep>(context) / BLOCK_STEPS;
-        Self::in_parts(context, steps, colours, lobes, contributions, [max_blocks, max_contributions])
+        Self::in_chunks(context, steps, colours, lobes, contributions, [max_blocks, max_contributions])
     }
 
     /// As [`Self::new`], with at most that many blocks of steps, and contributions, in each buffer.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn in_parts(
+    pub fn in_chunks(
         context: &Arc<Context>,
         steps: &[PathStep],
         colours: &[u32],
@@ -184,7 +184,7 @@ impl PathScan {
 
     /// Bytes of the steps, and of their lobes and colours together; a scan reads the latter once.
     pub fn step_bytes(&self) -> [u64; 2] {
-        let bytes = |parts: &Option<SplitBuffer>| parts.as_ref().map_or(0, SplitBuffer::bytes);
+        let bytes = |list: &Option<SplitBuffer>| list.as_ref().map_or(0, SplitBuffer::bytes);
         [self.steps.bytes(), bytes(&self.lobes) + bytes(&self.colours)]
     }
 
@@ -194,10 +194,10 @@ impl PathScan {
     /// The device failed.
     pub fn steps_of(&self, path: u32) -> Result<Vec<PathStep>> {
         let (mut heads, mut found) = (0, Vec::new());
-        for part in self.steps.iter() {
-            let count = part.items.len();
+        for chunk in self.steps.iter() {
+            let count = chunk.items.len();
             for first in (0..count).step_by(STEPS_AT_A_TIME) {
-                for step in part.buffer.read_range::<PathStep>(first, STEPS_AT_A_TIME.min(count - first))? {
+                for step in chunk.buffer.read_range::<PathStep>(first, STEPS_AT_A_TIME.min(count - first))? {
                     heads += u64::from(step.material == HEAD);
                     if heads > u64::from(path) + 1 {
                         return Ok(found);
@@ -211,13 +211,13 @@ impl PathScan {
         Ok(found)
     }
 
-    /// Scans all paths again, or the given parts of the vertex array. The other parts
+    /// Scans all paths again, or the given ranges of the vertex array. The other ranges
     /// keep their bits.
-    pub fn record(&self, rec: &mut Recorder, materials: &Buffer, parts: Option<&[Range<u32>]>) {
+    pub fn record(&self, rec: &mut Recorder, materials: &Buffer, stale: Option<&[Range<u32>]>) {
         let step_count = self.step_count;
         let block_count = step_count.div_ceil(BLOCK_STEPS);
         let all = 0..step_count;
-        let ranges = blocks_of(parts.unwrap_or(std::slice::from_ref(&all)));
+        let ranges = blocks_of(stale.unwrap_or(std::slice::from_ref(&all)));
         let bound = self.bound(&ranges);
         let mut pass = rec.pass(Self::STEM);
         for (index, Bound { blocks, steps, lobes, colours, contributions }) in bound.iter().enumerate() {
@@ -234,8 +234,8 @@ impl PathScan {
                     first_step: steps.items.start,
                     first_block: blocks.start,
                     end_block: blocks.end,
-                    first_slot: contributions.items.start,
-                    end_slot: contributions.items.end,
+                    first_contribution: contributions.items.start,
+                    end_contribution: contributions.items.end,
                 },
                 &[
                     ("Materials", materials),
@@ -264,8 +264,8 @@ impl PathScan {
                     first_step: steps.items.start,
                     first_block: blocks.start,
                     end_block: blocks.end,
-                    first_slot: contributions.items.start,
-                    end_slot: contributions.items.end,
+                    first_contribution: contributions.items.start,
+                    end_contribution: contributions.items.end,
                 },
                 &[
                     ("Steps", &steps.buffer),
@@ -306,23 +306,23 @@ impl PathScan {
 /// Bindings of a dispatch.
 struct Bound<'a> {
     blocks: Range<u32>,
-    steps: &'a SplitPart,
+    steps: &'a Chunk,
     /// Unused if nothing is glossy.
     lobes: &'a Buffer,
     /// Unused in scenes without images.
     colours: &'a Buffer,
-    contributions: &'a SplitPart,
+    contributions: &'a Chunk,
 }
 
-/// The blocks of these steps, in as few ranges as possible. The parts are in ascending order.
-fn blocks_of(parts: &[Range<u32>]) -> Vec<Range<u32>> {
-    let mut runs: Vec<Range<u32>> = Vec::new();
-    for part in parts.iter().filter(|part| !part.is_empty()) {
-        let blocks = part.start / BLOCK_STEPS..part.end.div_ceil(BLOCK_STEPS);
-        match runs.last_mut() {
+/// The blocks of these steps, in as few ranges as possible. The ranges are in ascending order.
+fn blocks_of(ranges: &[Range<u32>]) -> Vec<Range<u32>> {
+    let mut found: Vec<Range<u32>> = Vec::new();
+    for range in ranges.iter().filter(|range| !range.is_empty()) {
+        let blocks = range.start / BLOCK_STEPS..range.end.div_ceil(BLOCK_STEPS);
+        match found.last_mut() {
             Some(last) if blocks.start <= last.end => last.end = last.end.max(blocks.end),
-            _ => runs.push(blocks),
+            _ => found.push(blocks),
         }
     }
-    runs
+    found
 }

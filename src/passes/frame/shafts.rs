@@ -93,11 +93,12 @@ impl Shafts {
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, batch_count: u32) -> Result<Self> {
-        let room = |name, bytes: usize| Buffer::storage(context, name, u64::from(batch_count) * bytes as u64);
+        let allocate =
+            |name, bytes: usize| Buffer::storage(context, name, u64::from(batch_count) * bytes as u64);
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
-            batches: room("point batches", size_of::<PointBatch>())?,
-            roots: room("shaft roots", 4 * SHAFT_WORDS as usize)?,
+            batches: allocate("point batches", size_of::<PointBatch>())?,
+            roots: allocate("shaft roots", 4 * SHAFT_WORDS as usize)?,
             list: Buffer::storage(context, "shaft list", 4 * (4 + u64::from(batch_count)))?,
             batch_count,
         })

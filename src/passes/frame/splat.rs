@@ -36,7 +36,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// The segment of weights that belongs to a pixel.
-    pub struct WeightRun {
+    pub struct WeightRange {
         pub first: u32,
         /// One past the last, which may exceed the capacity.
         pub end: u32,
@@ -133,7 +133,7 @@ gpu_struct! {
 pub const LAYOUTS: &[Layout] = &[
     PixelRectangle::LAYOUT,
     SplatWeight::LAYOUT,
-    WeightRun::LAYOUT,
+    WeightRange::LAYOUT,
     SplatTally::LAYOUT,
     TileBox::LAYOUT,
     SplatBoxesPush::LAYOUT,
@@ -169,7 +169,7 @@ pub struct Splat {
     block_boxes: Buffer,
     rectangles: Buffer,
     pub(super) pair_offsets: Buffer,
-    pub(super) weight_runs: Buffer,
+    pub(super) weight_ranges: Buffer,
     pub(super) weights: Buffer,
     pub(super) weight_capacity: u32,
     pub(super) tally: Buffer,
@@ -200,7 +200,7 @@ impl Splat {
         let tile_count = size.map(|pixels| u64::from(pixels.div_ceil(TILE))).iter().product::<u64>();
         // Zero counts before the first view.
         let no_pairs = vec![0_u32; record_count as usize + 1];
-        let no_weights = vec![WeightRun::zeroed(); pixel_count as usize];
+        let no_weights = vec![WeightRange::zeroed(); pixel_count as usize];
         let list = |name, items: u64| Buffer::from_slice(context, name, &vec![0_u32; 4 + items as usize]);
         let boxes = |name, count: u64| Buffer::storage(context, name, count * size_of::<TileBox>() as u64);
         let tiles = |crowded: u32| Pipeline::new(context, "splat_tiles", &[("CROWDED", crowded)]);
@@ -222,7 +222,7 @@ impl Splat {
             block_boxes: boxes("record blocks", u64::from(record_count.div_ceil(RECORD_BLOCK)))?,
             rectangles: Buffer::storage(context, "pixel rectangles", 8 * u64::from(record_count))?,
             pair_offsets: Buffer::from_slice(context, "pair offsets", &no_pairs)?,
-            weight_runs: Buffer::from_slice(context, "weight runs", &no_weights)?,
+            weight_ranges: Buffer::from_slice(context, "weight ranges", &no_weights)?,
             weights: Buffer::storage(context, "splat weights", 8 * u64::from(weight_capacity))?,
             weight_capacity,
             tally: Buffer::from_slice(context, "splat tally", &[SplatTally::zeroed()])?,
@@ -302,7 +302,7 @@ impl Splat {
             ("Rectangles", &self.rectangles),
             ("PairOffsets", &self.pair_offsets),
             ("SortedPairs", sorted),
-            ("WeightRuns", &self.weight_runs),
+            ("WeightRanges", &self.weight_ranges),
             ("Weights", &self.weights),
             ("Tally", &self.tally),
             ("UncoveredPixels", &self.uncovered),
@@ -326,7 +326,7 @@ impl Splat {
                 ("Pixels", pixels),
                 ("CachePoints", cache_points),
                 ("BlockBoxes", &self.block_boxes),
-                ("WeightRuns", &self.weight_runs),
+                ("WeightRanges", &self.weight_ranges),
                 ("UncoveredPixels", &self.uncovered),
                 ("Weights", &self.weights),
             ],
@@ -342,7 +342,7 @@ impl Splat {
             &SplatApplyPush { pixel_count, weight_capacity: self.weight_capacity },
             &[
                 ("Pixels", pixels),
-                ("WeightRuns", &self.weight_runs),
+                ("WeightRanges", &self.weight_ranges),
                 ("Weights", &self.weights),
                 ("Records", records),
                 ("IndirectIrradiance", &self.irradiance),

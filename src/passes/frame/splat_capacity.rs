@@ -45,9 +45,9 @@ impl Splat {
         Ok((pairs, self.tally.read::<SplatTally>()?[0].weights))
     }
 
-    /// `WeightRun` of each pixel, and the list of `SplatWeight`s.
+    /// `WeightRange` of each pixel, and the list of `SplatWeight`s.
     pub fn lists(&self) -> [&Buffer; 2] {
-        [&self.weight_runs, &self.weights]
+        [&self.weight_ranges, &self.weights]
     }
 
     /// Number of pixels, and capacity of the list of weights.

@@ -14,7 +14,7 @@ const NORMAL_RANGE: f64 = 0.174_53;
 /// Records that random sequential packing fits into one squared spacing.
 const PACKING: f64 = 0.7;
 /// Fraction of the budget that placement aims at; its estimate is accurate to a few per cent.
-const BUDGET_SHARE: f64 = 0.9;
+const BUDGET_FRACTION: f64 = 0.9;
 
 /// The need of records of one fragment.
 pub(super) struct Demand {
@@ -53,7 +53,7 @@ impl Demand {
     }
 
     /// Area that one record covers at a given unit of length, m².
-    pub(super) fn share(&self, unit: f64) -> f64 {
+    pub(super) fn fraction(&self, unit: f64) -> f64 {
         let spacing = f64::from(1.0 - COVERED);
         let [across, along] = self.reach.map(|reach| spacing * reach.min(self.radius(unit)));
         across * along / PACKING
@@ -62,13 +62,13 @@ impl Demand {
     /// Rank of the fragment if the budget does not suffice, 0..256: twice the area to a record
     /// comes one step earlier.
     pub(super) fn order(&self, unit: f64, scene_size: f32) -> u32 {
-        let ratio = f64::from(scene_size).powi(2) / self.share(unit);
+        let ratio = f64::from(scene_size).powi(2) / self.fraction(unit);
         ratio.log2().clamp(0.0, 255.0) as u32
     }
 
     /// Number of records that it needs at a given unit of length.
     pub(super) fn records(&self, unit: f64) -> f64 {
-        self.area_m2 / self.share(unit)
+        self.area_m2 / self.fraction(unit)
     }
 
     /// The number of records if it were flat.
@@ -95,7 +95,7 @@ pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 
         }
         high
     };
-    let records = BUDGET_SHARE * f64::from(budget);
+    let records = BUDGET_FRACTION * f64::from(budget);
     let unit = length(&curved, records).min(length(&flat, records / 4.0));
     [unit, length(&flat, records / 8.0), length(&flat, 0.6 * records)]
 }
@@ -126,8 +126,8 @@ mod tests {
         let [unit, largest, sparse] = spread(&demands, 5.0, 10_000);
         // All area is 1.1 times the flat area.
         let flat = |unit: f64| 1.1 * demands[0].records(unit) / 9_000.0;
-        for (unit, share) in [(unit, 0.25), (largest, 0.125), (sparse, 0.6)] {
-            assert!((flat(unit) - share).abs() < 1e-6, "{} instead of {share}", flat(unit));
+        for (unit, fraction) in [(unit, 0.25), (largest, 0.125), (sparse, 0.6)] {
+            assert!((flat(unit) - fraction).abs() < 1e-6, "{} instead of {fraction}", flat(unit));
         }
     }
 

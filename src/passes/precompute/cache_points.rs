@@ -38,7 +38,7 @@ const BATCHES: usize = 24;
 const MEASURED: usize = 2048;
 /// Coverage probes in one iteration, and the fraction of them that may stay uncovered.
 const PROBES: u32 = 200_000;
-const UNCOVERED_SHARE: f64 = 5e-5;
+const UNCOVERED_FRACTION: f64 = 5e-5;
 const PROBE_ROUNDS: u32 = 6;
 
 /// The accepted cache points.
@@ -251,7 +251,7 @@ impl Attempt<'_> {
             looked_at += probes.len() as u64;
             let seed = hash(self.seed ^ 0x5eed ^ round);
             let uncovered = self.uncovered(records, &mut probes, seed, Cover::ANY);
-            if uncovered.len() as f64 <= UNCOVERED_SHARE * probes.len() as f64 {
+            if uncovered.len() as f64 <= UNCOVERED_FRACTION * probes.len() as f64 {
                 break;
             }
             has_room = self.accept(records, known, uncovered, Cover::DENSE)?;

@@ -12,7 +12,7 @@ use super::occlusion::{Ask, Cells, Hiding, Readers, Seen};
 use super::{Progress, parallel, rays::Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
-use crate::passes::frame::cluster_proxies::ProxyPartPacking;
+use crate::passes::frame::cluster_proxies::ProxyTermPacking;
 use crate::passes::precompute::gather_rays::MIN_ENTRY_POINTS;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
@@ -61,11 +61,11 @@ pub struct Sources<'a> {
 #[derive(Debug)]
 pub struct ProxyTables {
     /// CSR offsets of the entries of each proxy.
-    pub part_offsets: Vec<u32>,
+    pub term_offsets: Vec<u32>,
     /// Packed entries of the proxies.
-    pub parts: Vec<u32>,
+    pub terms: Vec<u32>,
     /// How they are packed.
-    pub packing: ProxyPartPacking,
+    pub packing: ProxyTermPacking,
     /// Cluster, direction bin and proxy of each pair that became a proxy, in this order.
     pub pairs: Vec<[u32; 3]>,
     /// Pairs that were measured with rays.
@@ -121,20 +121,20 @@ pub fn build(
     let mut tables = ProxyTables::new(sources.hvds.cluster_count());
     let cells = Cells::new(sources.hvds, sources.surfaces, sources.clear_distance);
     let readers = readers(&sources, &cells, table, packing)?;
-    let runs: Vec<&[(u64, u32)]> = readers.chunk_by(|a, b| a.0 == b.0).collect();
+    let ranges: Vec<&[(u64, u32)]> = readers.chunk_by(|a, b| a.0 == b.0).collect();
 
-    progress.stage("occlusion", runs.len() as u64);
-    let room = GatherTargetPacking::max_clusters(sources.materials.len())
+    progress.stage("occlusion", ranges.len() as u64);
+    let capacity = GatherTargetPacking::max_clusters(sources.materials.len())
         .saturating_sub(u64::from(sources.hvds.cluster_count()));
     let mut known: HashMap<Vec<(u32, u32)>, u32> = HashMap::new();
     let mut redirected = Vec::new();
     let mut done = 0;
-    for runs in runs.chunks(PAIRS_AT_A_TIME) {
-        let outcomes = parallel::in_chunks_of(CHUNK, runs.len(), |chunk| {
-            vec![measure(&sources, &cells, (rays, scene), &runs[chunk])]
+    for ranges in ranges.chunks(PAIRS_AT_A_TIME) {
+        let outcomes = parallel::in_chunks_of(CHUNK, ranges.len(), |chunk| {
+            vec![measure(&sources, &cells, (rays, scene), &ranges[chunk])]
         });
         let outcomes = outcomes.into_iter().collect::<Result<Vec<_>>>()?;
-        for (outcome, run) in outcomes.into_iter().flatten().zip(runs) {
+        for (outcome, range) in outcomes.into_iter().flatten().zip(ranges) {
             let weights = match outcome {
                 Outcome::Proxy(weights) => weights,
                 Outcome::Poor => {
@@ -144,24 +144,24 @@ pub fn build(
                 Outcome::Cluster => continue,
             };
             let next = known.len() as u32;
-            if u64::from(next) == room && !known.contains_key(&weights) {
+            if u64::from(next) == capacity && !known.contains_key(&weights) {
                 continue;
             }
             let proxy = *known.entry(weights.clone()).or_insert(next);
             if proxy == next {
                 let packed = tables.packing;
-                let part = |&(cluster, steps): &(u32, u32)| packed.pack(cluster, steps);
-                tables.parts.extend(weights.iter().map(part));
-                tables.part_offsets.push(tables.parts.len() as u32);
+                let term = |&(cluster, steps): &(u32, u32)| packed.pack(cluster, steps);
+                tables.terms.extend(weights.iter().map(term));
+                tables.term_offsets.push(tables.terms.len() as u32);
             }
-            let (cluster, bin) = of_pair(run);
+            let (cluster, bin) = of_pair(range);
             tables.pairs.push([cluster, bin, proxy]);
-            redirected.extend(run.iter().map(|&(_, ray)| (ray, proxy)));
+            redirected.extend(range.iter().map(|&(_, ray)| (ray, proxy)));
         }
-        done += runs.len() as u64;
+        done += ranges.len() as u64;
         progress.advance(done);
     }
-    tables.measured = runs.len() as u64;
+    tables.measured = ranges.len() as u64;
     tables.readers = redirected.len() as u64;
     if tables.is_empty() {
         return Ok((tables, packing));
@@ -238,16 +238,16 @@ fn readers(
 }
 
 /// Cluster and direction bin of a pair.
-fn of_pair(run: &[(u64, u32)]) -> (u32, u32) {
-    ((run[0].0 >> 32) as u32, run[0].0 as u32)
+fn of_pair(range: &[(u64, u32)]) -> (u32, u32) {
+    ((range[0].0 >> 32) as u32, range[0].0 as u32)
 }
 
 /// Creates a pair before its measurement.
-fn pair(sources: &Sources<'_>, cells: &Cells<'_>, run: &[(u64, u32)]) -> Pair {
-    let (cluster, _) = of_pair(run);
-    let count = run.len().min(MAX_READERS);
+fn pair(sources: &Sources<'_>, cells: &Cells<'_>, range: &[(u64, u32)]) -> Pair {
+    let (cluster, _) = of_pair(range);
+    let count = range.len().min(MAX_READERS);
     let directions = sources.ray_directions();
-    let chosen = (0..count).map(|index| run[index * run.len() / count].1);
+    let chosen = (0..count).map(|index| range[index * range.len() / count].1);
     let direction: DVec3 = chosen.clone().map(|ray| directions.back(ray as usize)).sum();
     let origin = |ray: u32| {
         let point = &sources.cache_points[(ray / sources.hemisphere.rays()) as usize];
@@ -263,9 +263,9 @@ fn measure(
     sources: &Sources<'_>,
     cells: &Cells<'_>,
     (rays, scene): (&Rays, &SceneBuffers),
-    runs: &[&[(u64, u32)]],
+    ranges: &[&[(u64, u32)]],
 ) -> Result<Vec<Outcome>> {
-    let mut pairs: Vec<Pair> = runs.iter().map(|run| pair(sources, cells, run)).collect();
+    let mut pairs: Vec<Pair> = ranges.iter().map(|range| pair(sources, cells, range)).collect();
     loop {
         let asked = pairs.iter().flat_map(|pair| {
             let new = pair.nodes.iter().filter(|node| node.seen.is_none());
@@ -317,13 +317,13 @@ impl Pair {
 /// enough entry points.
 fn outcome(sources: &Sources<'_>, pair: &Pair) -> Outcome {
     let weights = |open: fn(&Seen) -> f64| {
-        let share = |node: &Node| {
+        let fraction = |node: &Node| {
             let seen = node.seen.expect("all nodes were looked at");
             open(&seen) * seen.facing * f64::from(sources.hvds.areas_m2[node.cluster as usize])
         };
-        let shares: Vec<f64> = pair.nodes.iter().map(share).collect();
-        let sum: f64 = shares.iter().sum();
-        (sum > 0.0).then(|| shares.into_iter().map(|share| share / sum).collect::<Vec<f64>>())
+        let fractions: Vec<f64> = pair.nodes.iter().map(fraction).collect();
+        let sum: f64 = fractions.iter().sum();
+        (sum > 0.0).then(|| fractions.into_iter().map(|fraction| fraction / sum).collect::<Vec<f64>>())
     };
     let (Some(seen), Some(all)) = (weights(|seen| seen.open), weights(|_| 1.0)) else {
         return Outcome::Cluster;
@@ -340,13 +340,13 @@ fn outcome(sources: &Sources<'_>, pair: &Pair) -> Outcome {
     if trust < f64::from(MIN_ENTRY_POINTS) {
         return Outcome::Poor;
     }
-    let all = ProxyPartPacking::new(sources.hvds.cluster_count()).steps();
+    let all = ProxyTermPacking::new(sources.hvds.cluster_count()).steps();
     let in_steps = |(node, weight): (&Node, &f64)| (node.cluster, (weight * f64::from(all)).round() as u32);
     let steps = pair.nodes.iter().zip(&seen).map(in_steps);
     let mut steps: Vec<(u32, u32)> = steps.filter(|&(_, steps)| steps > 0).collect();
     // The largest entry takes the rounding error.
-    let sum: u32 = steps.iter().map(|part| part.1).sum();
-    let Some(largest) = steps.iter_mut().max_by_key(|part| part.1) else { return Outcome::Cluster };
+    let sum: u32 = steps.iter().map(|term| term.1).sum();
+    let Some(largest) = steps.iter_mut().max_by_key(|term| term.1) else { return Outcome::Cluster };
     largest.1 = (largest.1 + all) - sum;
     Outcome::Proxy(steps)
 }
@@ -355,9 +355,9 @@ impl ProxyTables {
     /// Empty tables for `clusters` clusters.
     pub fn new(clusters: u32) -> Self {
         Self {
-            part_offsets: vec![0],
-            parts: Vec::new(),
-            packing: ProxyPartPacking::new(clusters),
+            term_offsets: vec![0],
+            terms: Vec::new(),
+            packing: ProxyTermPacking::new(clusters),
             pairs: Vec::new(),
             measured: 0,
             poor: 0,
@@ -367,7 +367,7 @@ impl ProxyTables {
 
     /// Number of proxies.
     pub fn count(&self) -> u32 {
-        self.part_offsets.len() as u32 - 1
+        self.term_offsets.len() as u32 - 1
     }
 
     /// Counts for the report.
@@ -377,7 +377,7 @@ impl ProxyTables {
             ("occlusion pairs that read proxies", self.pairs.len() as u64),
             ("occlusion pairs left alone for want of entry points", self.poor),
             ("cluster proxies", u64::from(self.count())),
-            ("cluster proxy parts", self.parts.len() as u64),
+            ("cluster proxy terms", self.terms.len() as u64),
             ("gather rays that read proxies", self.readers),
         ]
         .map(|(name, value)| (name.to_owned(), value))
@@ -385,7 +385,7 @@ impl ProxyTables {
 
     /// Whether there is no proxy.
     pub fn is_empty(&self) -> bool {
-        self.parts.is_empty()
+        self.terms.is_empty()
     }
 
     /// Returns the proxy of a pair. `None` if the pair has none.

@@ -80,10 +80,10 @@ impl Strata {
         let mut order: Vec<usize> = (0..hvds.fragments.len()).collect();
         order.sort_by_key(|&fragment| hvds.fragments[fragment].cluster);
         let area_m2: f64 = hvds.fragments.iter().map(|fragment| fragment.area_m2).sum();
-        let share =
+        let fraction =
             |(fragment, &density): (usize, &f32)| hvds.fragments[fragment].area_m2 * f64::from(density);
-        let total: f64 = densities.iter().enumerate().map(share).sum();
-        let open = |(fragment, share): (usize, f64)| share * f64::from(hvds.fragments[fragment].open);
+        let total: f64 = densities.iter().enumerate().map(fraction).sum();
+        let open = |(fragment, fraction): (usize, f64)| fraction * f64::from(hvds.fragments[fragment].open);
         let mut strata =
             Self { patches: Vec::new(), point_offsets: vec![0], area_m2, in_clusters: Vec::new() };
         let mut running = 0.0;
@@ -102,8 +102,8 @@ impl Strata {
         if let Some(last) = strata.point_offsets.last_mut() {
             *last = if strata.patches.is_empty() { 0 } else { count };
         }
-        let shares = densities.iter().enumerate().map(share).enumerate();
-        let expected = shares.map(open).map(|share| share * f64::from(count) / total);
+        let fractions = densities.iter().enumerate().map(fraction).enumerate();
+        let expected = fractions.map(open).map(|fraction| fraction * f64::from(count) / total);
         strata.in_clusters = hvds.sum_up(expected);
         strata
     }
@@ -126,8 +126,8 @@ pub fn place(
         return Ok(Vec::new());
     }
     let pipeline = Pipeline::new(context, STEM, &[])?;
-    let room = u64::from(point_count.min(LIMIT)) * size_of::<PathVertex>() as u64;
-    let points = Buffer::storage(context, "entry points", room)?;
+    let bytes = u64::from(point_count.min(LIMIT)) * size_of::<PathVertex>() as u64;
+    let points = Buffer::storage(context, "entry points", bytes)?;
     // In a scene of many triangles most patches hold no point.
     let ranges = strata.patches.iter().zip(strata.point_offsets.windows(2));
     let (patches, mut point_offsets): (Vec<EntryPatch>, Vec<u32>) =

@@ -124,8 +124,8 @@ impl GatherTargetPacking {
     pub fn new(clusters: u32, materials: usize, min_distance: f32) -> Result<Self> {
         let cluster_bits = (u64::from(clusters) + 1).next_power_of_two().ilog2().max(1);
         // One packing is `NO_TARGET`: the topmost material index stays unused.
-        let room = 1_u64 << (32 - cluster_bits);
-        if materials as u64 >= room {
+        let capacity = 1_u64 << (32 - cluster_bits);
+        if materials as u64 >= capacity {
             return Err(Error::OutOfMemory(format!(
                 "{clusters} clusters and {materials} materials do not fit the 32 bits of a gather ray; lower quality.cells"
             )));
@@ -184,7 +184,7 @@ impl RayTable {
     }
 
     /// First point, number of points, rays and colours of each buffer of the table.
-    pub fn parts(&self, point_count: u32) -> impl Iterator<Item = (u32, u32, [&Buffer; 2])> {
+    pub fn buffers(&self, point_count: u32) -> impl Iterator<Item = (u32, u32, [&Buffer; 2])> {
         Self::split(self.rows_per_buffer, point_count)
             .zip(self.buffers.iter().zip(&self.colours))
             .map(|((first, rows), (rays, colours))| (first, rows, [rays, colours]))
@@ -246,8 +246,8 @@ impl RayTable {
     pub fn write(&self, rays: &[GatherRay]) -> Result<()> {
         let mut rest = rays;
         for buffer in &self.buffers {
-            let (part, others) = rest.split_at(buffer.bytes() as usize / size_of::<GatherRay>());
-            buffer.write(part)?;
+            let (first, others) = rest.split_at(buffer.bytes() as usize / size_of::<GatherRay>());
+            buffer.write(first)?;
             rest = others;
         }
         Ok(())
@@ -303,7 +303,7 @@ pub fn trace(
     let table = RayTable::new(context, scene, point_count, hemisphere)?;
     progress.stage("gather rays", u64::from(point_count));
     let mut chunks = Chunks::new(64, point_count.max(1));
-    for (first_point, rows, [rays, colours]) in table.parts(point_count) {
+    for (first_point, rows, [rays, colours]) in table.buffers(point_count) {
         chunks.run(rows, |first_row, count| {
             let push = GatherRaysPush {
                 grid: clusters.grid,

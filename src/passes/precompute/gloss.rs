@@ -1,11 +1,11 @@
 //! Tables of glossy surfaces: entry points whose first reflection depends on the light, mirror
 //! directions of path vertices, and the direction bins in which gather rays read clusters. [Yue
-//! §2] In: paths, gather rays. Out: tables; gather rays that read a bin refer to its slot.
+//! §2] In: paths, gather rays. Out: tables; gather rays that read a bin refer to its gloss bin.
 
 use super::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
 use super::path_orders::LightPaths;
 use crate::error::Result;
-use crate::passes::frame::gloss::{GlossEntry, GlossSlot, GlossVertex, NO_ENTRY};
+use crate::passes::frame::gloss::{GlossBin, GlossEntry, GlossVertex, NO_ENTRY};
 use crate::passes::frame::hvds::contribution_ranges;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
@@ -14,7 +14,7 @@ use glam::{DVec3, UVec2, Vec3};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// The tables. A *slot* is one outgoing direction of one cluster.
+/// The tables. A *gloss bin* is one outgoing direction of one cluster.
 #[derive(Debug, Default)]
 pub struct GlossTables {
     /// Entry points that may be glossy.
@@ -22,24 +22,24 @@ pub struct GlossTables {
     /// Vertices of the base clusters that hold a surface that may be glossy, in the order
     /// of their contributions.
     pub vertices: Vec<GlossVertex>,
-    /// Maximum number of vertices below a slot that is no sum.
+    /// Maximum number of vertices below a gloss bin that is no sum.
     pub max_vertices: u32,
     /// Offset, wrapping, from the index of a contribution to that of its vertex, for each base
     /// cluster; [`NO_ENTRY`] if it is not glossy.
     pub shifts: Vec<u32>,
     /// Range of base clusters below each cluster.
     pub base_ranges: Vec<UVec2>,
-    /// Slots: first those computed from vertices, then the sums, level by level.
-    pub slots: Vec<GlossSlot>,
-    /// Number of slots that are no sums.
+    /// Gloss bins: first those computed from vertices, then the sums, level by level.
+    pub bins: Vec<GlossBin>,
+    /// Number of gloss bins that are no sums.
     pub leaf_count: u32,
     /// Range of the sums of each level that has any.
     pub sums: Vec<Range<u32>>,
     /// CSR offsets into `children`: one for each sum, and the end.
     pub child_offsets: Vec<u32>,
-    /// The slots one level down that each sum adds.
+    /// The gloss bins one level down that each sum adds.
     pub children: Vec<u32>,
-    /// Gather rays that read slots.
+    /// Gather rays that read gloss bins.
     pub readers: u64,
 }
 
@@ -68,11 +68,11 @@ pub struct Sources<'a> {
     pub directions: Directions,
 }
 
-/// Builds the tables, and repacks the gather rays: a target beyond clusters and proxies is a slot.
-/// Returns `None` if no material may be glossy.
+/// Builds the tables, and repacks the gather rays: a target beyond clusters and proxies is a gloss
+/// bin. Returns `None` if no material may be glossy.
 ///
 /// # Errors
-/// [`crate::Error::OutOfMemory`] if slots and materials do not fit the word of a gather ray;
+/// [`crate::Error::OutOfMemory`] if gloss bins and materials do not fit the word of a gather ray;
 /// the device failed.
 pub fn build(
     sources: Sources<'_>,
@@ -91,14 +91,14 @@ pub fn build(
     let wanted = wanted_directions(&sources, &rows, packing);
     let mask = (1 << packing.cluster_bits) - 1;
     let read = rows.iter().zip(&wanted).filter(|(_, bin)| **bin != NO_BIN);
-    let slots = tables.find_slots(&sources, read.map(|(ray, &bin)| (ray.target & mask, bin)).collect());
+    let bins = tables.find_bins(&sources, read.map(|(ray, &bin)| (ray.target & mask, bin)).collect());
     let directions = sources.ray_directions();
     let read = rows.iter().zip(&wanted).enumerate().filter(|(_, (_, bin))| **bin != NO_BIN);
-    let read = read.map(|(index, (ray, &bin))| (slots[&(ray.target & mask, bin)], directions.back(index)));
+    let read = read.map(|(index, (ray, &bin))| (bins[&(ray.target & mask, bin)], directions.back(index)));
     tables.find_directions(read);
-    let first_slot = sources.hvds.cluster_count() + sources.proxy_count;
+    let first_bin = sources.hvds.cluster_count() + sources.proxy_count;
     let packed = GatherTargetPacking::new(
-        first_slot + tables.slots.len() as u32,
+        first_bin + tables.bins.len() as u32,
         sources.materials.len(),
         packing.min_distance,
     )?;
@@ -107,7 +107,7 @@ pub fn build(
             continue;
         }
         let (cluster, material) = (ray.target & mask, ray.target >> packing.cluster_bits);
-        let read = if *bin == NO_BIN { cluster } else { first_slot + slots[&(cluster, *bin)] };
+        let read = if *bin == NO_BIN { cluster } else { first_bin + bins[&(cluster, *bin)] };
         ray.target = read | material << packed.cluster_bits;
     }
     rays.write(&rows)?;
@@ -155,8 +155,8 @@ impl GlossTables {
     /// Counts for the report.
     pub fn counts(&self) -> [(String, u64); 3] {
         [
-            ("outgoing directions of clusters", self.slots.len() as u64),
-            ("outgoing directions that are sums", self.slots.len() as u64 - u64::from(self.leaf_count)),
+            ("outgoing directions of clusters", self.bins.len() as u64),
+            ("outgoing directions that are sums", self.bins.len() as u64 - u64::from(self.leaf_count)),
             ("gather rays that read outgoing directions", self.readers),
         ]
         .map(|(name, value)| (name.to_owned(), value))
@@ -223,16 +223,16 @@ impl GlossTables {
         }
     }
 
-    /// Numbers the slots of rays and of sums. A cluster of many vertices is the sum of its
+    /// Numbers the gloss bins of rays and of sums. A cluster of many vertices is the sum of its
     /// children, so that its vertices are not evaluated at each level. A smaller cluster is
-    /// evaluated from its vertices, so that its children need no slots. Returns the slot of each
-    /// cluster and bin.
-    fn find_slots(&mut self, sources: &Sources<'_>, mut wanted: Vec<(u32, u32)>) -> HashMap<(u32, u32), u32> {
+    /// evaluated from its vertices, so that its children need no gloss bins. Returns the gloss bin
+    /// of each cluster and bin.
+    fn find_bins(&mut self, sources: &Sources<'_>, mut wanted: Vec<(u32, u32)>) -> HashMap<(u32, u32), u32> {
         let hvds = sources.hvds;
         let mut vertices = vec![0; hvds.cluster_count() as usize];
-        let runs = contribution_ranges(hvds, &sources.paths.contribution_offsets);
-        for ((vertices, run), &shift) in vertices.iter_mut().zip(runs).zip(&self.shifts) {
-            *vertices = if shift == NO_ENTRY { 0 } else { run.end - run.first };
+        let ranges = contribution_ranges(hvds, &sources.paths.contribution_offsets);
+        for ((vertices, range), &shift) in vertices.iter_mut().zip(ranges).zip(&self.shifts) {
+            *vertices = if shift == NO_ENTRY { 0 } else { range.end - range.first };
         }
         for cluster in 0..vertices.len() {
             if hvds.parents[cluster] != NO_CLUSTER {
@@ -245,7 +245,7 @@ impl GlossTables {
             let range = hvds.child_offsets[cluster as usize]..hvds.child_offsets[cluster as usize + 1];
             range.filter(|&child| vertices[child as usize] > 0)
         };
-        // From the coarsest level down, because the terms of a sum need slots, too.
+        // From the coarsest level down, because the terms of a sum need gloss bins, too.
         wanted.sort_unstable();
         wanted.dedup();
         for level in hvds.levels[1..].iter().rev() {
@@ -263,8 +263,8 @@ impl GlossTables {
         self.leaf_count = wanted.partition_point(|&(cluster, _)| !is_sum(cluster)) as u32;
         let leaves = wanted[..self.leaf_count as usize].iter();
         self.max_vertices = leaves.map(|&(cluster, _)| vertices[cluster as usize]).max().unwrap_or(0);
-        let slot = |&(cluster, _): &(u32, u32)| GlossSlot { cluster, direction: Vec3::ZERO };
-        self.slots = wanted.iter().map(slot).collect();
+        let gloss_bin = |&(cluster, _): &(u32, u32)| GlossBin { cluster, direction: Vec3::ZERO };
+        self.bins = wanted.iter().map(gloss_bin).collect();
         let places: HashMap<_, _> = wanted.iter().copied().zip(0..).collect();
         let sums = &wanted[self.leaf_count as usize..];
         for level in &hvds.levels {
@@ -282,25 +282,25 @@ impl GlossTables {
         places
     }
 
-    /// Gives each slot the mean direction of its readers, direct or through sums. The middle of a
-    /// bin would be wrong for rays at its rim. It would also be biased, because the number of
+    /// Gives each gloss bin the mean direction of its readers, direct or through sums. The middle
+    /// of a bin would be wrong for rays at its rim. It would also be biased, because the number of
     /// readers follows the projected area.
     fn find_directions(&mut self, read: impl Iterator<Item = (u32, DVec3)>) {
-        let mut sums = vec![DVec3::ZERO; self.slots.len()];
-        for (slot, direction) in read {
-            sums[slot as usize] += direction;
+        let mut sums = vec![DVec3::ZERO; self.bins.len()];
+        for (gloss_bin, direction) in read {
+            sums[gloss_bin as usize] += direction;
             self.readers += 1;
         }
-        // The slot of a sum follows those of its terms.
+        // The gloss bin of a sum follows those of its terms.
         for sum in (0..self.child_offsets.len() - 1).rev() {
-            let run = self.child_offsets[sum] as usize..self.child_offsets[sum + 1] as usize;
-            for &child in &self.children[run] {
+            let range = self.child_offsets[sum] as usize..self.child_offsets[sum + 1] as usize;
+            for &child in &self.children[range] {
                 let own = sums[self.leaf_count as usize + sum];
                 sums[child as usize] += own;
             }
         }
-        for (slot, sum) in self.slots.iter_mut().zip(sums) {
-            slot.direction = sum.normalize_or_zero().as_vec3();
+        for (gloss_bin, sum) in self.bins.iter_mut().zip(sums) {
+            gloss_bin.direction = sum.normalize_or_zero().as_vec3();
         }
     }
 }

@@ -116,7 +116,7 @@ pub fn trace(
     while !live.is_empty() {
         if vertices.len() as u64 >= most {
             return Err(Error::OutOfMemory(format!(
-                "{total} light paths have more than the {most} vertices that there is room for; lower quality.entry_points, or an albedo close to 1"
+                "{total} light paths have more than the {most} vertices that fit; lower quality.entry_points, or an albedo close to 1"
             )));
         }
         let mut survivors = Vec::new();

@@ -60,8 +60,9 @@ impl MergedRayPacking {
         let merged_ray = |run: &[(u32, u32, u32)]| {
             let (target, colour, _) = run[0];
             let target_index = self.targets.partition_point(|&other| other < target) as u32;
-            let sum =
-                |share: &dyn Fn(usize) -> DVec2| run.iter().map(|ray| share(ray.2 as usize)).sum::<DVec2>();
+            let sum = |fraction: &dyn Fn(usize) -> DVec2| {
+                run.iter().map(|ray| fraction(ray.2 as usize)).sum::<DVec2>()
+            };
             let count = (run.len() - 1) as u32;
             let movement = |ray: usize| unpack(rays[ray].gradient) * 2f64.powi(-MOVEMENT_EXPONENT);
             let rotation = |ray: usize| self.rotations[ray].as_dvec2() / f64::from(self.rotation_unit);
@@ -76,7 +77,7 @@ impl MergedRayPacking {
 }
 
 /// Merged rays of consecutive cache points, in one binding each.
-pub struct MergedRayPart {
+pub struct MergedRayChunk {
     /// The cache points.
     pub points: Range<u32>,
     /// CSR offsets of the merged rays of each point.
@@ -91,9 +92,9 @@ pub struct MergedRayPart {
 /// The merged rays of all cache points, in as many buffers as the device's bindings need.
 pub struct MergedRays {
     /// Cache points of each buffer; the last may have fewer.
-    pub rows_per_part: u32,
+    pub records_per_chunk: u32,
     /// The buffers, in order.
-    pub parts: Vec<MergedRayPart>,
+    pub chunks: Vec<MergedRayChunk>,
     /// Cluster and material of each gather target, packed as in gather rays.
     pub targets: Buffer,
     /// Number of gather targets.
@@ -111,7 +112,7 @@ pub struct MergedRays {
 }
 
 /// Number of cache points of a buffer, such that it fits a binding even if no rays merge.
-pub fn rows_per_part(context: &Context, table: &RayTable, hemisphere: Hemisphere) -> u32 {
+pub fn records_per_chunk(context: &Context, table: &RayTable, hemisphere: Hemisphere) -> u32 {
     table.rows_per_buffer.min(max_rows(context, hemisphere))
 }
 
@@ -139,12 +140,12 @@ impl MergedRays {
     fn empty(
         context: &Arc<Context>,
         packing: &MergedRayPacking,
-        rows_per_part: u32,
+        records_per_chunk: u32,
         has_colours: bool,
     ) -> Result<Self> {
         Ok(Self {
-            rows_per_part,
-            parts: Vec::new(),
+            records_per_chunk,
+            chunks: Vec::new(),
             targets: Buffer::from_slice(context, "gather targets", &packing.targets)?,
             target_count: packing.targets.len() as u32,
             target_bits: packing.target_bits,
@@ -166,11 +167,11 @@ impl MergedRays {
         has_colours: bool,
     ) -> Result<Self> {
         let MergedRayLists { targets, counts, merged_rays, colours } = lists;
-        let rows_per_part = (counts.len().max(1) as u32).min(max_rows(context, hemisphere));
+        let records_per_chunk = (counts.len().max(1) as u32).min(max_rows(context, hemisphere));
         let packing = MergedRayPacking::new(targets, hemisphere);
-        let mut found = Self::empty(context, &packing, rows_per_part, has_colours)?;
+        let mut found = Self::empty(context, &packing, records_per_chunk, has_colours)?;
         let mut start = 0;
-        for counts in counts.chunks(rows_per_part as usize) {
+        for counts in counts.chunks(records_per_chunk as usize) {
             let end = start + counts.iter().map(|&count| count as usize).sum::<usize>();
             let colours = if has_colours { &colours[start..end] } else { &[] };
             found.add(context, counts, &merged_rays[start..end], colours)?;
@@ -187,12 +188,12 @@ impl MergedRays {
         let targets = self.targets.read()?;
         let mut lists =
             MergedRayLists { targets, counts: Vec::new(), merged_rays: Vec::new(), colours: Vec::new() };
-        for part in &self.parts {
-            let first: Vec<u32> = part.merged_ray_offsets.read()?;
+        for chunk in &self.chunks {
+            let first: Vec<u32> = chunk.merged_ray_offsets.read()?;
             lists.counts.extend(first.windows(2).map(|ends| ends[1] - ends[0]));
-            lists.merged_rays.extend(part.merged_rays.read::<MergedRay>()?);
+            lists.merged_rays.extend(chunk.merged_rays.read::<MergedRay>()?);
             if self.has_colours {
-                lists.colours.extend(part.colours.read::<u32>()?);
+                lists.colours.extend(chunk.colours.read::<u32>()?);
             }
         }
         Ok(lists)
@@ -203,12 +204,12 @@ impl MergedRays {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn new(context: &Arc<Context>, table: RayTable, hemisphere: Hemisphere) -> Result<Self> {
-        let rows_per_part = rows_per_part(context, &table, hemisphere);
+        let records_per_chunk = records_per_chunk(context, &table, hemisphere);
         let (per_row, has_colours) = (hemisphere.rays() as usize, table.has_colours);
         let mut targets = Vec::new();
         table.scan(hemisphere.rays(), |_, rays| targets.extend(distinct(rays)))?;
         let packing = MergedRayPacking::new(targets, hemisphere);
-        let mut found = Self::empty(context, &packing, rows_per_part, has_colours)?;
+        let mut found = Self::empty(context, &packing, records_per_chunk, has_colours)?;
         let chunk = (CHUNK_RAYS / per_row).max(1) * per_row;
         let mut rows: Vec<Vec<(MergedRay, u32)>> = Vec::new();
         for (rays, colours) in table.buffers.into_iter().zip(table.colours) {
@@ -225,8 +226,8 @@ impl MergedRays {
                     };
                     chunk.map(merged_rays).collect()
                 }));
-                while rows.len() >= rows_per_part as usize {
-                    let rest = rows.split_off(rows_per_part as usize);
+                while rows.len() >= records_per_chunk as usize {
+                    let rest = rows.split_off(records_per_chunk as usize);
                     found.add_rows(context, &std::mem::replace(&mut rows, rest))?;
                 }
             }
@@ -253,7 +254,7 @@ impl MergedRays {
         merged_rays: &[MergedRay],
         colours: &[u32],
     ) -> Result<()> {
-        let first_point = self.parts.last().map_or(0, |part| part.points.end);
+        let first_point = self.chunks.last().map_or(0, |chunk| chunk.points.end);
         let mut merged_ray_offsets = vec![0_u32];
         for count in counts {
             merged_ray_offsets.push(merged_ray_offsets[merged_ray_offsets.len() - 1] + count);
@@ -263,7 +264,7 @@ impl MergedRays {
             u64::from(merged_ray.target_index.checked_shr(self.target_bits).unwrap_or(0)) + 1
         };
         self.ray_count += merged_rays.iter().map(rays).sum::<u64>();
-        self.parts.push(MergedRayPart {
+        self.chunks.push(MergedRayChunk {
             points: first_point..first_point + counts.len() as u32,
             merged_ray_offsets: Buffer::from_slice(context, "merged ray offsets", &merged_ray_offsets)?,
             merged_rays: Buffer::from_slice(context, "merged rays", merged_rays)?,
@@ -281,12 +282,12 @@ impl MergedRays {
     /// # Errors
     /// The device failed.
     pub fn of_point(&self, point: u32) -> Result<Vec<MergedRay>> {
-        let Some(part) = self.parts.iter().find(|part| part.points.contains(&point)) else {
+        let Some(chunk) = self.chunks.iter().find(|chunk| chunk.points.contains(&point)) else {
             return Ok(Vec::new());
         };
-        let first = (point - part.points.start) as usize;
-        let ends: Vec<u32> = part.merged_ray_offsets.read_range(first, 2)?;
-        part.merged_rays.read_range(ends[0] as usize, (ends[1] - ends[0]) as usize)
+        let first = (point - chunk.points.start) as usize;
+        let ends: Vec<u32> = chunk.merged_ray_offsets.read_range(first, 2)?;
+        chunk.merged_rays.read_range(ends[0] as usize, (ends[1] - ends[0]) as usize)
     }
 
     /// The gather target that a merged ray reads.
@@ -296,9 +297,9 @@ impl MergedRays {
 
     /// Bytes of all buffers.
     pub fn bytes(&self) -> u64 {
-        self.parts
+        self.chunks
             .iter()
-            .map(|part| part.merged_ray_offsets.bytes() + part.merged_rays.bytes() + part.colours.bytes())
+            .map(|chunk| chunk.merged_ray_offsets.bytes() + chunk.merged_rays.bytes() + chunk.colours.bytes())
             .sum()
     }
 }

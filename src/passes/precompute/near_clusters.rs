@@ -37,7 +37,7 @@ fn end(hvds: &Hvds, levels: usize) -> usize {
 const REACH: f32 = 1.5;
 /// Height above or below the record, in clearances, from which a position counts as another
 /// surface, if the slope to it is at least `SLOPE`.
-const ROOM: f32 = 0.5;
+const LEVEL_CLEARANCES: f32 = 0.5;
 const SLOPE: f32 = 0.1;
 /// Minimum cosine between its normal and the cluster's.
 const LEAN: f32 = 0.8;
@@ -119,8 +119,8 @@ pub(super) fn fits(placed: &Placed, place: Vec3, patch: &Patch) -> bool {
     let point = &placed.point;
     let apart = place - point.position;
     let height = apart.dot(point.normal);
-    let room = if height > 0.0 { placed.clearance } else { patch.clearance };
-    if height.abs() > ROOM * room && height.abs() > SLOPE * apart.length() {
+    let clearance = if height > 0.0 { placed.clearance } else { patch.clearance };
+    if height.abs() > LEVEL_CLEARANCES * clearance && height.abs() > SLOPE * apart.length() {
         return false;
     }
     (point.side % 2 == 1) == patch.is_back

@@ -129,14 +129,14 @@ impl NearHits {
             hits.push((cluster, ray, place.clamp(patch.low, patch.high)));
         }
         hits.sort_unstable_by_key(|hit| (hit.0, hit.1));
-        for run in hits.chunk_by(|a, b| a.0 == b.0) {
-            let cluster = run[0].0;
-            let middle = run.iter().map(|hit| hit.2).sum::<Vec3>() / run.len() as f32;
+        for range in hits.chunk_by(|a, b| a.0 == b.0) {
+            let cluster = range[0].0;
+            let middle = range.iter().map(|hit| hit.2).sum::<Vec3>() / range.len() as f32;
             let Some(record) = records.nearest(middle, &sources.patches[cluster as usize]) else { continue };
             let entry = self.entries.len() as u32;
             let offset = middle - sources.points[record as usize].point.position;
             self.entries.push(NearCluster { cluster, record, offset, target: entry });
-            self.readers.extend(run.iter().map(|&(_, ray, _)| Reader {
+            self.readers.extend(range.iter().map(|&(_, ray, _)| Reader {
                 ray: index * strata.rays() + ray,
                 entry,
                 material: row[ray as usize].target >> packing.cluster_bits,

@@ -169,9 +169,9 @@ impl<'a> Cells<'a> {
     fn fragments_of(&self, cluster: u32) -> impl Iterator<Item = &'a Fragment> + Clone {
         let hvds: &'a Hvds = self.hvds;
         let range = self.base_ranges[cluster as usize];
-        let run = self.fragment_offsets[range.x as usize] as usize
+        let range = self.fragment_offsets[range.x as usize] as usize
             ..self.fragment_offsets[range.y as usize] as usize;
-        self.fragments[run].iter().map(move |&fragment| &hvds.fragments[fragment as usize])
+        self.fragments[range].iter().map(move |&fragment| &hvds.fragments[fragment as usize])
     }
 
     /// Unit geometric normal of a side.
@@ -313,12 +313,12 @@ fn point_on(fragment: &Fragment, index: u32) -> DVec3 {
     let mut chosen = fan.start;
     for i in fan {
         chosen = i;
-        let share = double_area(i) / total;
-        if u < share {
-            u /= share;
+        let fraction = double_area(i) / total;
+        if u < fraction {
+            u /= fraction;
             break;
         }
-        u -= share;
+        u -= fraction;
     }
     let along = u.clamp(0.0, 1.0).sqrt();
     let far = corner(chosen).lerp(corner(chosen + 1), v);

@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_come_back_in_order() {
+    fn chunks_come_back_in_order() {
         for count in [0, 1, CHUNK - 1, CHUNK, CHUNK + 1, 7 * CHUNK + 13] {
             assert_eq!(each(count, |i| 3 * i), (0..count).map(|i| 3 * i).collect::<Vec<_>>());
             let even = in_chunks(count, |chunk| chunk.filter(|i| i % 2 == 0).collect());

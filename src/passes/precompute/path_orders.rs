@@ -182,7 +182,7 @@ impl LightPaths {
         let mut before: Option<(Vertex, bool)> = None;
         let mut lost = 0;
         for (vertex, is_head) in ordered.into_iter().zip(heads) {
-            let slot = if vertex.cluster == NO_CLUSTER {
+            let contribution = if vertex.cluster == NO_CLUSTER {
                 lost += 1;
                 total
             } else {
@@ -190,10 +190,10 @@ impl LightPaths {
                 *place += 1;
                 *place - 1
             };
-            contributions[slot as usize] = Contribution::new(vertex.path, vertex.accessibility);
+            contributions[contribution as usize] = Contribution::new(vertex.path, vertex.accessibility);
             arrivals.lobes.push(vertex.lobe);
-            arrivals.incoming[slot as usize] = vertex.incoming;
-            arrivals.sides[slot as usize] = vertex.side;
+            arrivals.incoming[contribution as usize] = vertex.incoming;
+            arrivals.sides[contribution as usize] = vertex.side;
             let mut material = HEAD;
             if let Some((reflecting, is_entry)) = before.filter(|(before, _)| before.path == vertex.path) {
                 material = surfaces[reflecting.side as usize / 2].material;
@@ -203,7 +203,7 @@ impl LightPaths {
                     material = if may_be_glossy[material as usize] { FROM_ENTRY } else { material };
                 }
             }
-            steps.push(PathStep { material, weight: vertex.weight, slot });
+            steps.push(PathStep { material, weight: vertex.weight, contribution });
             before = Some((vertex, is_head));
         }
         Self {

@@ -2,11 +2,11 @@
 
 use glam::{UVec3, Vec3};
 
-/// Layers of a map: the reaches in a layer differ by at most a factor of two; the last layer takes
+/// Levels of a map: the reaches in a level differ by at most a factor of two; the last level takes
 /// all smaller ones.
-const LAYERS: usize = 4;
+const LEVELS: usize = 4;
 
-/// Maximum number of cells of a layer along an axis.
+/// Maximum number of cells of a level along an axis.
 const MAX_CELLS: f32 = 128.0;
 
 /// Factor by which a search exceeds the reach, because positions are rounded.
@@ -14,10 +14,10 @@ const SLACK: f32 = 1.001;
 
 /// One grid for points of similar reach, so that a cell as wide as the reach holds few points.
 pub(super) struct Reaches {
-    layers: [Layer; LAYERS],
+    levels: [Level; LEVELS],
 }
 
-struct Layer {
+struct Level {
     /// The largest reach, metres.
     most: f32,
     low: Vec3,
@@ -38,12 +38,12 @@ impl Reaches {
     /// An empty map of the box from `low` to `high`, for reaches up to `most`, all in metres.
     pub(super) fn new(low: Vec3, high: Vec3, most: f32) -> Self {
         let mut most = most.max(f32::MIN_POSITIVE);
-        let layers = std::array::from_fn(|_| {
-            let layer = Layer::new(low, high, most);
+        let levels = std::array::from_fn(|_| {
+            let level = Level::new(low, high, most);
             most *= 0.5;
-            layer
+            level
         });
-        Self { layers }
+        Self { levels }
     }
 
     /// A map of points with their reaches, metres; the index of a point is its index in the list.
@@ -60,21 +60,21 @@ impl Reaches {
 
     /// Adds a point. Panics if its reach exceeds that of the map.
     pub(super) fn insert(&mut self, position: Vec3, reach: f32, index: u32) {
-        let layer = self.layers.iter_mut().rev().find(|layer| reach <= layer.most);
-        let layer = layer.expect("the first layer takes every point");
-        let cell = layer.index(layer.cell(position));
+        let level = self.levels.iter_mut().rev().find(|level| reach <= level.most);
+        let level = level.expect("the first level takes every point");
+        let cell = level.index(level.cell(position));
         let reach2 = SLACK * reach * reach;
-        layer.lists[cell].push(Point { position, reach2, index });
+        level.lists[cell].push(Point { position, reach2, index });
     }
 
     /// Returns whether `wanted` accepts any point whose reach includes `place`; stops at the first
     /// one. A closure that always returns false visits them all, in arbitrary order.
     pub(super) fn any(&self, place: Vec3, mut wanted: impl FnMut(u32) -> bool) -> bool {
-        self.layers.iter().any(|layer| layer.any(place, &mut wanted))
+        self.levels.iter().any(|level| level.any(place, &mut wanted))
     }
 }
 
-impl Layer {
+impl Level {
     fn new(low: Vec3, high: Vec3, most: f32) -> Self {
         let extent = (high - low).max(Vec3::ZERO);
         let cell = (SLACK * most).max(extent.max_element() / MAX_CELLS).max(f32::MIN_POSITIVE);
@@ -126,17 +126,17 @@ mod tests {
         let points: Vec<(Vec3, f32)> = (0..500).map(|i| (point(i), 0.5 * random(i + 9000))).collect();
         let map = Reaches::from_points(&points);
         let mut count = 0;
-        for layer in &map.layers {
-            for (index, list) in layer.lists.iter().enumerate() {
+        for level in &map.levels {
+            for (index, list) in level.lists.iter().enumerate() {
                 let [across, down] =
-                    [layer.cells.x, layer.cells.x * layer.cells.y].map(|stride| stride as usize);
+                    [level.cells.x, level.cells.x * level.cells.y].map(|stride| stride as usize);
                 let cell = UVec3::new(
                     (index % across) as u32,
                     (index % down / across) as u32,
                     (index / down) as u32,
                 );
                 for point in list {
-                    let within = (point.position - layer.low) * layer.inverse_cell - cell.as_vec3();
+                    let within = (point.position - level.low) * level.inverse_cell - cell.as_vec3();
                     // f32 rounds a place among at most 128 cells by 1e-5 of a cell. The last cell
                     // ends at the last point.
                     assert!(within.min_element() >= -1e-4 && within.max_element() <= 1.0 + 1e-4, "{within}");

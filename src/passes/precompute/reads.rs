@@ -25,8 +25,9 @@ impl Reads {
         Self { irradiance: all.clone(), flux: all }
     }
 
-    /// The live set of gather rays, with their proxies and near-field patches; the rays must not
-    /// read slots yet. `indirect_sources`: the cluster from which each takes its indirect light.
+    /// The live set of gather rays, with their proxies and near-field patches; the rays
+    /// must not read gloss bins yet. `indirect_sources`: the cluster from which each takes
+    /// its indirect light.
     ///
     /// # Errors
     /// The device failed.
@@ -61,16 +62,16 @@ impl Reads {
         }
         let read_proxies = irradiance.split_off(count);
         if let Some(proxies) = proxies {
-            for (parts, _) in
-                proxies.part_offsets.windows(2).zip(read_proxies).filter(|(_, is_read)| *is_read)
+            for (terms, _) in
+                proxies.term_offsets.windows(2).zip(read_proxies).filter(|(_, is_read)| *is_read)
             {
-                for &part in &proxies.parts[parts[0] as usize..parts[1] as usize] {
-                    irradiance[proxies.packing.cluster(part) as usize] = true;
+                for &term in &proxies.terms[terms[0] as usize..terms[1] as usize] {
+                    irradiance[proxies.packing.cluster(term) as usize] = true;
                 }
             }
         }
         // Every patch has a ray that reads it.
-        near_patches.iter().for_each(|part| irradiance[part.cluster as usize] = true);
+        near_patches.iter().for_each(|patch| irradiance[patch.cluster as usize] = true);
         let mut flux = vec![false; count];
         for cluster in (0..count).filter(|&cluster| irradiance[cluster]) {
             flux[cluster] = true;

@@ -157,11 +157,11 @@ impl PhotonTrace {
 /// light with power gets at least one.
 pub fn deal(powers: &[f64], count: u32) -> Vec<u32> {
     let total: f64 = powers.iter().sum();
-    let shares: Vec<f64> =
+    let fractions: Vec<f64> =
         powers.iter().map(|power| if total > 0.0 { power / total * f64::from(count) } else { 0.0 }).collect();
-    let mut rays: Vec<u32> = shares.iter().map(|share| *share as u32).collect();
+    let mut rays: Vec<u32> = fractions.iter().map(|fraction| *fraction as u32).collect();
     let mut order: Vec<usize> = (0..powers.len()).filter(|&light| powers[light] > 0.0).collect();
-    order.sort_by(|&a, &b| shares[b].fract().total_cmp(&shares[a].fract()));
+    order.sort_by(|&a, &b| fractions[b].fract().total_cmp(&fractions[a].fract()));
     let distributed: u32 = rays.iter().sum();
     for &light in order.iter().take(count.saturating_sub(distributed) as usize) {
         rays[light] += 1;
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn shares_of_a_light_sum_to_one() {
+    fn fractions_of_a_light_sum_to_one() {
         let paths = start(&[4, 0, 2], &[10, 0, 7]);
         let of = |light| paths.iter().filter(move |path| path.light == light);
         assert_eq!(of(0).map(|path| path.ray).collect::<Vec<_>>(), [10, 11, 12, 13]);

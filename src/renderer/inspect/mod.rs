@@ -14,7 +14,7 @@ use crate::cpu::math::clear_distance;
 use crate::cpu::rays::Geometry;
 use crate::cpu::textures::Textures;
 use crate::error::Result;
-use crate::passes::frame::splat::{SplatWeight, WeightRun};
+use crate::passes::frame::splat::{SplatWeight, WeightRange};
 use crate::types::{CachePoint, NO_SIDE, Node, PixelSurface};
 use glam::Vec3;
 
@@ -40,11 +40,11 @@ pub struct SurfaceAt {
 
 /// A record that a pixel uses, with its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RecordShare {
+pub struct RecordWeight {
     /// Index of the record and of its cache point.
     pub record: u32,
     /// Weight of the record, 0..=1; the weights of a pixel sum to 1.
-    pub share: f32,
+    pub fraction: f32,
 }
 
 impl Renderer {
@@ -76,16 +76,17 @@ impl Renderer {
     ///
     /// # Errors
     /// The device failed.
-    pub fn records_at(&self, pixel: [u32; 2]) -> Result<Vec<RecordShare>> {
+    pub fn records_at(&self, pixel: [u32; 2]) -> Result<Vec<RecordWeight>> {
         let Some(index) = self.pixel_index(pixel) else { return Ok(Vec::new()) };
-        let [runs, weights] = self.splat.lists();
-        let run = runs.read_range::<WeightRun>(index, 1)?[0];
+        let [ranges, weights] = self.splat.lists();
+        let range = ranges.read_range::<WeightRange>(index, 1)?[0];
         let weights: Vec<SplatWeight> =
-            weights.read_range(run.first as usize, (run.end - run.first) as usize)?;
+            weights.read_range(range.first as usize, (range.end - range.first) as usize)?;
         // Weights of uncovered pixels are negative.
         let sum: f32 = weights.iter().map(|weight| weight.weight).sum();
-        let share = |found: &SplatWeight| RecordShare { record: found.record, share: found.weight / sum };
-        Ok(weights.iter().map(share).collect())
+        let fraction =
+            |found: &SplatWeight| RecordWeight { record: found.record, fraction: found.weight / sum };
+        Ok(weights.iter().map(fraction).collect())
     }
 
     /// The cache point nearest to `position` on a surface with unit normal `normal`. A point with a

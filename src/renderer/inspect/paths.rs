@@ -61,7 +61,7 @@ impl Renderer {
             .map(|(step, (position, side))| {
                 let cluster = self.base_cluster_at(geometry, position, side);
                 let throughput = match cluster {
-                    Some(_) => contributions.read_one::<Contribution>(step.slot)?.throughput,
+                    Some(_) => contributions.read_one::<Contribution>(step.contribution)?.throughput,
                     None => Vec3::ZERO,
                 };
                 Ok(PathPoint { position, normal: geometry.normal(side), cluster, throughput })

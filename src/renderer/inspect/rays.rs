@@ -3,7 +3,7 @@
 //!
 //! A ray that meets a cluster reads one of four gather targets: the cluster itself; a *proxy*, the
 //! visibility-weighted mean towards the ray's direction bin; a *patch*, the near-field patch that
-//! the point sees; or a *slot*, an outgoing direction of a glossy cluster.
+//! the point sees; or a *gloss bin*, an outgoing direction of a glossy cluster.
 //!
 //! A merged ray stores the target, not which rays read it. If several targets of a point stand for
 //! the cluster that a ray met, the direction decides. The result may be wrong for one case: of two
@@ -15,7 +15,7 @@ use crate::cpu::gather_rays::{Ray, Tracing};
 use crate::cpu::hemisphere::Strata;
 use crate::cpu::rays::Hit;
 use crate::error::Result;
-use crate::passes::frame::gloss::GlossSlot;
+use crate::passes::frame::gloss::GlossBin;
 use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::rays::{RayAnswer, RayQuery};
 use crate::scene::directions::Directions;
@@ -34,7 +34,8 @@ pub struct GatherRaySegment {
     /// The cluster, of any level, that stands for the hit. `None` if the ray left the scene or met
     /// a side that takes no part in transport.
     pub cluster: Option<u32>,
-    /// Index of the gather target: the cluster with its material, or a proxy, patch or slot of it.
+    /// Index of the gather target: the cluster with its material, or a proxy, patch or gloss
+    /// bin of it.
     pub target_index: Option<u32>,
     /// Radiance that the last gather pass read from the target, W/m²/sr. Zero if the ray reads
     /// nothing, or before the first frame.
@@ -46,8 +47,8 @@ enum Kind {
     Cluster,
     Patch,
     Proxy(u32),
-    /// With the unit direction of the slot.
-    Slot(Vec3),
+    /// With the unit direction of the gloss bin.
+    Bin(Vec3),
 }
 
 /// A gather target that some rays of a point read.
@@ -137,29 +138,29 @@ impl Renderer {
         target_indices.sort_unstable();
         target_indices.dedup();
         let targets: Vec<u32> = merged_rays.targets.read()?;
-        let slots: Vec<GlossSlot> = match &self.gloss {
-            Some(gloss) => gloss.clusters.slots.read()?,
+        let bins: Vec<GlossBin> = match &self.gloss {
+            Some(gloss) => gloss.clusters.bins.read()?,
             None => Vec::new(),
         };
-        let (proxies, parts) = (self.proxies.tables(), self.scopes.near_patches());
+        let (proxies, patches) = (self.proxies.tables(), self.scopes.near_patches());
         let first_proxy = self.proxies.first();
-        let first_part = first_proxy + proxies.map_or(0, |proxies| proxies.count());
-        let first_slot = first_part + parts.len() as u32;
+        let first_patch = first_proxy + proxies.map_or(0, |proxies| proxies.count());
+        let first_bin = first_patch + patches.len() as u32;
         let bits = self.gather.packing.cluster_bits;
         let reading = |target_index: u32| {
             let target = targets[target_index as usize];
             let read = target & ((1 << bits) - 1);
             let (kind, clusters) = if read < first_proxy {
                 (Kind::Cluster, vec![read])
-            } else if read < first_part {
+            } else if read < first_patch {
                 let proxy = read - first_proxy;
                 let pairs = proxies.iter().flat_map(|proxies| &proxies.pairs).filter(|pair| pair[2] == proxy);
                 (Kind::Proxy(proxy), pairs.map(|pair| pair[0]).collect())
-            } else if read < first_slot {
-                (Kind::Patch, vec![parts[(read - first_part) as usize].cluster])
+            } else if read < first_bin {
+                (Kind::Patch, vec![patches[(read - first_patch) as usize].cluster])
             } else {
-                let slot = slots[(read - first_slot) as usize];
-                (Kind::Slot(slot.direction), vec![slot.cluster])
+                let gloss_bin = bins[(read - first_bin) as usize];
+                (Kind::Bin(gloss_bin.direction), vec![gloss_bin.cluster])
             };
             Reading { target_index, material: target >> bits, kind, clusters }
         };
@@ -172,12 +173,12 @@ impl Renderer {
         let bin = Directions::new(self.scene.quality.directions).bin(back);
         let proxy = self.proxies.tables().and_then(|proxies| proxies.proxy_of(cluster, bin));
         let fits = |found: &&Reading| found.material == material && found.clusters.contains(&cluster);
-        // A slot gets at most 1: rays of other directions may read it better.
+        // A gloss bin gets at most 1: rays of other directions may read it better.
         let fitness = |found: &Reading| match found.kind {
             Kind::Proxy(own) if Some(own) == proxy => 3.0,
             Kind::Proxy(_) => -2.0,
             Kind::Cluster | Kind::Patch => 2.0,
-            Kind::Slot(direction) => direction.as_dvec3().dot(back),
+            Kind::Bin(direction) => direction.as_dvec3().dot(back),
         };
         let fitting = readings.iter().filter(fits);
         let best = fitting.max_by(|a, b| fitness(a).total_cmp(&fitness(b)));

@@ -108,7 +108,8 @@ fn chamfered(half: DVec3, depth: f64) -> Solid {
 /// A cushion: rounded, and swollen by `swell` metres in the middle of its top and bottom.
 pub(super) fn cushion(half: DVec3, radius: f64, swell: f64, edge: usize, inside: usize) -> Solid {
     rounded(half, radius, edge, inside).bend(|p| {
-        let [across, along] = [p.x / half.x, p.z / half.z].map(|share| (1.0 - share * share).max(0.0));
+        let [across, along] =
+            [p.x / half.x, p.z / half.z].map(|fraction| (1.0 - fraction * fraction).max(0.0));
         dvec3(p.x, p.y + p.y / half.y * swell * (across * along).sqrt(), p.z)
     })
 }

@@ -67,17 +67,17 @@ fn folds(cloth: Cloth, thickness: f64) -> impl Fn(f64, f64) -> DVec3 {
         // Narrow at the tie, and wide again away from it, faster below.
         let reach = if from_tie < 0.0 { 1.2 * cloth.tie[0] } else { 0.8 * (cloth.drop - cloth.tie[0]) };
         let open = (from_tie.abs() / reach.max(1e-3)).min(1.0);
-        let share = cloth.tie[1] + (1.0 - cloth.tie[1]) * open * open * (3.0 - 2.0 * open);
+        let fraction = cloth.tie[1] + (1.0 - cloth.tie[1]) * open * open * (3.0 - 2.0 * open);
         let across = u - 0.5 + 0.012 * (TAU * u + a).sin();
-        let x = cloth.width * (across * share + 0.5 * cloth.drawn_to * (1.0 - share));
+        let x = cloth.width * (across * fraction + 0.5 * cloth.drawn_to * (1.0 - fraction));
         let phase = TAU * (cloth.folds * u + stretch * (TAU * u + b).sin() + 0.1 * (3.0 * v + c).sin());
         let fall = (0.55 + 0.45 * v) * (0.8 + 0.2 * (TAU * 1.7 * u + c).sin());
-        let wanted = cloth.depth * fall * (0.7 + 0.3 * share);
+        let wanted = cloth.depth * fall * (0.7 + 0.3 * fraction);
         // Metres across a radian of a fold.
-        let widths = cloth.width * share * (1.0 + 0.012 * TAU * (TAU * u + a).cos());
+        let widths = cloth.width * fraction * (1.0 + 0.012 * TAU * (TAU * u + a).cos());
         let pitch = widths / (TAU * (cloth.folds + stretch * TAU * (TAU * u + b).cos()));
-        let depth = below(wanted, deepest(pitch, OVERHANG * share, 2.0 * thickness));
-        dvec3(x + OVERHANG * share * depth * (2.0 * phase).sin(), -v * cloth.drop, depth * phase.sin())
+        let depth = below(wanted, deepest(pitch, OVERHANG * fraction, 2.0 * thickness));
+        dvec3(x + OVERHANG * fraction * depth * (2.0 * phase).sin(), -v * cloth.drop, depth * phase.sin())
     }
 }
 

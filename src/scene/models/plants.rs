@@ -53,12 +53,12 @@ pub(super) fn agave(detail: Detail, length: f64, leaves: usize, seed: u64) -> So
     let mut plant = Solid::default();
     let count = detail.count(leaves, 6);
     for number in 0..count {
-        let share = number as f64 / count as f64;
-        let length = length * (1.0 - 0.35 * share) * rng.between(0.85, 1.1);
+        let fraction = number as f64 / count as f64;
+        let length = length * (1.0 - 0.35 * fraction) * rng.between(0.85, 1.1);
         // Outer leaves lie flat, inner ones stand.
-        let rise = 0.35 + 0.95 * share + rng.between(-0.1, 0.1);
+        let rise = 0.35 + 0.95 * fraction + rng.between(-0.1, 0.1);
         let turn = TAU * (number as f64 * 0.381_966 + rng.between(-0.02, 0.02));
-        let blade = blade(detail, length, 0.085 * length, rise, 0.9 - 0.5 * share);
+        let blade = blade(detail, length, 0.085 * length, rise, 0.9 - 0.5 * fraction);
         plant.join(blade.moved(&DAffine3::from_rotation_y(turn)));
     }
     plant
@@ -101,12 +101,12 @@ pub(super) fn tree(detail: Detail, height: f64, branches: usize, seed: u64) -> S
     plant.join(rod(&path, cuts, false, |t| 0.022 - 0.014 * t));
     let count = detail.count(branches, 5);
     for number in 0..count {
-        let share = 0.35 + 0.65 * (number as f64 + 0.5) / count as f64;
+        let fraction = 0.35 + 0.65 * (number as f64 + 0.5) / count as f64;
         let turn = TAU * (number as f64 * 0.381_966) + rng.between(-0.3, 0.3);
-        let reach = height * (0.30 - 0.16 * (share - 0.35)) * rng.between(0.8, 1.15);
+        let reach = height * (0.30 - 0.16 * (fraction - 0.35)) * rng.between(0.8, 1.15);
         let lift = rng.between(0.35, 0.75);
         let out = dvec3(turn.cos(), lift, turn.sin()).normalize();
-        let tip = |t: f64| stem(share) + out * (reach * t) - DVec3::Y * (0.35 * reach * t * t);
+        let tip = |t: f64| stem(fraction) + out * (reach * t) - DVec3::Y * (0.35 * reach * t * t);
         let path: Vec<DVec3> = lines(0.0, 1.0, arch).into_iter().map(tip).collect();
         plant.join(rod(&path, cuts.min(8), false, |t| 0.008 - 0.005 * t));
         for at_leaf in 0..if detail.is_below(0.35) { 2 } else { 3 } {

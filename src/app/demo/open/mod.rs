@@ -1,7 +1,7 @@
 //! An open window and its frame loop.
 
 mod disk;
-mod layers;
+mod host_pictures;
 mod requests;
 
 use std::path::PathBuf;
@@ -15,8 +15,8 @@ use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::{Fullscreen, Window};
 
 use super::actions;
-use super::films::{Player, Recorder};
-use super::layered::Layered;
+use super::films::{FilmRecorder, Player};
+use super::host_picture::HostPicture;
 use super::overlays::Overlays;
 use super::panels::{self, WIDTH};
 use super::reference::Reference;
@@ -52,16 +52,16 @@ pub(super) struct WindowState {
     /// Version of the picture that the painter has.
     shown: u64,
     /// Colours of cells, with the picture version and the level that they show.
-    over: Layered<(u64, u32)>,
+    over: HostPicture<(u64, u32)>,
     /// The Monte Carlo picture beside ours.
-    beside: Layered<()>,
+    beside: HostPicture<()>,
     reference: Option<Reference>,
     /// A stopped tracer that finishes its last samples.
     leaving: Option<Reference>,
     player: Option<Player>,
     /// A film starts when the light paths are traced.
     plays_when_ready: bool,
-    recorder: Option<Recorder>,
+    recorder: Option<FilmRecorder>,
     /// The film that was recorded last.
     recorded: Option<PathBuf>,
     wake: Wake,
@@ -127,8 +127,8 @@ impl WindowState {
             painter,
             picture,
             shown: 0,
-            over: Layered::new(),
-            beside: Layered::new(),
+            over: HostPicture::new(),
+            beside: HostPicture::new(),
             reference: None,
             leaving: None,
             player: None,
@@ -231,7 +231,7 @@ impl WindowState {
         if egui.zoom_factor() != self.ui_state.text_scale {
             egui.set_zoom_factor(self.ui_state.text_scale);
         }
-        self.session.shares = self.ui_state.view.shares();
+        self.session.weights = self.ui_state.view.weights();
         let is_new = self.session.update()?;
         if is_new {
             // The next frame shows this frame's cost.

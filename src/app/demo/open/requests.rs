@@ -6,7 +6,7 @@ use winit::window::Fullscreen;
 
 use super::WindowState;
 use crate::app::demo::files;
-use crate::app::demo::films::{Player, Recorder};
+use crate::app::demo::films::{FilmRecorder, Player};
 use crate::app::demo::ui_state::{Request, View};
 use crate::app::note;
 use crate::error::{Error, Result};
@@ -61,7 +61,7 @@ impl WindowState {
 
     pub(super) fn record(&mut self) {
         match self.recorder.take() {
-            None => self.recorder = Some(Recorder::begin(&self.session)),
+            None => self.recorder = Some(FilmRecorder::begin(&self.session)),
             Some(recorder) => {
                 let saved = recorder.end(&self.session, &self.ui_state.save_to);
                 self.recorded = saved.as_ref().ok().cloned().or(self.recorded.take());

@@ -70,9 +70,9 @@ pub(super) fn panels(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
 /// Draws the progress of the precomputation.
 fn progress(ui: &mut Ui, session: &Session) {
     let Some((progress, seconds)) = session.progress() else { return };
-    let share = progress.done as f32 / progress.total.max(1) as f32;
+    let fraction = progress.done as f32 / progress.total.max(1) as f32;
     let text = format!("{} · {seconds:.0} s", progress.stage);
-    ui.add(egui::ProgressBar::new(share).text(text).animate(false));
+    ui.add(egui::ProgressBar::new(fraction).text(text).animate(false));
     ui.small("Direct light only until the light paths are traced.");
 }
 

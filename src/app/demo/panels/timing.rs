@@ -44,7 +44,7 @@ pub(super) fn timing(ui: &mut Ui, session: &Session) {
             .collect();
         let skipped = if idle.is_empty() { "nothing".to_owned() } else { idle.join(", ") };
         ui.small(format!("Left out as a whole: {skipped}"));
-        let [factors, layers] = report.lights_unchanged.map(|share| 100.0 * share);
+        let [factors, layers] = report.lights_unchanged.map(|fraction| 100.0 * fraction);
         ui.small(format!(
             "Lights whose paths stood: {factors:.0} %, whose pixels stood: {layers:.0} %; records gathered: {}",
             report.gathered

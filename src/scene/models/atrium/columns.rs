@@ -66,7 +66,7 @@ impl Column {
         let r = radius;
         let [plinth, abacus] = [0.13 * order, 0.14 * order];
         let (foot, neck, top) = (plinth - 0.002, height - abacus - 0.30 * order, height - abacus + 0.002);
-        let y = |share: f64| plinth + share * 0.24 * order;
+        let y = |fraction: f64| plinth + fraction * 0.24 * order;
         let profile = Outline::from(1.20 * r, foot, detail)
             .to(1.26 * r, foot)
             .arc(1.26 * r, y(0.36), 0.9, 4.0)
@@ -77,9 +77,9 @@ impl Column {
             .to(1.06 * r, y(1.0))
             .arc(r, y(1.22), -0.41, 2.0);
         // Entasis: the shaft swells a little before it narrows.
-        let shaft = |share: f64| {
-            let along = y(1.22) + share * (neck - 0.05 - y(1.22));
-            [r * (1.0 - 0.15 * share * share + 0.02 * (std::f64::consts::PI * share).sin()), along]
+        let shaft = |fraction: f64| {
+            let along = y(1.22) + fraction * (neck - 0.05 - y(1.22));
+            [r * (1.0 - 0.15 * fraction * fraction + 0.02 * (std::f64::consts::PI * fraction).sin()), along]
         };
         let profile = profile.through(&[shaft(0.5), shaft(1.0)], 1.0);
         let [bell, lip] = [0.86 * r, 1.32 * r];

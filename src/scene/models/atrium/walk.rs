@@ -152,15 +152,15 @@ fn vaults(site: &mut Site) {
 fn vault(bays: usize, cuts: usize) -> Solid {
     let radius = 0.5 * BAY;
     // Equal angles across the barrel, so that the grid's diagonals are the groins.
-    let step = |share: f64| -(PI * share).cos() * radius;
+    let step = |fraction: f64| -(PI * fraction).cos() * radius;
     let height = |offset: f64| (radius * radius - offset * offset).max(0.0).sqrt();
     let split = |u: f64| {
         let line = (u * (bays * cuts) as f64).round() as usize;
         (line / cuts, (line % cuts) as f64 / cuts as f64)
     };
     let along = |u: f64| {
-        let (bay, share) = split(u);
-        (BAY * bay as f64 + radius + step(share), step(share))
+        let (bay, fraction) = split(u);
+        (BAY * bay as f64 + radius + step(fraction), step(fraction))
     };
     let front = |u: f64, v: f64| {
         let ((x, dx), dz) = (along(u), step(v));

@@ -80,7 +80,7 @@ fn row(site: &mut Site, place: &DAffine3, width: f64, room: f64, rng: &mut Rng) 
     let thick = if site.detail.is_below(0.3) { 1.9 } else { 1.0 };
     while x < width - 0.06 {
         // Sets stand together: some books of one size and colour.
-        let volumes = if rng.share() < 0.25 { 2 + rng.pick(4) } else { 1 };
+        let volumes = if rng.fraction() < 0.25 { 2 + rng.pick(4) } else { 1 };
         let size =
             dvec3(thick * rng.between(0.018, 0.05), tall * rng.between(0.72, 1.1), rng.between(0.15, 0.215));
         let book = book(site.detail, size);

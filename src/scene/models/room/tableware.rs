@@ -94,7 +94,7 @@ fn fruit_bowl(site: &mut Site) {
         };
         let place = on * at(p.x, p.y, p.z) * turn(rng.between(0.0, 360.0));
         let lean = glam::DAffine3::from_rotation_x(rng.between(-0.4, 0.4));
-        let (part, finish) = if rng.share() < 0.5 {
+        let (part, finish) = if rng.fraction() < 0.5 {
             (&orange, site.finishes.fruit[0])
         } else {
             (&apple, site.finishes.fruit[1])

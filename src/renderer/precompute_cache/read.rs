@@ -3,6 +3,7 @@
 
 use super::checks::{self, has_images};
 use super::contents::Contents;
+use crate::cache_file::{CacheMiss, File, Key};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere};
@@ -16,7 +17,6 @@ use crate::renderer::precompute::{Precomputed, finest_cells};
 use crate::renderer::quality_warnings::{blurred, outgoing_directions, uncovered, undersampled, wide_cells};
 use crate::scene::directions::Directions;
 use crate::scene::{Scene, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces};
-use crate::stored::{CacheMiss, File, Key};
 use crate::types::Surface;
 use std::path::Path;
 use std::sync::Arc;

@@ -4,11 +4,11 @@
 
 use super::contents::Contents;
 use super::gloss_checks;
+use crate::cache_file::CacheMiss;
 use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD};
 use crate::passes::precompute::cache_points::RADIUS_RANGE;
 use crate::scene::hvds::Hvds;
 use crate::scene::{Scene, split_planes};
-use crate::stored::CacheMiss;
 use crate::types::{CachePoint, NO_CLUSTER, Surface};
 use glam::Vec3;
 
@@ -18,8 +18,8 @@ pub(super) fn demand(is_so: bool, what: &str) -> Result<(), CacheMiss> {
 }
 
 /// Whether `first` holds the offsets of `runs` segments of `length` items, the end included.
-pub(super) fn cuts(first: &[u32], runs: usize, length: usize) -> bool {
-    first.len() == runs + 1 && first[0] == 0 && first.is_sorted() && first[runs] as usize == length
+pub(super) fn cuts(first: &[u32], ranges: usize, length: usize) -> bool {
+    first.len() == ranges + 1 && first[0] == 0 && first.is_sorted() && first[ranges] as usize == length
 }
 
 /// Checks the contents against themselves and the scene. `order` is the tree's order of the
@@ -108,7 +108,7 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
         let is_known = (step.material as usize) < scene.materials.len()
             || step.material == HEAD
             || (is_glossy && step.material == FROM_ENTRY);
-        demand(is_known && (step.slot as usize) < contributions.len(), "steps")?;
+        demand(is_known && (step.contribution as usize) < contributions.len(), "steps")?;
     }
     let heads = steps.iter().filter(|step| step.material == HEAD).count();
     let starts = steps.first().is_none_or(|step| step.material == HEAD);
@@ -157,9 +157,9 @@ fn records(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     }
     let neighbours = &contents.neighbourhoods;
     demand(cuts(&neighbours.first, points.len(), neighbours.list.len()), "neighbours")?;
-    let is_share = |weight: f32| (0.0..=1.001).contains(&weight);
+    let is_fraction = |weight: f32| (0.0..=1.001).contains(&weight);
     let mut all = neighbours.list.iter();
-    demand(all.all(|neighbour| is_point(neighbour.record) && is_share(neighbour.weight)), "neighbours")?;
+    demand(all.all(|neighbour| is_point(neighbour.record) && is_fraction(neighbour.weight)), "neighbours")?;
     let clusters = contents.hvds.areas_m2.len();
     let mut near = contents.near_clusters.iter().chain(&contents.near_patches);
     let is_near = near
@@ -167,8 +167,8 @@ fn records(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     demand(is_near, "near clusters")?;
     let mut own = contents.near_clusters.iter();
     demand(own.all(|near| (near.target as usize) < clusters), "targets of near clusters")?;
-    let mut parts = (clusters + contents.proxy_count()..).zip(&contents.near_patches);
-    demand(parts.all(|(target, part)| part.target as usize == target), "targets of near patches")?;
+    let mut patches = (clusters + contents.proxy_count()..).zip(&contents.near_patches);
+    demand(patches.all(|(target, patch)| patch.target as usize == target), "targets of near patches")?;
     let numbers = &contents.numbers;
     let is_narrow = numbers.narrow_count as usize <= points.len()
         && numbers.narrow_patches as usize <= contents.near_patches.len();
@@ -178,8 +178,8 @@ fn records(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
 fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let lists = &contents.merged_rays;
     let bits = contents.numbers.cluster_bits;
-    let slots = contents.gloss.as_ref().map_or(0, |gloss| gloss.slots.len());
-    let targets = contents.lit_count() + slots;
+    let bins = contents.gloss.as_ref().map_or(0, |gloss| gloss.bins.len());
+    let targets = contents.lit_count() + bins;
     demand((1..32).contains(&bits) && targets < 1 << bits, "bits of a cluster")?;
     demand((scene.materials.len() as u64) < 1 << (32 - bits), "bits of a material")?;
     demand(contents.numbers.min_distance.is_finite(), "unit of gradients")?;
@@ -206,9 +206,9 @@ fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
 fn proxies(contents: &Contents) -> Result<(), CacheMiss> {
     let Some(proxies) = &contents.proxies else { return Ok(()) };
     let (count, clusters) = (contents.proxy_count(), contents.hvds.areas_m2.len());
-    demand(cuts(&proxies.part_offsets, count, proxies.parts.len()), "proxies")?;
+    demand(cuts(&proxies.term_offsets, count, proxies.terms.len()), "proxies")?;
     let is_cluster = |cluster: u32| (cluster as usize) < clusters;
-    demand(proxies.parts.iter().all(|&part| is_cluster(proxies.packing.cluster(part))), "parts of proxies")?;
+    demand(proxies.terms.iter().all(|&term| is_cluster(proxies.packing.cluster(term))), "terms of proxies")?;
     let is_pair = |pair: &[u32; 3]| is_cluster(pair[0]) && (pair[2] as usize) < count;
     let are_pairs = proxies.pairs.is_sorted_by(|a, b| a[..2] < b[..2]) && proxies.pairs.iter().all(is_pair);
     demand(are_pairs, "pairs of proxies")

@@ -67,7 +67,7 @@ fn bits(renderer: &Renderer) -> Vec<u32> {
 fn loaded(scene: Scene, store: &Store) -> Renderer {
     let mut said = Vec::new();
     let mut say = |line: &str| said.push(line.to_owned());
-    let renderer = Renderer::stored(&context(), scene, store, &mut Silent, &mut say).unwrap();
+    let renderer = Renderer::cached(&context(), scene, store, &mut Silent, &mut say).unwrap();
     assert_eq!(said, [""; 0]);
     assert_eq!(renderer.statistics().unwrap().precompute_stages[0].0, "stored light paths");
     renderer
@@ -80,7 +80,7 @@ fn compare(scene: &Scene) -> std::collections::BTreeMap<String, u64> {
     let file = folder.path().join("scene.paths");
     let store = Store::File(file);
     // If there is no file yet, light paths are traced and stored.
-    let mut fresh = Renderer::stored(&context(), scene.clone(), &store, &mut Silent, &mut |_| ()).unwrap();
+    let mut fresh = Renderer::cached(&context(), scene.clone(), &store, &mut Silent, &mut |_| ()).unwrap();
     assert_ne!(fresh.statistics().unwrap().precompute_stages[0].0, "stored light paths");
     // A light that moved before loading makes no difference.
     let mut moved = scene.clone();
@@ -154,7 +154,7 @@ fn warnings_are_those_of_fresh_light_paths() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.paths");
     let store = Store::File(file);
-    let fresh = Renderer::stored(&context(), scene.clone(), &store, &mut Silent, &mut |_| ()).unwrap();
+    let fresh = Renderer::cached(&context(), scene.clone(), &store, &mut Silent, &mut |_| ()).unwrap();
     let stored = loaded(scene, &store);
     assert!(!fresh.scene().warnings.is_empty());
     assert_eq!(stored.scene().warnings, fresh.scene().warnings);
@@ -191,7 +191,7 @@ fn each_dependency_is_told_and_a_damaged_file_is_replaced() {
     fs::write(&file, &whole[..whole.len() / 2]).unwrap();
     let mut said = Vec::new();
     let mut say = |line: &str| said.push(line.to_owned());
-    Renderer::stored(&context(), scene.clone(), &store, &mut Silent, &mut say).unwrap();
+    Renderer::cached(&context(), scene.clone(), &store, &mut Silent, &mut say).unwrap();
     assert_eq!(said.len(), 1, "{said:?}");
     assert!(said[0].contains("is damaged") && said[0].ends_with("traced anew"), "{said:?}");
     assert_eq!(miss(&|_| ()), None, "it was replaced");

@@ -48,14 +48,14 @@ const POINTERS: &[(&str, usize, usize)] = &[
     ("near patches", 6, 0),
     ("near patches", 6, 1),
     ("near patches", 6, 5),
-    ("proxy part offsets", 1, 0),
+    ("proxy term offsets", 1, 0),
     ("proxy pairs", 3, 0),
     ("proxy pairs", 3, 2),
     ("gloss entries", 13, 3),
     ("gloss entries", 13, 11),
     ("gloss vertices", 5, 3),
     ("gloss vertices", 5, 4),
-    ("gloss slots", 4, 0),
+    ("gloss bins", 4, 0),
     ("gloss sums", 2, 0),
     ("gloss sums", 2, 1),
     ("gloss child offsets", 1, 0),
@@ -88,8 +88,8 @@ const LENGTHS: &[&str] = &[
     "merged ray counts",
     "merged rays",
     "merged ray colours",
-    "proxy part offsets",
-    "proxy parts",
+    "proxy term offsets",
+    "proxy terms",
     "gloss shifts",
     "gloss child offsets",
 ];
@@ -115,7 +115,7 @@ impl Everything {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("scene.paths");
         let mut scene = with_gaps(textured(glossy()));
-        // Enough entry points that some slots are sums of others.
+        // Enough entry points that some gloss bins are sums of others.
         scene.quality.entry_points = 40_000;
         Renderer::store(&context(), scene.clone(), &file, &mut Silent).unwrap();
         let tables = Tables::from_bytes(&fs::read(&file).unwrap());
@@ -156,8 +156,8 @@ fn no_index_leads_out_of_a_list() {
     *tables.word("cell clusters", 0) = FAR.to_le_bytes();
     all.assert_refused(&tables, "cell clusters");
     let mut tables = all.tables.clone();
-    *tables.word("proxy parts", 0) = u32::MAX.to_le_bytes();
-    all.assert_refused(&tables, "proxy parts");
+    *tables.word("proxy terms", 0) = u32::MAX.to_le_bytes();
+    all.assert_refused(&tables, "proxy terms");
     for count in [0, 1] {
         let mut tables = all.tables.clone();
         for shift in 0..tables.words("gloss shifts") {

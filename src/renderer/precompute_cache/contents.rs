@@ -1,7 +1,8 @@
 //! Contents of a file of light paths, before they are checked.
 
 use super::write::Numbers;
-use crate::passes::frame::cluster_proxies::ProxyPartPacking;
+use crate::cache_file::{CacheMiss, File};
+use crate::passes::frame::cluster_proxies::ProxyTermPacking;
 use crate::passes::frame::near_field::NearCluster;
 use crate::passes::precompute::cluster_proxies::ProxyTables;
 use crate::passes::precompute::gloss::GlossTables;
@@ -9,7 +10,6 @@ use crate::passes::precompute::merged_rays::MergedRayLists;
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::{Arrivals, LightPaths, PathGroup};
 use crate::scene::hvds::Hvds;
-use crate::stored::{CacheMiss, File};
 use crate::types::{CachePoint, Contribution, Grid, PathVertex};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -79,9 +79,9 @@ impl Contents {
         };
         let proxies = || -> Result<ProxyTables, CacheMiss> {
             Ok(ProxyTables {
-                part_offsets: file.list("proxy part offsets")?,
-                parts: file.list("proxy parts")?,
-                packing: ProxyPartPacking::new(hvds.cluster_count()),
+                term_offsets: file.list("proxy term offsets")?,
+                terms: file.list("proxy terms")?,
+                packing: ProxyTermPacking::new(hvds.cluster_count()),
                 pairs: file.list("proxy pairs")?,
                 measured: 0,
                 poor: 0,
@@ -96,7 +96,7 @@ impl Contents {
                 max_vertices: numbers.gloss_most_vertices,
                 shifts: file.list("gloss shifts")?,
                 base_ranges: Vec::new(),
-                slots: file.list("gloss slots")?,
+                bins: file.list("gloss bins")?,
                 leaf_count: numbers.gloss_leaf_count,
                 sums: ranges(file.list("gloss sums")?),
                 child_offsets: file.list("gloss child offsets")?,
@@ -108,7 +108,7 @@ impl Contents {
         Ok(Self {
             numbers,
             counts,
-            skipped: skipped.into_iter().filter_map(|(name, share)| Some((name, share?))).collect(),
+            skipped: skipped.into_iter().filter_map(|(name, fraction)| Some((name, fraction?))).collect(),
             order: file.list("order")?,
             sides: file.list("sides")?,
             closed: file.list("enclosures")?,
@@ -136,7 +136,7 @@ impl Contents {
 
     /// Number of proxies of clusters.
     pub(super) fn proxy_count(&self) -> usize {
-        self.proxies.as_ref().map_or(0, |proxies| proxies.part_offsets.len().saturating_sub(1))
+        self.proxies.as_ref().map_or(0, |proxies| proxies.term_offsets.len().saturating_sub(1))
     }
 
     /// Number of gather targets with irradiance: clusters, proxies, near-field patches.

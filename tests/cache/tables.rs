@@ -1,6 +1,6 @@
 //! Changes the contents of files and sets correct checksums, as an attacker would.
 
-use lightpaths::stored::hash;
+use lightpaths::cache_file::hash;
 
 const HEADER: usize = 48;
 const DEPENDENCY: usize = 40;

@@ -1,9 +1,9 @@
 //! Writes the precomputation to a file, section by section.
 
+use crate::cache_file::Writer;
 use crate::error::Result;
 use crate::passes::precompute::merged_rays::MergedRayLists;
 use crate::renderer::precompute::Precomputed;
-use crate::stored::Writer;
 use crate::types::CachePoint;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
@@ -120,15 +120,15 @@ impl Tables {
         writer.add("near clusters", &made.near_clusters[..]);
         writer.add("near patches", &made.near_patches[..]);
         if let Some(proxies) = &made.proxies {
-            writer.add("proxy part offsets", &proxies.part_offsets[..]);
-            writer.add("proxy parts", &proxies.parts[..]);
+            writer.add("proxy term offsets", &proxies.term_offsets[..]);
+            writer.add("proxy terms", &proxies.terms[..]);
             writer.add("proxy pairs", &proxies.pairs[..]);
         }
         if let Some(gloss) = gloss {
             writer.add("gloss entries", &gloss.entries[..]);
             writer.add("gloss vertices", &gloss.vertices[..]);
             writer.add("gloss shifts", &gloss.shifts[..]);
-            writer.add("gloss slots", &gloss.slots[..]);
+            writer.add("gloss bins", &gloss.bins[..]);
             writer.add("gloss sums", ends(&gloss.sums));
             writer.add("gloss child offsets", &gloss.child_offsets[..]);
             writer.add("gloss children", Cow::Borrowed(&gloss.children[..]));

@@ -11,7 +11,7 @@ mod readers;
 
 #[test]
 fn the_corpus_holds_light_paths() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/stored/good");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/cache/good");
     if std::env::var_os("LIGHTPATHS_BLESS").is_some() {
         Renderer::store(&context(), readers::stored_scene(), &file, &mut Silent).unwrap();
     }

@@ -2,9 +2,9 @@
 
 use super::checks::{cuts, demand};
 use super::contents::Contents;
+use crate::cache_file::CacheMiss;
 use crate::passes::frame::gloss::NO_ENTRY;
 use crate::scene::{Material, Scene};
-use crate::stored::CacheMiss;
 
 pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let is_glossy = scene.materials.iter().any(Material::may_be_glossy);
@@ -27,8 +27,8 @@ pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss>
     demand(gloss.shifts.len() == hvds.levels[0].len(), "shifts")?;
     let holds = |shift: u32, cluster: usize| {
         let (start, end) = (first[2 * cluster], first[2 * cluster + 2]);
-        let run = u64::from(start.wrapping_add(shift)) + u64::from(end - start);
-        start == end || shift == NO_ENTRY || run <= vertices as u64
+        let range = u64::from(start.wrapping_add(shift)) + u64::from(end - start);
+        start == end || shift == NO_ENTRY || range <= vertices as u64
     };
     for (cluster, &shift) in gloss.shifts.iter().enumerate() {
         demand(holds(shift, cluster), "shifts")?;
@@ -40,21 +40,24 @@ pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss>
         }
     }
 
-    let (slots, leaves) = (gloss.slots.len(), gloss.leaf_count as usize);
+    let (bins, leaves) = (gloss.bins.len(), gloss.leaf_count as usize);
     let clusters = hvds.areas_m2.len();
-    demand(gloss.slots.iter().all(|slot| (slot.cluster as usize) < clusters), "outgoing directions")?;
-    demand(leaves <= slots, "outgoing directions that are no sums")?;
-    let sums = slots - leaves;
+    demand(
+        gloss.bins.iter().all(|gloss_bin| (gloss_bin.cluster as usize) < clusters),
+        "outgoing directions",
+    )?;
+    demand(leaves <= bins, "outgoing directions that are no sums")?;
+    let sums = bins - leaves;
     demand(cuts(&gloss.child_offsets, sums, gloss.children.len()), "parts of sums")?;
     let mut end = leaves;
     for level in &gloss.sums {
         let range = level.start as usize..level.end as usize;
-        demand(range.start == end && range.start <= range.end && range.end <= slots, "levels of sums")?;
-        let runs = gloss.child_offsets[range.start - leaves]..gloss.child_offsets[range.end - leaves];
-        let children = &gloss.children[runs.start as usize..runs.end as usize];
-        // A level sums only slots of earlier levels.
+        demand(range.start == end && range.start <= range.end && range.end <= bins, "levels of sums")?;
+        let ranges = gloss.child_offsets[range.start - leaves]..gloss.child_offsets[range.end - leaves];
+        let children = &gloss.children[ranges.start as usize..ranges.end as usize];
+        // A level sums only gloss bins of earlier levels.
         demand(children.iter().all(|&child| (child as usize) < range.start), "parts of sums")?;
         end = range.end;
     }
-    demand(end == slots, "levels of sums")
+    demand(end == bins, "levels of sums")
 }

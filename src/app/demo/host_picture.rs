@@ -7,13 +7,13 @@ use crate::gpu::window::{PictureId, WindowPainter};
 use crate::gpu::{Buffer, Context};
 
 /// A host picture with its content, if it exists.
-pub(super) struct Layered<Of> {
+pub(super) struct HostPicture<Of> {
     picture: Option<PictureId>,
     /// What the picture shows; `None` if it is hidden.
     pub(super) of: Option<Of>,
 }
 
-impl<Of> Layered<Of> {
+impl<Of> HostPicture<Of> {
     pub(super) fn new() -> Self {
         Self { picture: None, of: None }
     }

@@ -9,10 +9,10 @@ mod write;
 
 use super::precompute::{Precomputed, precompute};
 use super::{Progress, Renderer, memory_hint};
+use crate::cache_file::{CacheMiss, File, Folder, Key};
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::scene::Scene;
-use crate::stored::{CacheMiss, File, Folder, Key};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -43,7 +43,7 @@ impl Renderer {
     ///
     /// # Errors
     /// The device lacks memory or failed; a folder cannot be created.
-    pub fn stored(
+    pub fn cached(
         context: &Arc<Context>,
         scene: Scene,
         store: &Store,

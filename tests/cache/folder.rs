@@ -1,6 +1,6 @@
 //! A folder stays within its limit: the least recently used files are removed.
 
-use lightpaths::stored::Folder;
+use lightpaths::cache_file::Folder;
 use std::fs;
 use std::path::Path;
 use std::time::{Duration, SystemTime};

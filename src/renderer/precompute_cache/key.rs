@@ -1,14 +1,14 @@
 //! Dependencies of stored light paths. Lights are not among them: paths are traced without lights,
 //! and warnings about their positions are computed again.
 
+use crate::cache_file::{Key, hash};
 use crate::gpu::Context;
 use crate::gpu::shaders::SHADERS;
 use crate::scene::{Material, Scene};
-use crate::stored::{Key, hash};
 use glam::Vec3;
 
 /// Version of the contents and of the host's algorithms, which no shader hash covers.
-const CONTENTS: u32 = 4;
+const CONTENTS: u32 = 5;
 
 /// Dependencies that distinguish the entries of a folder. A new program or driver replaces the
 /// entry of the old one.

@@ -1,7 +1,7 @@
 //! The format of files: the reader detects all damage.
 
 use super::tables::bless;
-use lightpaths::stored::{CacheMiss, File, Key, VERSION, Writer, hash};
+use lightpaths::cache_file::{CacheMiss, File, Key, VERSION, Writer, hash};
 use std::fs;
 
 const NUMBERS: [u32; 5] = [3, 1, 4, 1, 5];

@@ -129,7 +129,7 @@ impl Buffer {
 
     /// Another handle to the same storage.
     #[must_use]
-    pub fn fraction(&self) -> Self {
+    pub fn alias(&self) -> Self {
         Self { allocated: self.allocated.clone() }
     }
 

@@ -147,7 +147,7 @@ impl Renderer {
         let mut pyramid =
             Pyramid::new(context, &made.hvds, &made.paths.contribution_offsets, made.area_m2, is_glossy)?;
         let proxies = Proxies::new(context, made.proxies.take(), &made.hvds, &mut pyramid)?;
-        pyramid.make_room_for_patches(context, made.near_patches.len() as u32)?;
+        pyramid.reserve_patches(context, made.near_patches.len() as u32)?;
         let reads = liveness::reads(&made, &proxies, &pyramid)?;
         made.statistics.skipped.extend(liveness::unread(
             &made,

@@ -63,7 +63,7 @@ fn irradiance_of_near_clusters_equals_the_reference() {
         assert_eq!(pass.bytes(std::iter::empty()), moved);
         let mut pyramid = Pyramid::new(&world.context, &world.hvds, &lists, min_area_m2, false).unwrap();
         let all = ClusterLists::all(&world.context, &world.hvds.levels).unwrap();
-        pyramid.make_room_for_patches(&world.context, pass.patch_count()).unwrap();
+        pyramid.reserve_patches(&world.context, pass.patch_count()).unwrap();
         let buffer = Buffer::from_slice(&world.context, "records", &records).unwrap();
         world
             .context

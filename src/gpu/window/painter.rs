@@ -190,7 +190,7 @@ impl WindowPainter {
         let picture = &mut self.pictures[id.0].picture;
         let [width, height] = picture.size.map(u64::from);
         assert_eq!(pixels.bytes(), 4 * width * height, "bytes of a picture of {width}x{height} pixels");
-        picture.next = Some(pixels.fraction());
+        picture.next = Some(pixels.alias());
     }
 
     /// Draws a frame and presents it.

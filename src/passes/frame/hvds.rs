@@ -268,7 +268,7 @@ impl Pyramid {
     ///
     /// # Errors
     /// The device lacks memory.
-    pub fn make_room_for_patches(&mut self, context: &Arc<Context>, patch_count: u32) -> Result<()> {
+    pub fn reserve_patches(&mut self, context: &Arc<Context>, patch_count: u32) -> Result<()> {
         if patch_count > 0 {
             let bytes = self.irradiance.bytes() + 12 * u64::from(patch_count);
             self.irradiance = Buffer::storage(context, "cluster irradiance", bytes)?;

@@ -112,15 +112,26 @@ impl Buffer {
     /// # Errors
     /// As [`Buffer::storage`].
     pub fn host_flag(context: &Arc<Context>, name: &str) -> Result<Self> {
-        let allocated =
-            Allocated::new(context, name, size_of::<u32>() as u64, STORAGE, MemoryLocation::GpuToCpu)?;
-        allocated.store(bytemuck::bytes_of(&0_u32));
-        Ok(Self { allocated: Arc::new(allocated) })
+        Self::host_words(context, name, 1)
     }
 
     /// The value of a host-visible flag after the recordings that are done.
     pub fn read_flag(&self) -> u32 {
-        bytemuck::pod_read_unaligned(&self.allocated.mapped()[..size_of::<u32>()])
+        self.mapped_word(0)
+    }
+
+    /// Creates a host-visible buffer of words, all zero.
+    pub(super) fn host_words(context: &Arc<Context>, name: &str, words: u32) -> Result<Self> {
+        let bytes = 4 * u64::from(words);
+        let allocated = Allocated::new(context, name, bytes, STORAGE, MemoryLocation::GpuToCpu)?;
+        allocated.store(&vec![0; bytes as usize]);
+        Ok(Self { allocated: Arc::new(allocated) })
+    }
+
+    /// A word of a host-visible buffer.
+    pub(super) fn mapped_word(&self, index: u32) -> u32 {
+        let first = 4 * index as usize;
+        bytemuck::pod_read_unaligned(&self.allocated.mapped()[first..first + 4])
     }
 
     pub(super) fn is_host_flag(&self) -> bool {
@@ -196,6 +207,7 @@ impl Buffer {
     pub fn read_range<T: Pod>(&self, first: usize, count: usize) -> Result<Vec<T>> {
         let mut data = vec![T::zeroed(); count];
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
+        self.allocated.context.count_read_back(bytes.len() as u64);
         let mut offset = (first * size_of::<T>()) as u64;
         let (end, name) = (offset + bytes.len() as u64, &self.allocated.name);
         assert!(end <= self.bytes(), "`{name}` holds {} bytes, reading up to {end}", self.bytes());

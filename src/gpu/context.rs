@@ -1,6 +1,7 @@
 //! The device, as the other modules use it.
 
 use std::ffi::{CStr, CString};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -80,6 +81,8 @@ pub struct Context {
     /// Finished submissions, for reuse.
     submissions: Mutex<Vec<Submission>>,
     redundant_barriers: Mutex<Vec<String>>,
+    submission_count: AtomicU64,
+    read_back_bytes: AtomicU64,
     summary: DeviceSummary,
     tuning: Tuning,
     #[cfg(feature = "window")]
@@ -158,6 +161,8 @@ impl Context {
             allocator: Mutex::new(Some(allocator)),
             submissions: Mutex::default(),
             redundant_barriers: Mutex::default(),
+            submission_count: AtomicU64::new(0),
+            read_back_bytes: AtomicU64::new(0),
             tuning: Tuning::from_device(summary.kind, &summary.limits, Tuning::cores()),
             summary,
             #[cfg(feature = "window")]
@@ -250,9 +255,24 @@ impl Context {
             recorder = Recorder::begin(self)?;
             value = record(&mut recorder);
         }
+        self.submission_count.fetch_add(1, Ordering::Relaxed);
         let (timings, redundant) = recorder.submit_and_wait()?;
         self.redundant_barriers.lock().expect("no holder panics").extend(redundant);
         Ok((value, timings))
+    }
+
+    /// Number of submissions so far; the host has waited for each.
+    pub fn submission_count(&self) -> u64 {
+        self.submission_count.load(Ordering::Relaxed)
+    }
+
+    /// Bytes that the host has read back from buffers so far.
+    pub fn read_back_bytes(&self) -> u64 {
+        self.read_back_bytes.load(Ordering::Relaxed)
+    }
+
+    pub(super) fn count_read_back(&self, bytes: u64) {
+        self.read_back_bytes.fetch_add(bytes, Ordering::Relaxed);
     }
 
     /// Number of pipelines that the driver has compiled for this context.

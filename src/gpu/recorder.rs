@@ -8,15 +8,18 @@ use std::time::Instant;
 use ash::vk;
 use bytemuck::Pod;
 
-use super::barrier::{Barrier, COMPUTE_TO_HOST, Places, SUBMISSION};
+use super::barrier::{Barrier, COMPUTE_TO_HOST, Places, SUBMISSION, TRANSFER_TO_HOST};
 use super::hazard::{Hazards, Use};
 use super::pipeline::{Program, descriptor_type};
 use super::pipelines::Missing;
 use super::spirv::Access;
 use super::submission::Submission;
 use super::timing::{PassTiming, milliseconds};
-use super::{Buffer, Context, Pipeline};
+use super::{Buffer, Context, HostBlock, Pipeline};
 use crate::error::{Error, Result};
+
+/// Bytes that one `vkCmdUpdateBuffer` takes at most.
+const UPDATE_BYTES: usize = 65_536;
 
 /// Name of a transfer outside of every pass.
 const NO_PASS: &str = "transfer";
@@ -40,6 +43,8 @@ pub struct Recorder {
     hazards: Option<Hazards>,
     /// Some dispatch may write a host flag.
     writes_host_flags: bool,
+    /// Some copy writes a block that the host reads.
+    copies_to_host: bool,
     /// Objects that the commands use. They live until the commands are done, even if the
     /// caller drops them.
     in_use: Vec<Arc<dyn Any>>,
@@ -73,6 +78,7 @@ impl Recorder {
             unfenced: None,
             hazards: context.has_hazard_check.then(Hazards::default),
             writes_host_flags: false,
+            copies_to_host: false,
             in_use: Vec::new(),
             missing: Vec::new(),
             failure: None,
@@ -136,6 +142,14 @@ impl Recorder {
     }
 
     pub(super) fn copy_bytes(&mut self, from: &Buffer, first: u64, to: &Buffer, to_first: u64, bytes: u64) {
+        if bytes > 0 && !self.leaves_out {
+            self.use_buffers(|_| vec![transfer(from, false), transfer(to, true)]);
+        }
+        self.copy_unchecked(from, first, to, to_first, bytes);
+    }
+
+    /// As [`Self::copy_bytes`], without a report to the hazard check.
+    fn copy_unchecked(&mut self, from: &Buffer, first: u64, to: &Buffer, to_first: u64, bytes: u64) {
         assert!(
             first + bytes <= from.bytes() && to_first + bytes <= to.bytes(),
             "cannot copy {bytes} bytes from `{}` to `{}`",
@@ -145,12 +159,42 @@ impl Recorder {
         if bytes == 0 || self.leaves_out {
             return;
         }
-        self.use_buffers(|_| vec![transfer(from, false), transfer(to, true)]);
         self.in_use.extend([from, to].map(|buffer| buffer.allocated.clone() as Arc<dyn Any>));
         let region = [vk::BufferCopy { src_offset: first, dst_offset: to_first, size: bytes }];
         let (from, to) = (from.allocated.handle, to.allocated.handle);
         // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe { self.context.device.cmd_copy_buffer(self.commands, from, to, &region) };
+    }
+
+    /// Overwrites the start of the buffer with `data`, which travels within the commands. For small
+    /// data: edits, not scenes. A transfer. Panics if the data are longer than the buffer.
+    pub fn upload<T: Pod>(&mut self, buffer: &Buffer, data: &[T]) {
+        let (bytes, name) = (bytemuck::cast_slice::<T, u8>(data), &buffer.allocated.name);
+        assert!(bytes.len() as u64 <= buffer.bytes(), "`{name}` is shorter than {} bytes", bytes.len());
+        assert!(bytes.len().is_multiple_of(4), "`{name}`: the device updates whole words");
+        if bytes.is_empty() || self.leaves_out {
+            return;
+        }
+        self.use_buffers(|_| vec![transfer(buffer, true)]);
+        self.in_use.push(buffer.allocated.clone());
+        for (index, update) in bytes.chunks(UPDATE_BYTES).enumerate() {
+            let (handle, offset) = (buffer.allocated.handle, (index * UPDATE_BYTES) as u64);
+            // SAFETY: the commands are being recorded, and what they name lives until they have
+            // run.
+            unsafe { self.context.device.cmd_update_buffer(self.commands, handle, offset, update) };
+        }
+    }
+
+    /// Copies `words` words from a byte offset of `from` to word `to` of a block that the host
+    /// reads. A transfer. Panics if one of them is too short.
+    pub fn copy_to_host(&mut self, from: &Buffer, offset: u64, block: &HostBlock, to: u32, words: u32) {
+        if !self.leaves_out {
+            // The check tracks neither the host nor words of a buffer: copies go to different
+            // words.
+            self.use_buffers(|_| vec![transfer(from, false)]);
+            self.copies_to_host = true;
+        }
+        self.copy_unchecked(from, offset, &block.buffer, 4 * u64::from(to), 4 * u64::from(words));
     }
 
     /// Ends the recording and runs it. Returns the timings and the redundant barriers.
@@ -161,6 +205,9 @@ impl Recorder {
         if self.writes_host_flags {
             // Not reported to the hazard check, which does not track the host.
             self.pipeline_barrier(COMPUTE_TO_HOST);
+        }
+        if self.copies_to_host {
+            self.pipeline_barrier(TRANSFER_TO_HOST);
         }
         let submission = self.submission.as_ref().expect("taken only in drop");
         let done = submission
@@ -361,6 +408,12 @@ impl PassScope<'_> {
     /// As [`Recorder::fill_zero`], within this pass.
     pub fn fill_zero(&mut self, buffer: &Buffer) -> &mut Self {
         self.recorder.fill_zero(buffer);
+        self
+    }
+
+    /// As [`Recorder::upload`], within this pass.
+    pub fn upload<T: Pod>(&mut self, buffer: &Buffer, data: &[T]) -> &mut Self {
+        self.recorder.upload(buffer, data);
         self
     }
 

@@ -7,10 +7,7 @@ use crate::error::Result;
 use crate::gpu::Buffer;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::passes::LitScene;
-use crate::passes::frame::{
-    antialias::Antialias, direct::Direct, gather::Gather, needed_records::RecordList,
-    pixel_colours::PixelColours,
-};
+use crate::passes::frame::{gather::Gather, needed_records::RecordList};
 use crate::passes::precompute::Silent;
 use crate::passes::precompute::gather_rays::{self, Hemisphere};
 use crate::passes::reference::irradiance_probe;
@@ -59,14 +56,14 @@ impl Renderer {
             return self.layer_gathered_at_pixels(layer);
         }
         self.complete()?;
-        let gathered: Vec<Record> = self.gather.records.read()?;
+        let gathered: Vec<Record> = self.transport.gather.records.read()?;
         let irradiance = self.exact_irradiance(exact)?;
         let exact =
             gathered.iter().zip(irradiance).map(|(&record, irradiance)| Record { irradiance, ..record });
-        self.gather.records.write(&exact.collect::<Vec<_>>())?;
+        self.transport.gather.records.write(&exact.collect::<Vec<_>>())?;
         self.blend_and_splat()?;
         let found = self.layer(layer)?;
-        self.gather.records.write(&gathered)?;
+        self.transport.gather.records.write(&gathered)?;
         self.blend_and_splat()?;
         Ok(found)
     }
@@ -77,19 +74,21 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn exact_irradiance(&self, exact: Exact) -> Result<Vec<Vec3>> {
-        let seed = self.scene.quality.seed;
+        let seed = self.world.scene.quality.seed;
         let is_along_gather_rays = exact.stage == Stage::Clusters;
-        let rays = self.gather.hemisphere.rays();
+        let rays = self.transport.gather.hemisphere.rays();
+        // Edits of colours have not reached the device's table.
+        self.context.run(|rec| self.lights.record_upload(rec))?;
         irradiance_probe::trace(
             &self.context,
             irradiance_probe::Job {
                 scene: LitScene {
-                    buffers: &self.buffers,
+                    buffers: &self.world.buffers,
                     lights: &self.lights.table,
-                    light_count: self.scene.lights.len() as u32,
+                    light_count: self.world.scene.lights.len() as u32,
                 },
-                cache_points: &self.gather.cache_points,
-                point_count: self.gather.point_count(),
+                cache_points: &self.transport.gather.cache_points,
+                point_count: self.transport.gather.point_count(),
                 hemisphere: Hemisphere::new(if is_along_gather_rays { rays } else { rays.min(STRATA) }),
                 gather_seed: is_along_gather_rays.then_some(seed),
                 seed: hash_pair(!seed, exact.sequence),
@@ -103,16 +102,8 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn set_edge_samples(&mut self, samples: u32) -> Result<()> {
-        self.scene.quality.edge_samples = samples;
-        self.antialias = Antialias::new(&self.context, self.size(), samples)?;
-        let [width, height] = self.size();
-        let slots = self.antialias.capacity.slots;
-        self.pixel_colours = PixelColours::new(&self.context, &self.buffers, width * height, slots)?;
-        self.direct = Direct::new(&self.context, self.size(), slots)?;
-        self.lights.take_irradiances(self.lights.new_irradiances(self.direct.point_count(), None)?);
-        self.changes.size = true;
-        self.view_changed();
-        Ok(())
+        self.world.scene.quality.edge_samples = samples;
+        self.replace_image(self.image.view)
     }
 
     /// Computes the clusters and records that the last frame skipped because nothing reads them.
@@ -120,23 +111,36 @@ impl Renderer {
     fn complete(&self) -> Result<()> {
         self.complete_clusters()?;
         self.context.run(|rec| {
-            self.gather.record(rec, self.gather_sources(), self.needs.all());
+            self.transport.gather.record(
+                rec,
+                self.transport.gather_sources(&self.world.buffers.materials),
+                &self.transport.record_lists.all,
+            );
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.blend.record(rec, &self.gather.cache_points, &self.gather.records, None);
+            self.transport.blend.record(
+                rec,
+                &self.transport.gather.cache_points,
+                &self.transport.gather.records,
+                None,
+            );
         })?;
         Ok(())
     }
 
     /// Computes the clusters that the last frame skipped.
     pub(super) fn complete_clusters(&self) -> Result<()> {
-        let whole = self.scopes.make_whole()?;
+        let whole = self.transport.scopes.make_whole()?;
         self.context.run(|rec| {
-            self.record_flux(rec, &whole, &self.lights.cluster_lights());
-            self.record_near_field(rec, &whole);
+            self.transport.record_flux(rec, &whole, &self.lights.cluster_lights(), &self.lights);
+            self.transport.record_near_field(rec, &self.world.buffers.materials, &whole);
             // The near field has overwritten these records with light gathered from unfinished
             // clusters. The next frame would take them for current, so they are gathered again from
             // the finished ones.
-            self.gather.record(rec, self.gather_sources(), &whole.sources);
+            self.transport.gather.record(
+                rec,
+                self.transport.gather_sources(&self.world.buffers.materials),
+                &whole.sources,
+            );
         })?;
         Ok(())
     }
@@ -144,11 +148,16 @@ impl Renderer {
     /// Blends and splats records as a frame does, and composes the picture.
     fn blend_and_splat(&self) -> Result<()> {
         self.context.run(|rec| {
-            self.blend.record(rec, &self.gather.cache_points, &self.gather.records, None);
+            self.transport.blend.record(
+                rec,
+                &self.transport.gather.cache_points,
+                &self.transport.gather.records,
+                None,
+            );
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.splat.record_apply(rec, &self.primary.pixels, &self.blend.records);
+            self.splat.record_apply(rec, &self.image.primary.pixels, &self.transport.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]);
+            self.image.record_composition(rec, &self.world.buffers, self.indirect_light(), [1.0, 1.0]);
         })?;
         Ok(())
     }
@@ -161,7 +170,7 @@ impl Renderer {
     /// The device lacks memory or failed.
     pub fn layer_gathered_at_pixels(&self, layer: Layer) -> Result<Vec<[f32; 3]>> {
         self.complete()?;
-        let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
+        let pixels: Vec<PixelSurface> = self.image.primary.pixels.read()?;
         let splatted: Vec<Vec3> = self.splat.irradiance.read()?;
         let mut irradiance = vec![Vec3::ZERO; pixels.len()];
         let seen: Vec<usize> = (0..pixels.len()).filter(|&index| pixels[index].side != NO_SIDE).collect();
@@ -172,7 +181,8 @@ impl Renderer {
                 normal: pixels[index].normal,
                 side: pixels[index].side,
                 occluder: Vec3::ZERO,
-                facet: self.surfaces[pixels[index].side as usize / 2].normal_of(pixels[index].side % 2 == 1),
+                facet: self.world.surfaces[pixels[index].side as usize / 2]
+                    .normal_of(pixels[index].side % 2 == 1),
                 unused: UVec2::ZERO,
             };
             let points: Vec<CachePoint> = indices.iter().map(point).collect();
@@ -181,10 +191,10 @@ impl Renderer {
             }
         }
         self.splat.irradiance.write(&irradiance)?;
-        self.context.run(|rec| self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]))?;
+        self.compose_with([1.0, 1.0])?;
         let layer = self.layer(layer)?;
         self.splat.irradiance.write(&splatted)?;
-        self.context.run(|rec| self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]))?;
+        self.compose_with([1.0, 1.0])?;
         Ok(layer)
     }
 
@@ -192,23 +202,25 @@ impl Renderer {
     fn gather_at(&self, points: &[CachePoint]) -> Result<Vec<Record>> {
         let count = points.len() as u32;
         let buffer = Buffer::from_slice(&self.context, "gather points", points)?;
-        let (hemisphere, code) = (self.gather.hemisphere, self.gather.packing);
+        let (hemisphere, code) = (self.transport.gather.hemisphere, self.transport.gather.packing);
         let rays = gather_rays::trace(
             &self.context,
-            &self.buffers,
-            &self.cluster_tables.upload(&self.context)?,
+            &self.world.buffers,
+            &self.world.cluster_tables.upload(&self.context)?,
             &buffer,
             count,
             hemisphere,
             code,
-            self.scene.quality.seed,
+            self.world.scene.quality.seed,
             &mut Silent,
         )?;
-        self.proxies.redirect(&rays, points, self)?;
+        self.transport.proxies.redirect(&rays, points, self)?;
         // These rays read clusters, not gloss bins, so glossy reflection is missing.
         let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code, false)?;
         let list = RecordList::all(&self.context, count, gather.merged_rays.records_per_chunk)?;
-        self.context.run(|rec| gather.record(rec, self.gather_sources(), &list))?;
+        self.context.run(|rec| {
+            gather.record(rec, self.transport.gather_sources(&self.world.buffers.materials), &list);
+        })?;
         gather.records.read()
     }
 }

@@ -5,7 +5,6 @@ use crate::cpu::blend::is_limited as blend_is_limited;
 use crate::cpu::direct::sample_weight;
 use crate::cpu::lights::{lattice_point, sample_light};
 use crate::error::Result;
-use crate::passes::frame::near_lights::NearFactor;
 use crate::passes::frame::splat::{SplatWeight, WeightRange};
 use crate::passes::precompute::neighbours::Neighbour;
 use crate::types::{CachePoint, LIGHT_AREA, LightSource, NO_SIDE, PixelSurface, Record};
@@ -18,25 +17,23 @@ impl Renderer {
     /// Clamping acts near a light, where the surface point is large beside its distance. If few
     /// points are near a light, chance adds an error that is not counted.
     pub(super) fn bounded_light(&self) -> Result<BTreeMap<String, f64>> {
-        let weights = self.form_factors.weights();
-        let area_m2 = self.form_factors.area_m2();
-        let points = self.form_factors.entry_points()?;
-        let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
+        let weights = self.transport.form_factors.weights();
+        let area_m2 = self.transport.form_factors.area_m2();
+        let points = self.transport.form_factors.entry_points()?;
+        let pixels: Vec<PixelSurface> = self.image.primary.pixels.read()?;
         let (mut at_points, mut at_pixels) = (Light::default(), Light::default());
-        for (light, [factors, irradiance], number) in self.lights.traced() {
+        for (light, [factors, irradiance], number) in self.lights.current(&self.dirty.lights) {
             let power = f64::from(light.emission.element_sum());
             let found: Vec<f32> = factors.read()?;
             // The near-light correction removes nothing.
             let mut is_exact = vec![false; points.len()];
-            if let Some((near, count)) = self.lights.near(number) {
-                let near: Vec<NearFactor> = near.read_range(0, *count as usize)?;
-                near.iter().for_each(|near| is_exact[near.point as usize] = true);
-            }
+            let corrected = self.lights.corrected_points(number, &self.transport.near_lights);
+            corrected.for_each(|point| is_exact[point as usize] = true);
             let of_points = points.iter().zip(found).zip(weights.iter().zip(is_exact));
             for ((point, found), (weight, is_exact)) in of_points.filter(|((_, found), _)| *found > 0.0) {
                 let found = power * f64::from(*weight) * f64::from(found);
                 let area_m2 = if is_exact { 0.0 } else { area_m2 };
-                at_points.add(light, point.position, self.normal(point.side), area_m2, found);
+                at_points.add(light, point.position, self.world.normal(point.side), area_m2, found);
             }
             let found: Vec<f32> = irradiance.read_range(0, pixels.len())?;
             for (pixel, found) in
@@ -56,11 +53,11 @@ impl Renderer {
     /// sums, and blended records. Extrapolations are clamped at zero; at uncovered pixels, their
     /// change is clamped.
     pub(super) fn limited(&self) -> Result<[(&'static str, u64); 3]> {
-        let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
-        let records: Vec<Record> = self.blend.records.read()?;
+        let pixels: Vec<PixelSurface> = self.image.primary.pixels.read()?;
+        let records: Vec<Record> = self.transport.blend.records.read()?;
         let [ranges, weights] = self.splat.lists();
         let ranges: Vec<WeightRange> = ranges.read()?;
-        let (_, asked) = self.splat.list_lengths()?;
+        let asked = self.counters.splat().weights;
         let [_, capacity] = self.splat.capacity();
         let end = asked.min(capacity) as usize;
         let weights: Vec<SplatWeight> = weights.read_range(0, end)?;
@@ -100,9 +97,9 @@ impl Renderer {
     /// Number of the marked records that blending clamps: the blend, or the value of one neighbour,
     /// would fall below zero.
     fn limited_blends(&self, is_seen: &[bool]) -> Result<u64> {
-        let [points, gathered] = [&self.gather.cache_points, &self.gather.records];
+        let [points, gathered] = [&self.transport.gather.cache_points, &self.transport.gather.records];
         let (points, gathered): (Vec<CachePoint>, Vec<Record>) = (points.read()?, gathered.read()?);
-        let [first, neighbours] = self.blend.lists();
+        let [first, neighbours] = self.transport.blend.lists();
         let (first, neighbours): (Vec<u32>, Vec<Neighbour>) = (first.read()?, neighbours.read()?);
         let is_limited = |index: usize| {
             let own = &neighbours[first[index] as usize..first[index + 1] as usize];

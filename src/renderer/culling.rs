@@ -22,12 +22,12 @@ impl Renderer {
         if lights > 0.0 {
             skipped.insert("lights that are off or black".into(), 1.0 - active.len() as f64 / lights);
         }
-        let points = self.form_factors.entry_points()?;
+        let points = self.transport.form_factors.entry_points()?;
         let (mut rays, mut turned_away) = (0_u64, 0_u64);
         for light in active {
             let step = (points.len() * light.samples as usize).div_ceil(ASKED);
             for point in points.iter().step_by(step.max(1)) {
-                let normal = self.normal(point.side);
+                let normal = self.world.normal(point.side);
                 let is_turned = |number: &u32| {
                     let found = sample_light(light, point.position.as_dvec3(), lattice_point(light, *number));
                     found.is_none_or(|found| normal.as_dvec3().dot(found.direction) <= 0.0)
@@ -42,11 +42,5 @@ impl Renderer {
         }
         let flux = self.path_flux()?;
         Ok((skipped, flux.iter().filter(|flux| **flux == Vec3::ZERO).count() as u64))
-    }
-
-    /// Unit normal on a side.
-    pub(super) fn normal(&self, side: u32) -> Vec3 {
-        let normal = self.surfaces[side as usize / 2].normal;
-        if side % 2 == 1 { -normal } else { normal }
     }
 }

@@ -1,12 +1,12 @@
 //! Enclosures hold no interior viewpoint when paths are traced, and take no part in transport. A
 //! light alone in an enclosure changes nothing visible, and a camera alone sees nothing. An
-//! enclosure takes part once it holds both.
+//! enclosure takes part once it holds both, after another precomputation.
 
-use super::Renderer;
+use super::{Progress, Renderer};
 use crate::error::Result;
-use crate::passes::SceneBuffers;
-use crate::passes::precompute::{Silent, rays::Rays, sides};
-use crate::scene::{Light, solids::Solids};
+use crate::passes::precompute::{rays::Rays, sides};
+use crate::scene::{Light, host_bvh::HostBvh, solids::Solids};
+use crate::types::Surface;
 use glam::Vec3;
 
 /// The enclosures of a scene, and whether they must be tested again.
@@ -16,25 +16,33 @@ pub(super) struct Enclosures {
     pub(super) rays: Rays,
     /// Index of each triangle in the scene as it was given.
     pub(super) order: Vec<u32>,
+    /// `None` if no enclosure holds anything.
+    pub(super) tree: Option<HostBvh>,
     /// The camera or a light has changed since the last test.
     pub(super) is_due: bool,
+    /// Result of the last test.
+    pub(super) holds_both: bool,
 }
 
 impl Enclosures {
-    /// Whether the camera and one of the lights are in the same enclosure.
-    fn hold_both(&self, buffers: &SceneBuffers, camera: Vec3, lights: &[Vec3]) -> Result<bool> {
+    /// Whether the camera and one of the lights are in the same enclosure. Uses the host alone.
+    fn hold_both(&self, surfaces: &[Surface], camera: Vec3, lights: &[Vec3]) -> bool {
         let solids: Vec<u32> = self.solids.solids_around(camera).collect();
         if lights.iter().any(|&light| self.solids.solids_around(light).any(|solid| solids.contains(&solid))) {
-            return Ok(true);
+            return true;
         }
-        // Bounds first: rays wait for the device.
-        let near: Vec<Vec3> =
-            lights.iter().copied().filter(|&light| self.groups.may_hold([camera, light])).collect();
-        if near.is_empty() {
-            return Ok(false);
-        }
-        let around = self.groups.around(&self.rays, buffers, &[&[camera], &near[..]].concat())?;
-        Ok(around[0].is_some() && around[1..].contains(&around[0]))
+        let Some(tree) = &self.tree else { return false };
+        // Bounds first: rays take longer.
+        let near = lights.iter().filter(|&&light| self.groups.may_hold([camera, light]));
+        let around = |point: Vec3| {
+            self.groups.around(point, |origin, direction| {
+                let (_, triangle) = tree.closest(origin, direction)?;
+                Some(2 * triangle + u32::from(surfaces[triangle as usize].normal.dot(direction) > 0.0))
+            })
+        };
+        let mut near = near.peekable();
+        let own = near.peek().and_then(|_| around(camera));
+        own.is_some() && near.any(|&light| around(light) == own)
     }
 }
 
@@ -50,35 +58,44 @@ pub(super) fn lost_lights<'a>(solids: &'a Solids, lights: &'a [Light]) -> impl I
 }
 
 impl Renderer {
-    /// Precomputes the scene anew if an enclosure holds both the camera and a light. This equals
-    /// a cold start and takes as long. The enclosure then takes part for good. [`Self::frame`]
-    /// calls this. A caller that leaves out frames calls it in their place, to get the same bits
-    /// in later frames.
+    /// Whether an enclosure holds both the camera and a light since the last precomputation. Frames
+    /// stay dark in there until [`Self::open_enclosures`]. Uses the host alone.
+    pub fn needs_precompute(&mut self) -> bool {
+        let world = &mut self.world;
+        if std::mem::take(&mut world.enclosures.is_due) {
+            let camera = world.scene.cameras[0].position;
+            let active = world.scene.lights.iter().filter(|light| light.is_on);
+            let lights: Vec<Vec3> = active.filter_map(|light| light.kind.position()).collect();
+            world.enclosures.holds_both = world.enclosures.hold_both(&world.surfaces, camera, &lights);
+        }
+        world.enclosures.holds_both
+    }
+
+    /// Precomputes the scene again if an enclosure holds both the camera and a light; returns
+    /// whether it did. This equals a cold start and takes as long. The enclosure then takes part
+    /// for good. A caller that leaves out frames calls it in their place, to get the same bits in
+    /// later frames.
     ///
     /// # Errors
     /// The device lacks memory for the old and the new results, or failed; the renderer then stays
     /// as it was.
-    pub fn open_enclosures(&mut self) -> Result<()> {
-        if !std::mem::take(&mut self.closed.is_due) {
-            return Ok(());
+    pub fn open_enclosures(&mut self, progress: &mut dyn Progress) -> Result<bool> {
+        if !self.needs_precompute() {
+            return Ok(false);
         }
-        let camera = self.scene.cameras[0].position;
-        let active = self.scene.lights.iter().filter(|light| light.is_on);
-        let lights: Vec<Vec3> = active.filter_map(|light| light.kind.position()).collect();
-        if !self.closed.hold_both(&self.buffers, camera, &lights)? {
-            return Ok(());
-        }
-        let mut scene = self.scene.clone();
-        scene.places.push(camera);
+        let world = &self.world;
+        let mut scene = world.scene.clone();
+        scene.places.push(scene.cameras[0].position);
         scene.warnings.clear();
-        let mut order = vec![0; self.closed.order.len()];
-        (0..).zip(&self.closed.order).for_each(|(new, &old)| order[old as usize] = new);
+        let mut order = vec![0; world.enclosures.order.len()];
+        (0..).zip(&world.enclosures.order).for_each(|(new, &old)| order[old as usize] = new);
         scene.reorder(&order);
-        let mut opened = Self::new(&self.context, scene, &mut Silent)?;
-        opened.closed.is_due = false;
-        opened.set_exposure(self.exposure_stops);
-        opened.set_skipping(self.skips);
+        let mut opened = Self::new(&self.context, scene, progress)?;
+        opened.world.enclosures.is_due = false;
+        opened.set_exposure(self.image.exposure_stops);
+        opened.set_light_weights(self.image.light_weights);
+        opened.set_skipping(self.dirty.skips);
         *self = opened;
-        Ok(())
+        Ok(true)
     }
 }

@@ -1,20 +1,21 @@
 //! Frame passes of glossy surfaces. A scene without a glossy material has none of them.
 
-use super::Stages;
+use super::image::Image;
 use super::lights::{GlossCapacity, Lights};
+use super::plan::FramePlan;
 use super::quality_warnings::outgoing_directions;
+use super::transport::Transport;
+use super::world::World;
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Recorder};
+use crate::passes::SceneBuffers;
 use crate::passes::frame::bin_reads::BinReads;
 use crate::passes::frame::gloss::{Gloss, vertices_for};
 use crate::passes::frame::gloss_pixels::{GlossPixels, Surroundings};
-use crate::passes::frame::hvds::Pyramid;
 use crate::passes::precompute::gloss::GlossTables;
-use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::directions::Directions;
 use crate::scene::{Material, Scene};
-use crate::types::View;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -83,57 +84,66 @@ impl GlossPasses {
     }
 
     /// Records the list of glossy pixels and traces their rays.
-    pub(super) fn record_rays(
-        &self,
-        rec: &mut Recorder,
-        scene: &SceneBuffers,
-        clusters: &ClusterBuffers,
-        pixels: &Buffer,
-        view: &View,
-    ) {
-        self.pixels.record_rays(rec, scene, (clusters, &self.reads), pixels, view, self.seed);
+    pub(super) fn record_rays(&self, rec: &mut Recorder, plan: &FramePlan, world: &World, image: &Image) {
+        let Some(clusters) = world.clusters.as_ref().filter(|_| plan.lobe_rays) else { return };
+        let (pixels, view) = (&image.primary.pixels, &image.view);
+        self.pixels.record_rays(rec, &world.buffers, (clusters, &self.reads), pixels, view, self.seed);
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// Records the highlights of lights with stale ones.
+    /// Records highlights of the lights that the plan names.
     pub(super) fn record_highlights(
         &self,
         rec: &mut Recorder,
-        scene: &SceneBuffers,
+        plan: &FramePlan,
+        world: &World,
         lights: &Lights,
         eye: Vec3,
     ) {
-        let due = lights.stale_highlights();
-        if due.is_empty() {
+        let planned = lights.planned_highlights(plan);
+        if planned.is_empty() {
             return;
         }
         let mut pass = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
-        for (place, (light, highlights)) in due.into_iter().enumerate() {
+        for (place, (light, highlights)) in planned.into_iter().enumerate() {
             if place > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
-            self.pixels.record_highlights(&mut pass, scene, light, (eye, self.seed), highlights);
+            self.pixels.record_highlights(&mut pass, &world.buffers, light, (eye, self.seed), highlights);
         }
         pass.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// Records the beams of lights with stale form factors.
-    pub(super) fn record_beams(&self, rec: &mut Recorder, scene: &SceneBuffers, lights: &Lights) {
+    /// Records beams of the lights whose form factors the plan names.
+    pub(super) fn record_beams(
+        &self,
+        rec: &mut Recorder,
+        plan: &FramePlan,
+        buffers: &SceneBuffers,
+        lights: &Lights,
+    ) {
         let mut pass = rec.pass(Gloss::BEAMS_STEM);
-        for (place, (light, factors, found)) in lights.stale_beams().into_iter().enumerate() {
+        for (place, (light, factors, found)) in lights.planned_beams(plan).into_iter().enumerate() {
             if place > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
-            self.clusters.record_beams(&mut pass, scene, light, factors, &found);
+            self.clusters.record_beams(&mut pass, buffers, light, factors, &found);
         }
         pass.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// Records the first reflection of lights with stale clusters. The hierarchy waits for it.
-    pub(super) fn record_entries(&self, rec: &mut Recorder, materials: &Buffer, lights: &Lights) {
-        let due = lights.stale_bins();
-        if !due.is_empty() {
-            self.clusters.record_entries(rec, materials, &due);
+    /// Records the first reflection of the lights whose clusters the plan names. The hierarchy
+    /// waits for it.
+    pub(super) fn record_entries(
+        &self,
+        rec: &mut Recorder,
+        plan: &FramePlan,
+        materials: &Buffer,
+        lights: &Lights,
+    ) {
+        let planned = lights.planned_bins(plan);
+        if !planned.is_empty() {
+            self.clusters.record_entries(rec, materials, &planned);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
     }
@@ -143,43 +153,43 @@ impl GlossPasses {
     pub(super) fn record_clusters(
         &self,
         rec: &mut Recorder,
-        stages: Stages,
+        plan: &FramePlan,
         materials: &Buffer,
-        pyramid: &Pyramid,
-        contributions: &Buffer,
+        transport: &Transport,
         lights: &Lights,
     ) {
-        if self.is_glossy || stages.lobes {
-            let paths = (&pyramid.contribution_ranges, contributions);
-            self.clusters.record(rec, materials, paths, &lights.stale_bins(), &lights.bins());
+        if self.is_glossy || plan.lobe_rays {
+            let contributions = transport.path_scan.contributions.whole();
+            let paths = (&transport.pyramid.contribution_ranges, contributions);
+            self.clusters.record(rec, materials, paths, &lights.planned_bins(plan), &lights.bins());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
     }
 
-    /// Glossy radiance of pixels.
+    /// Records the glossy radiance of pixels.
     pub(super) fn record_pixels(
         &self,
         rec: &mut Recorder,
-        scene: &SceneBuffers,
-        pixels: &Buffer,
-        pyramid: &Pyramid,
-        contributions: &Buffer,
+        plan: &FramePlan,
+        world: &World,
+        image: &Image,
+        transport: &Transport,
         lights: &Lights,
     ) {
-        if !self.is_glossy {
+        if !plan.gloss || !self.is_glossy {
             return;
         }
         let around = Surroundings {
-            scene,
-            pixels,
-            irradiance: &pyramid.irradiance,
-            inverse_areas: &pyramid.inverse_areas,
+            scene: &world.buffers,
+            pixels: &image.primary.pixels,
+            irradiance: &transport.pyramid.irradiance,
+            inverse_areas: &transport.pyramid.inverse_areas,
             gloss: &self.clusters,
-            contribution_ranges: &pyramid.contribution_ranges,
-            contributions,
+            contribution_ranges: &transport.pyramid.contribution_ranges,
+            contributions: transport.path_scan.contributions.whole(),
         };
         let of_lights = [&*lights.hits(), &*lights.highlights()];
-        self.pixels.record(rec, around, &lights.stale_hits(), of_lights);
+        self.pixels.record(rec, around, &lights.planned_hits(plan), of_lights);
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 }

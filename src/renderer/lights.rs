@@ -1,24 +1,34 @@
 //! The renderer's lights: the device's table, and the cached contributions of each light, free
-//! of its colour.
+//! of its colour. [`Dirty`](super::dirty::Dirty) stores which of them are stale.
 
-use super::near_lights::NearFactors;
+use super::plan::{FramePlan, LightResults};
 use crate::error::Result;
-use crate::gpu::{Buffer, Context};
+use crate::gpu::{Buffer, Context, HostBlock, Recorder};
 use crate::passes::frame::antialias::Antialias;
 use crate::passes::frame::gloss::GlossLight;
-use crate::passes::frame::hvds::{ClusterLight, Pyramid};
+use crate::passes::frame::hvds::ClusterLight;
+use crate::passes::frame::near_lights::{NearInputs, NearLights};
 use crate::passes::{OneLight, light_sources};
 use crate::scene::Light;
 use crate::types::LightSource;
 use glam::Vec3;
 use std::sync::Arc;
 
+/// Word of a light's counters: number of pixels at the edges of its shadows.
+const SHADOW_EDGES: u32 = 0;
+/// Word of a light's counters: distance of the nearest surface, metres, bits of a float.
+const NEAREST: u32 = 1;
+
 /// Cached contributions of one light.
 struct LightCache {
     /// Its form factor at each entry point.
     factors: Buffer,
-    /// The light's near-light correction. `None` if no surface is near the light.
-    near: Option<NearFactors>,
+    /// Inputs of the near-light correction. `None` if no surface is near the light.
+    near: Option<NearInputs>,
+    /// `NearState` of the light.
+    near_state: Buffer,
+    /// What the host wants of the last frame that traced the light: [`SHADOW_EDGES`], [`NEAREST`].
+    counters: HostBlock,
     /// Irradiance by the light at each pixel and each edge sample.
     irradiance: Buffer,
     /// Number of pixels at the edges of the light's shadows.
@@ -37,16 +47,6 @@ struct LightCache {
     hits: Option<Buffer>,
     /// Highlight of the light at each sample of glossy pixels. `None` if no material is glossy.
     highlights: Option<Buffer>,
-    /// `factors` and `beams` are current for the light.
-    has_factors: bool,
-    /// `irradiance` is current for the light and the camera.
-    has_irradiance: bool,
-    /// `first_bounce`, `clusters` and `bins` are current for the light and the materials.
-    has_clusters: bool,
-    /// `hits` are current for the light, the camera and the materials.
-    has_hits: bool,
-    /// `highlights` are current for the light, the camera and the materials.
-    has_highlights: bool,
 }
 
 /// All lights, in the order of the scene.
@@ -65,8 +65,6 @@ pub(super) struct Lights {
     point_count: u32,
     cluster_count: u32,
     gloss: Option<GlossCapacity>,
-    /// The pixel tiles are current for the camera.
-    pub(super) has_batches: bool,
     /// Lights that are off and points that face away from a light are traced, too, without effect.
     pub(super) traces_all: bool,
 }
@@ -80,6 +78,16 @@ pub(super) struct GlossCapacity {
     pub(super) bin_count: u32,
     /// Samples of glossy pixels.
     pub(super) sample_count: u32,
+}
+
+/// Consequences of edited lights.
+pub(super) struct Edited {
+    /// Emissions in the table have changed.
+    pub(super) emission: bool,
+    /// The emission scale has changed.
+    pub(super) composition: bool,
+    /// Lights with new buffers of beams: their form factors, clusters and hits are stale.
+    pub(super) new_beams: Vec<usize>,
 }
 
 /// Buffers of all lights for a picture of another size.
@@ -122,7 +130,7 @@ impl Lights {
     ) -> Result<Self> {
         let mut made = Self {
             context: context.clone(),
-            table: Buffer::from_slice::<LightSource>(context, "lights", &[])?,
+            table: Buffer::storage(context, "lights", 0)?,
             sources: Vec::new(),
             emission_scale: Vec3::ONE,
             caches: Vec::new(),
@@ -130,13 +138,12 @@ impl Lights {
             point_count,
             cluster_count,
             gloss,
-            has_batches: false,
             traces_all: false,
         };
         for _ in lights {
             made.add()?;
         }
-        made.upload(lights)?;
+        made.edit(lights)?;
         Ok(made)
     }
 
@@ -146,9 +153,12 @@ impl Lights {
         let cache = LightCache {
             factors: buffer("form factors", self.factor_count)?,
             near: None,
+            near_state: buffer("near state", 2)?,
+            counters: HostBlock::new(&self.context, "light counters", 2)?,
             irradiance: buffer("light irradiance", self.point_count)?,
             shadow_groups: Antialias::groups(&self.context)?,
-            clusters: Pyramid::new_light_flux(&self.context, self.cluster_count)?,
+            // Four words each: `LightFlux`. The first frame of the light clears it.
+            clusters: buffer("light flux", 4 * self.cluster_count)?,
             beams: None,
             first_bounce: self
                 .gloss
@@ -157,11 +167,6 @@ impl Lights {
             bins: self.gloss.map(|gloss| buffer("light gloss bins", 3 * gloss.bin_count)).transpose()?,
             hits: self.gloss.map(|gloss| buffer("light hits", 3 * gloss.sample_count)).transpose()?,
             highlights: self.gloss.map(|gloss| buffer("light highlights", gloss.sample_count)).transpose()?,
-            has_factors: false,
-            has_irradiance: false,
-            has_clusters: false,
-            has_hits: false,
-            has_highlights: false,
         };
         self.caches.push(cache);
         Ok(())
@@ -170,31 +175,6 @@ impl Lights {
     /// Removes the buffers of a light.
     pub(super) fn remove(&mut self, light: usize) {
         self.caches.remove(light);
-    }
-
-    /// Marks all cached contributions of a light stale.
-    pub(super) fn moved(&mut self, light: usize) {
-        let cache = &mut self.caches[light];
-        (cache.has_factors, cache.has_irradiance, cache.has_clusters) = (false, false, false);
-        (cache.has_hits, cache.has_highlights) = (false, false);
-    }
-
-    /// Marks results stale that depend on the points that the camera sees.
-    pub(super) fn view_changed(&mut self) {
-        self.caches.iter_mut().for_each(|cache| cache.has_irradiance = false);
-        self.has_batches = false;
-        self.lobes_changed();
-    }
-
-    /// Marks hits and highlights stale: lobes or the camera have changed.
-    pub(super) fn lobes_changed(&mut self) {
-        self.caches.iter_mut().for_each(|cache| (cache.has_hits, cache.has_highlights) = (false, false));
-    }
-
-    /// Marks results stale that depend on the flux of light paths and on the reflectance
-    /// at their vertices.
-    pub(super) fn paths_changed(&mut self) {
-        self.caches.iter_mut().for_each(|cache| (cache.has_clusters, cache.has_hits) = (false, false));
     }
 
     /// Allocates buffers for `point_count` points that the camera sees and `sample_count` samples
@@ -227,20 +207,9 @@ impl Lights {
         }
     }
 
-    /// Marks clean: the last frame traced all stale results.
-    pub(super) fn settle(&mut self) {
-        for (cache, source) in self.caches.iter_mut().zip(&self.sources) {
-            if self.traces_all || is_active(source) {
-                (cache.has_factors, cache.has_irradiance, cache.has_clusters) = (true, true, true);
-                (cache.has_hits, cache.has_highlights) = (true, true);
-                self.has_batches = true;
-            }
-        }
-    }
-
-    /// Writes the device's table. Returns whether the emissions in the table have changed, and
-    /// whether the emission scale has. If it fails, the emissions of the previous call stay in use.
-    pub(super) fn upload(&mut self, lights: &[Light]) -> Result<[bool; 2]> {
+    /// Takes over edited lights. The next frame uploads them. If it fails, the emissions of the
+    /// previous call stay in use.
+    pub(super) fn edit(&mut self, lights: &[Light]) -> Result<Edited> {
         let emissions =
             |sources: &[LightSource]| sources.iter().map(|source| source.emission).collect::<Vec<_>>();
         let mut sources = light_sources(lights);
@@ -252,24 +221,60 @@ impl Lights {
             (Some(only), None) => std::mem::replace(&mut only.emission, Vec3::ONE),
             _ => Vec3::ONE,
         };
+        let mut new_beams = Vec::new();
         if let Some(gloss) = self.gloss {
-            for (source, cache) in sources.iter().zip(&mut self.caches) {
+            for (index, (source, cache)) in sources.iter().zip(&mut self.caches).enumerate() {
                 let bytes = u64::from(source.samples) * gloss.beam_bytes;
                 if cache.beams.as_ref().is_none_or(|beams| beams.bytes() < bytes) {
                     cache.beams = Some(Buffer::storage(&self.context, "gloss beams", bytes)?);
-                    (cache.has_factors, cache.has_clusters, cache.has_hits) = (false, false, false);
+                    new_beams.push(index);
                 }
             }
         }
-        if size_of_val(&*sources) as u64 > self.table.bytes() {
-            self.table = Buffer::from_slice(&self.context, "lights", &sources)?;
-        } else {
-            self.table.write(&sources)?;
+        let bytes = size_of_val(&*sources) as u64;
+        if bytes > self.table.bytes() {
+            self.table = Buffer::storage(&self.context, "lights", bytes)?;
         }
-        let changed =
-            [emissions(&self.sources) != emissions(&sources), self.emission_scale != emission_scale];
+        let emission = emissions(&self.sources) != emissions(&sources);
+        let composition = self.emission_scale != emission_scale;
         (self.sources, self.emission_scale) = (sources, emission_scale);
-        Ok(changed)
+        Ok(Edited { emission, composition, new_beams })
+    }
+
+    /// Uploads the table. A transfer.
+    pub(super) fn record_upload(&self, rec: &mut Recorder) {
+        rec.upload(&self.table, &self.sources);
+    }
+
+    /// Finds what the near-light corrections of these lights read. Traces no ray.
+    ///
+    /// # Errors
+    /// The device lacks memory.
+    pub(super) fn prepare_near(&mut self, plan: &FramePlan, near_lights: &mut NearLights) -> Result<()> {
+        for ((source, cache), planned) in self.sources.iter().zip(&mut self.caches).zip(&plan.lights) {
+            if planned.factors {
+                cache.near = near_lights.inputs(source);
+                near_lights.reserve(cache.near.as_slice())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Copies counters of the lights that the frame traces to the host. A transfer.
+    pub(super) fn copy_counters(&self, rec: &mut Recorder, plan: &FramePlan, near_lights: &NearLights) {
+        for (cache, planned) in self.caches.iter().zip(&plan.lights) {
+            if planned.irradiance {
+                rec.copy_to_host(&cache.shadow_groups, 12, &cache.counters, SHADOW_EDGES, 1);
+            }
+            if planned.factors && cache.near.is_some() {
+                near_lights.copy_nearest(rec, &cache.near_state, &cache.counters, NEAREST);
+            }
+        }
+    }
+
+    /// Whether frames trace and sum each light: if it is active, or all of them.
+    pub(super) fn traced(&self) -> Vec<bool> {
+        self.sources.iter().map(|source| self.traces_all || is_active(source)).collect()
     }
 
     /// Number of lights, on or off.
@@ -277,33 +282,39 @@ impl Lights {
         self.caches.len() as u32
     }
 
-    /// Active lights with stale form factors, each with its near-light correction.
-    pub(super) fn near_due(&mut self) -> impl Iterator<Item = (&LightSource, &mut Option<NearFactors>)> {
-        let all = self.traces_all;
-        let due = self.sources.iter().zip(&mut self.caches).filter(|(_, cache)| !cache.has_factors);
-        due.filter(move |(source, _)| all || is_active(source))
-            .map(|(source, cache)| (source, &mut cache.near))
+    /// Lights whose results of one kind the frame computes, each with its buffers.
+    fn planned<'a, 'p>(
+        &'a self,
+        plan: &'p FramePlan,
+        result: fn(&LightResults) -> bool,
+    ) -> impl Iterator<Item = (OneLight<'a>, &'a LightCache)> + use<'a, 'p> {
+        self.active().filter(move |(light, _)| result(&plan.lights[light.index as usize]))
     }
 
-    /// Active lights with stale form factors, each with the buffer for them.
-    pub(super) fn stale_factors(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        self.active()
-            .filter(|(_, cache)| !cache.has_factors)
-            .map(|(light, cache)| (light, &cache.factors))
-            .collect()
+    /// Lights whose form factors the frame computes, each with the buffer for them.
+    pub(super) fn planned_factors(&self, plan: &FramePlan) -> Vec<(OneLight<'_>, &Buffer)> {
+        let planned = self.planned(plan, |results| results.factors);
+        planned.map(|(light, cache)| (light, &cache.factors)).collect()
     }
 
-    /// The near-light correction of a light. `None` if no surface is near the light.
-    pub(super) fn near(&self, light: u32) -> Option<&NearFactors> {
-        self.caches[light as usize].near.as_ref()
+    /// Inputs and state of a light's near-light correction. `None` if no surface is near the light.
+    pub(super) fn near(&self, light: u32) -> Option<(&NearInputs, &Buffer)> {
+        let cache = &self.caches[light as usize];
+        Some((cache.near.as_ref()?, &cache.near_state))
     }
 
-    /// Active lights with a stale irradiance buffer, each with that buffer.
-    pub(super) fn stale_irradiance(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        self.active()
-            .filter(|(_, cache)| !cache.has_irradiance)
-            .map(|(light, cache)| (light, &cache.irradiance))
-            .collect()
+    /// The entry points whose form factors the near-light correction has changed.
+    pub(super) fn corrected_points(&self, light: u32, near_lights: &NearLights) -> impl Iterator<Item = u32> {
+        let cache = &self.caches[light as usize];
+        let near =
+            cache.near.iter().filter(|_| near_lights.is_near(f32::from_bits(cache.counters.word(NEAREST))));
+        near.flat_map(|near| near.points.iter().map(|point| point.index))
+    }
+
+    /// Lights whose irradiance at pixels the frame computes, each with the buffer for it.
+    pub(super) fn planned_irradiances(&self, plan: &FramePlan) -> Vec<(OneLight<'_>, &Buffer)> {
+        let planned = self.planned(plan, |results| results.irradiance);
+        planned.map(|(light, cache)| (light, &cache.irradiance)).collect()
     }
 
     /// The counter of pixels at the edges of a light's shadows.
@@ -311,10 +322,14 @@ impl Lights {
         &self.caches[light.index as usize].shadow_groups
     }
 
+    /// Number of pixels at the edges of a light's shadows in the last frame that traced it.
+    pub(super) fn shadow_edges(&self, light: OneLight<'_>) -> u32 {
+        self.caches[light.index as usize].counters.word(SHADOW_EDGES)
+    }
+
     /// Number of pixels at shadow edges, summed over active lights.
-    pub(super) fn shadow_edge_count(&self) -> Result<u64> {
-        let counts = self.active().map(|(_, cache)| Antialias::counted(&cache.shadow_groups).map(u64::from));
-        counts.sum()
+    pub(super) fn shadow_edge_count(&self) -> u64 {
+        self.active().map(|(light, _)| u64::from(self.shadow_edges(light))).sum()
     }
 
     /// Emission and form factors of each active light.
@@ -327,10 +342,17 @@ impl Lights {
         self.active().map(|(_, cache)| cluster_light(cache)).collect()
     }
 
-    /// Active lights with a stale irradiance buffer of base clusters.
-    pub(super) fn stale_clusters(&self) -> Vec<ClusterLight<'_>> {
-        let due = self.active().filter(|(_, cache)| !cache.has_clusters);
-        due.map(|(_, cache)| cluster_light(cache)).collect()
+    /// Lights whose flux of base clusters the frame computes.
+    pub(super) fn planned_clusters(&self, plan: &FramePlan) -> Vec<ClusterLight<'_>> {
+        let planned = self.planned(plan, |results| results.clusters);
+        planned.map(|(_, cache)| cluster_light(cache)).collect()
+    }
+
+    /// Clears the flux of new lights. A transfer. Returns whether there are any.
+    pub(super) fn record_clear(&self, rec: &mut Recorder, plan: &FramePlan) -> bool {
+        let new = || self.caches.iter().zip(&plan.lights).filter(|(_, planned)| planned.cleared);
+        new().for_each(|(cache, _)| rec.fill_zero(&cache.clusters));
+        new().next().is_some()
     }
 
     /// Emission and irradiance buffer of base clusters of each active light.
@@ -343,11 +365,12 @@ impl Lights {
         self.emitting(|cache| Some(&cache.irradiance))
     }
 
-    /// Fraction of active lights with current form factors, and fraction with a current irradiance
-    /// buffer of pixels. Both are 1 if no light is active.
-    pub(super) fn unchanged(&self) -> [f64; 2] {
+    /// Fraction of active lights whose form factors the frame keeps, and fraction whose irradiance
+    /// at pixels. Both are 1 if no light is active.
+    pub(super) fn unchanged(&self, plan: &FramePlan) -> [f64; 2] {
         let active = self.active().count().max(1) as f64;
-        [self.stale_factors().len(), self.stale_irradiance().len()].map(|due| 1.0 - due as f64 / active)
+        [self.planned_factors(plan).len(), self.planned_irradiances(plan).len()]
+            .map(|planned| 1.0 - planned as f64 / active)
     }
 
     /// Device form of the active lights.
@@ -355,39 +378,44 @@ impl Lights {
         self.sources.iter().filter(|source| is_active(source))
     }
 
-    /// Active lights with current form factors and a current irradiance buffer of pixels: both
-    /// buffers, and the index of the light.
-    pub(super) fn traced(&self) -> impl Iterator<Item = (&LightSource, [&Buffer; 2], u32)> {
-        let traced = self.active().filter(|(_, cache)| cache.has_factors && cache.has_irradiance);
-        traced.map(|(light, cache)| {
+    /// Active lights that are not stale: form factors and irradiance at pixels, and the index.
+    pub(super) fn current<'a>(
+        &'a self,
+        stale: &'a [LightResults],
+    ) -> impl Iterator<Item = (&'a LightSource, [&'a Buffer; 2], u32)> {
+        let is_current = |stale: &LightResults| !stale.factors && !stale.irradiance;
+        let current = self.active().filter(move |(light, _)| is_current(&stale[light.index as usize]));
+        current.map(|(light, cache)| {
             (&self.sources[light.index as usize], [&cache.factors, &cache.irradiance], light.index)
         })
     }
 
-    /// Active lights with stale beams: form factors, and the buffers of glossy surfaces. Empty if
-    /// no material is glossy.
-    pub(super) fn stale_beams(&self) -> Vec<(OneLight<'_>, &Buffer, GlossLight<'_>)> {
-        let due = self.active().filter(|(_, cache)| !cache.has_factors);
-        due.filter_map(|(light, cache)| Some((light, &cache.factors, gloss_light(light, cache)?))).collect()
+    /// Lights whose beams the frame computes: form factors, and the buffers of glossy surfaces.
+    /// Empty if no material is glossy.
+    pub(super) fn planned_beams(&self, plan: &FramePlan) -> Vec<(OneLight<'_>, &Buffer, GlossLight<'_>)> {
+        let planned = self.planned(plan, |results| results.factors);
+        planned
+            .filter_map(|(light, cache)| Some((light, &cache.factors, gloss_light(light, cache)?)))
+            .collect()
     }
 
-    /// Active lights whose cached highlights are stale, each with its highlight buffer. Empty if no
+    /// Lights whose highlights the frame computes, each with the buffer for them. Empty if no
     /// material is glossy.
-    pub(super) fn stale_highlights(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        let due = self.active().filter(|(_, cache)| !cache.has_highlights);
-        due.filter_map(|(light, cache)| Some((light, cache.highlights.as_ref()?))).collect()
+    pub(super) fn planned_highlights(&self, plan: &FramePlan) -> Vec<(OneLight<'_>, &Buffer)> {
+        let planned = self.planned(plan, |results| results.highlights);
+        planned.filter_map(|(light, cache)| Some((light, cache.highlights.as_ref()?))).collect()
     }
 
-    /// Active lights with stale gloss bins. Empty if no material is glossy.
-    pub(super) fn stale_bins(&self) -> Vec<GlossLight<'_>> {
-        let due = self.active().filter(|(_, cache)| !cache.has_clusters);
-        due.filter_map(|(light, cache)| gloss_light(light, cache)).collect()
+    /// Lights whose gloss bins the frame computes. Empty if no material is glossy.
+    pub(super) fn planned_bins(&self, plan: &FramePlan) -> Vec<GlossLight<'_>> {
+        let planned = self.planned(plan, |results| results.clusters);
+        planned.filter_map(|(light, cache)| gloss_light(light, cache)).collect()
     }
 
-    /// Active lights with stale hits. Empty if no material is glossy.
-    pub(super) fn stale_hits(&self) -> Vec<GlossLight<'_>> {
-        let due = self.active().filter(|(_, cache)| !cache.has_hits);
-        due.filter_map(|(light, cache)| gloss_light(light, cache)).collect()
+    /// Lights whose hits the frame computes. Empty if no material is glossy.
+    pub(super) fn planned_hits(&self, plan: &FramePlan) -> Vec<GlossLight<'_>> {
+        let planned = self.planned(plan, |results| results.hits);
+        planned.filter_map(|(light, cache)| gloss_light(light, cache)).collect()
     }
 
     /// Emission and gloss bins of each active light. Empty if no material is glossy.

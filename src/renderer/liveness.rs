@@ -100,20 +100,20 @@ impl Scopes {
         &self.sources.near_patches
     }
 
-    /// Builds the scope of the whole hierarchy if `skips` is false and the scope does not exist.
+    /// Builds the scope of the whole hierarchy if `is_whole` and the scope does not exist.
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub(super) fn prepare(&mut self, skips: bool) -> Result<()> {
-        if !skips && self.whole.is_none() {
+    pub(super) fn prepare(&mut self, is_whole: bool) -> Result<()> {
+        if is_whole && self.whole.is_none() {
             self.whole = Some(self.make_whole()?);
         }
         Ok(())
     }
 
-    /// The live set if `skips`; else the whole hierarchy, if [`Self::prepare`] has built it.
-    pub(super) fn of(&self, skips: bool) -> &Scope {
-        self.whole.as_ref().filter(|_| !skips).unwrap_or(&self.read)
+    /// The whole hierarchy if `is_whole` and [`Self::prepare`] has built it; else the live set.
+    pub(super) fn of(&self, is_whole: bool) -> &Scope {
+        self.whole.as_ref().filter(|_| is_whole).unwrap_or(&self.read)
     }
 }
 

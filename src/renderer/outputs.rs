@@ -3,6 +3,7 @@
 use super::{Layer, Renderer, Statistics};
 use crate::error::Result;
 use crate::gpu::{Buffer, SplitBuffer};
+use crate::passes::frame::splat_capacity::SplatCounts;
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::scene::Scene;
 use crate::types::{NO_SIDE, PixelSurface};
@@ -11,12 +12,12 @@ use glam::Vec3;
 impl Renderer {
     /// Width and height in pixels.
     pub fn size(&self) -> [u32; 2] {
-        [self.view.width, self.view.height]
+        self.image.size()
     }
 
     /// The scene, with its triangles in BVH order.
     pub fn scene(&self) -> &Scene {
-        &self.scene
+        &self.world.scene
     }
 
     /// The displayed picture of the last frame: sRGB codes R, G, B, 255, row by row from the top.
@@ -24,12 +25,12 @@ impl Renderer {
     /// # Errors
     /// The device failed.
     pub fn display(&self) -> Result<Vec<[u8; 4]>> {
-        self.tonemap.display.read()
+        self.image.tonemap.display.read()
     }
 
     /// The displayed picture on the device, for passes and windows.
     pub fn display_buffer(&self) -> &Buffer {
-        &self.tonemap.display
+        &self.image.tonemap.display
     }
 
     /// A layer of the last frame, row by row from the top, linear Rec.709.
@@ -37,32 +38,41 @@ impl Renderer {
     /// # Errors
     /// The device failed.
     pub fn layer(&self, layer: Layer) -> Result<Vec<[f32; 3]>> {
-        let pixels = || self.primary.pixels.read::<PixelSurface>();
+        let pixels = || self.image.primary.pixels.read::<PixelSurface>();
         // The picture is composed again with one kind of light, and then restored.
         let fraction = |weights: [f32; 2]| -> Result<Vec<[f32; 3]>> {
-            let compose = |weights| {
-                self.context.run(|rec| self.compose.record(rec, &self.buffers, self.irradiances(), weights))
-            };
+            let compose = |weights| self.compose_with(weights);
             compose(weights)?;
-            let layer = self.compose.radiance.read()?;
-            compose(self.light_weights)?;
+            let layer = self.image.compose.radiance.read()?;
+            compose(self.image.light_weights)?;
             Ok(layer)
         };
         match layer {
-            Layer::Beauty if self.light_weights == [1.0, 1.0] => self.compose.radiance.read(),
+            Layer::Beauty if self.image.light_weights == [1.0, 1.0] => self.image.compose.radiance.read(),
             Layer::Beauty => fraction([1.0, 1.0]),
             Layer::Direct => fraction([1.0, 0.0]),
             Layer::Indirect => fraction([0.0, 1.0]),
-            Layer::Albedo => self.pixel_colours.albedos(&pixels()?, &self.surfaces, &self.scene.materials),
+            Layer::Albedo => self.image.pixel_colours.albedos(
+                &pixels()?,
+                &self.world.surfaces,
+                &self.world.scene.materials,
+            ),
             Layer::Normal => Ok(pixels()?.iter().map(|pixel| pixel.normal.to_array()).collect()),
             Layer::Depth => {
                 let depth = |pixel: &PixelSurface| match pixel.side {
                     NO_SIDE => f32::INFINITY,
-                    _ => (pixel.position - self.view.position).dot(self.view.forward),
+                    _ => (pixel.position - self.image.view.position).dot(self.image.view.forward),
                 };
                 Ok(pixels()?.iter().map(|pixel| [depth(pixel); 3]).collect())
             }
         }
+    }
+
+    /// Composes the picture again with these weights of direct and indirect light.
+    pub(super) fn compose_with(&self, weights: [f32; 2]) -> Result<()> {
+        let light = self.indirect_light();
+        self.context.run(|rec| self.image.record_composition(rec, &self.world.buffers, light, weights))?;
+        Ok(())
     }
 
     /// Wall-clock time of the precomputation, seconds.
@@ -80,11 +90,10 @@ impl Renderer {
         statistics.memory_bytes = memory.current_bytes;
         statistics.peak_memory_bytes = memory.peak_bytes;
         statistics.largest_binding_bytes = memory.largest_binding_bytes;
-        let (pairs, weights) = self.splat.list_lengths()?;
-        let [relaxed, uncovered] = self.splat.uncovered()?;
+        let SplatCounts { pairs, weights, relaxed, uncovered, .. } = self.counters.splat();
         let counts = [
             ("pixels", self.size()[0] * self.size()[1]),
-            ("edge pixels", self.antialias.edge_count()?),
+            ("edge pixels", self.counters.edge_pixels()),
             ("pixels without a covering record", relaxed + uncovered),
             ("pixels that take the nearest record", uncovered),
             ("splat tile pairs", pairs),
@@ -92,16 +101,16 @@ impl Renderer {
         ];
         statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), u64::from(value))));
         let more = [
-            ("shadow edge pixels of all lights", self.lights.shadow_edge_count()?),
-            ("records gathered last", u64::from(self.needs.gathered())),
+            ("shadow edge pixels of all lights", self.lights.shadow_edge_count()),
+            ("records gathered last", u64::from(self.dirty.records.gathered)),
             (
                 "records gathered ahead, for small clusters beside them",
-                u64::from(self.scopes.read.source_count),
+                u64::from(self.transport.scopes.read.source_count),
             ),
         ];
         statistics.counts.extend(more.map(|(name, value)| (name.to_owned(), value)));
-        if let Some(needed) = self.needs.of_view() {
-            let fraction = f64::from(needed) / f64::from(self.gather.point_count().max(1));
+        if let Some(needed) = self.dirty.records.of_view() {
+            let fraction = f64::from(needed) / f64::from(self.transport.gather.point_count().max(1));
             statistics.skipped.insert("records that no pixel of the view uses".into(), 1.0 - fraction);
         }
         let (skipped, unreached) = self.skipped_light()?;
@@ -117,9 +126,13 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn path_flux(&self) -> Result<Vec<Vec3>> {
-        let flux =
-            Buffer::storage(&self.context, "path flux", 12 * u64::from(self.form_factors.point_count()))?;
-        self.context.run(|rec| self.form_factors.record_entry_flux(rec, &self.lights.factors(), &flux))?;
+        let flux = Buffer::storage(
+            &self.context,
+            "path flux",
+            12 * u64::from(self.transport.form_factors.point_count()),
+        )?;
+        self.context
+            .run(|rec| self.transport.form_factors.record_entry_flux(rec, &self.lights.factors(), &flux))?;
         flux.read()
     }
 
@@ -127,16 +140,16 @@ impl Renderer {
     pub fn stages(&self) -> StageBuffers<'_> {
         StageBuffers {
             emission_scale: self.lights.emission_scale,
-            contributions: &self.path_scan.contributions,
-            contribution_ranges: &self.pyramid.contribution_ranges,
-            inverse_areas: &self.pyramid.inverse_areas,
-            cluster_flux: &self.pyramid.flux,
-            cluster_irradiance: &self.pyramid.irradiance,
-            cache_points: &self.gather.cache_points,
-            merged_rays: &self.gather.merged_rays,
-            gathered: &self.gather.records,
-            records: &self.blend.records,
-            truncated_loops: &self.buffers.truncated_loops,
+            contributions: &self.transport.path_scan.contributions,
+            contribution_ranges: &self.transport.pyramid.contribution_ranges,
+            inverse_areas: &self.transport.pyramid.inverse_areas,
+            cluster_flux: &self.transport.pyramid.flux,
+            cluster_irradiance: &self.transport.pyramid.irradiance,
+            cache_points: &self.transport.gather.cache_points,
+            merged_rays: &self.transport.gather.merged_rays,
+            gathered: &self.transport.gather.records,
+            records: &self.transport.blend.records,
+            truncated_loops: &self.world.buffers.truncated_loops,
         }
     }
 }

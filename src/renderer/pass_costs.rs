@@ -1,8 +1,8 @@
 //! Pass cost model: bytes and rays that each pass needs at least, from its inputs.
 
 use super::Renderer;
+use super::plan::FramePlan;
 use crate::cpu::antialias::{samples_per_edge, slots_per_edge};
-use crate::error::Result;
 use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
 use crate::passes::frame::{
@@ -31,59 +31,55 @@ impl Renderer {
     /// Bytes and rays of the passes that ran. Each stored input and output counts once, whatever
     /// the caches do. Scene data that traced rays read does not count: rays per second measure
     /// such a pass.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub(super) fn accounts(&self, passes: &[PassTiming]) -> Result<(Account, Account)> {
+    pub(super) fn accounts(&self, plan: &FramePlan, passes: &[PassTiming]) -> (Account, Account) {
         let pixels = u64::from(self.size()[0]) * u64::from(self.size()[1]);
-        let paths = u64::from(self.form_factors.point_count());
+        let paths = u64::from(self.transport.form_factors.point_count());
         let lights = self.lights.irradiances().len() as u64;
         let due = |lights: Vec<(OneLight<'_>, &Buffer)>| {
             let samples: u64 = lights.iter().map(|(light, _)| u64::from(light.samples)).sum();
             (lights.len() as u64, samples)
         };
-        let (due_irradiances, irradiance_rays) = due(self.lights.stale_irradiance());
-        let (due_factors, factor_rays) = due(self.lights.stale_factors());
-        let EdgeCapacity { max_samples, samples, slots } = self.antialias.capacity;
-        let capacity = [samples, slots];
-        let per_edge = [
-            samples_per_edge(self.edge_count, max_samples, capacity),
-            slots_per_edge(self.edge_count, slots),
-        ];
-        let [sample_count, slot_count] = per_edge.map(|count| u64::from(count) * u64::from(self.edge_count));
+        let (due_irradiances, irradiance_rays) = due(self.lights.planned_irradiances(plan));
+        let (due_factors, factor_rays) = due(self.lights.planned_factors(plan));
+        let EdgeCapacity { max_samples, samples, slots } = self.image.antialias.capacity;
+        let (capacity, edge_count) = ([samples, slots], self.counters.edge_pixels());
+        let per_edge =
+            [samples_per_edge(edge_count, max_samples, capacity), slots_per_edge(edge_count, slots)];
+        let [sample_count, slot_count] = per_edge.map(|count| u64::from(count) * u64::from(edge_count));
         let edge_samples = sample_count * size_of::<EdgeSample>() as u64;
         let slots = slot_count * size_of::<EdgeSlot>() as u64;
         let points = pixels + slot_count;
         // Shadow rays start at all samples of edge pixels, and at the samples of pixels
         // at shadow edges.
         let mut edge_rays = 0;
-        for (light, _) in self.lights.stale_irradiance() {
-            let crossed = Antialias::counted(self.lights.shadow_groups(light))?;
+        for (light, _) in self.lights.planned_irradiances(plan) {
+            let crossed = self.lights.shadow_edges(light);
             let of_crossed = samples_per_edge(crossed, max_samples, capacity);
             edge_rays +=
                 u64::from(light.samples) * (sample_count + u64::from(of_crossed) * u64::from(crossed));
         }
-        let records = self.gather.records.bytes();
+        let records = self.transport.gather.records.bytes();
         // Passes of the same name share one entry, which is their mean: gather passes ahead of the
         // frame's own, again in narrow cavities, and the rest.
         let gathers = passes.iter().filter(|pass| pass.name == Gather::STEM).count();
-        let scope = self.scopes.of(self.skips);
-        let ahead = scope.source_count + self.gathered_again(scope).map(|again| again.1).sum::<u32>();
+        let scope = self.transport.scopes.of(plan.is_whole);
+        let ahead =
+            scope.source_count + self.transport.gathered_again(scope).map(|again| again.1).sum::<u32>();
         let ahead = if gathers > 1 { ahead } else { 0 };
-        let gathered = u64::from(self.needs.gathered() + ahead) / gathers.max(1) as u64;
-        let in_all = u64::from(self.gather.point_count().max(1));
+        let gathered = u64::from(self.dirty.records.gathered + ahead) / gathers.max(1) as u64;
+        let in_all = u64::from(self.transport.gather.point_count().max(1));
         let near_passes = passes.iter().filter(|pass| pass.name == NearField::STEM).count().max(1) as u64;
-        let patch_counts = self.gathered_again(scope).map(|again| again.2);
+        let patch_counts = self.transport.gathered_again(scope).map(|again| again.2);
         let near = scope.near_field.bytes(patch_counts.chain([scope.near_field.patch_count()])) / near_passes;
-        let surface = self.primary.pixels.bytes();
-        let clusters = self.pyramid.irradiance.bytes();
-        let clusters_due = self.lights.stale_clusters().len() as u64;
-        let light_flux = (size_of::<LightFlux>() as u64) * u64::from(self.pyramid.base_count());
-        let contributions = self.path_scan.contributions.bytes();
-        let first_bounce = if self.gloss.is_some() { 4 + 12 } else { 4 };
-        let [steps, once] = self.path_scan.step_bytes();
+        let surface = self.image.primary.pixels.bytes();
+        let clusters = self.transport.pyramid.irradiance.bytes();
+        let clusters_due = self.lights.planned_clusters(plan).len() as u64;
+        let light_flux = (size_of::<LightFlux>() as u64) * u64::from(self.transport.pyramid.base_count());
+        let contributions = self.transport.path_scan.contributions.bytes();
+        let first_bounce = if self.transport.gloss.is_some() { 4 + 12 } else { 4 };
+        let [steps, once] = self.transport.path_scan.step_bytes();
         let [pixel_colours, edge_colours] =
-            [&self.pixel_colours.of_pixels, &self.pixel_colours.of_edges].map(Buffer::bytes);
+            [&self.image.pixel_colours.of_pixels, &self.image.pixel_colours.of_edges].map(Buffer::bytes);
         let [pairs, weights] = self.splat.list_bytes();
         let image = 12 * pixels;
         let mut bytes = Account::new();
@@ -99,16 +95,24 @@ impl Renderer {
                 PathScan::STEM => 2 * steps + once + contributions,
                 Pyramid::LIGHTS_STEM => contributions + clusters_due * (first_bounce * paths + light_flux),
                 Pyramid::STEM => lights * light_flux + 3 * clusters,
-                ClusterProxies::STEM => self.proxies.bytes(),
-                Gather::STEM => gathered * (self.gather.merged_rays.bytes() + records) / in_all + clusters,
+                ClusterProxies::STEM => self.transport.proxies.bytes(),
+                Gather::STEM => {
+                    gathered * (self.transport.gather.merged_rays.bytes() + records) / in_all + clusters
+                }
                 NearField::STEM => near,
                 // Mask and sums of records, and sums of the list. Splat weights only if the
                 // view is new.
                 NeededRecords::STEM => {
-                    u64::from(self.needs.marked_view()) * weights + self.blend.list_bytes() + 24 * in_all
+                    u64::from(self.dirty.records.marked_view) * weights
+                        + self.transport.blend.list_bytes()
+                        + 24 * in_all
                 }
-                Blend::STEM => self.blend.list_bytes() + 2 * records + self.gather.cache_points.bytes(),
-                Splat::STEM => surface + self.gather.cache_points.bytes() + 4 * pairs + weights,
+                Blend::STEM => {
+                    self.transport.blend.list_bytes()
+                        + 2 * records
+                        + self.transport.gather.cache_points.bytes()
+                }
+                Splat::STEM => surface + self.transport.gather.cache_points.bytes() + 4 * pairs + weights,
                 Splat::APPLY_STEM => surface + weights + records + image,
                 Antialias::STEM => surface + 8 * pixels + edge_samples + slots,
                 PixelColours::STEM => surface + edge_samples + pixel_colours + edge_colours,
@@ -131,6 +135,6 @@ impl Renderer {
             };
             rays.insert(pass.name, traced);
         }
-        Ok((bytes, rays))
+        (bytes, rays)
     }
 }

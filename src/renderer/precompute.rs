@@ -29,7 +29,8 @@ use crate::passes::precompute::{
 use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers};
 use crate::scene::directions::Directions;
 use crate::scene::{
-    Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces, unweighted::NEARBY,
+    Scene, Triangle, bvh::Bvh, grid, host_bvh::HostBvh, hvds::Hvds, solids::Solids, surfaces,
+    unweighted::NEARBY,
 };
 use crate::types::{CachePoint, PathVertex, Surface};
 use std::borrow::Cow;
@@ -82,7 +83,7 @@ pub(super) struct Precomputed {
     pub(super) cluster_tables: ClusterTables,
     /// `None` if no material may be glossy: no ray queries clusters after the precomputation.
     pub(super) clusters: Option<ClusterBuffers>,
-    pub(super) closed: Enclosures,
+    pub(super) enclosures: Enclosures,
     pub(super) near_clusters: Vec<NearCluster>,
     /// Near-field patches of single cache points.
     pub(super) near_patches: Vec<NearCluster>,
@@ -344,7 +345,15 @@ pub(super) fn precompute(
         packing,
         cluster_tables,
         clusters: is_glossy.then_some(clusters),
-        closed: Enclosures { solids, groups: closed, rays: tracer, order: bvh.order, is_due: false },
+        enclosures: Enclosures {
+            tree: (!closed.is_empty()).then(|| HostBvh::new(&bvh, &scene.triangles)),
+            solids,
+            groups: closed,
+            rays: tracer,
+            order: bvh.order,
+            is_due: false,
+            holds_both: false,
+        },
         near_clusters,
         near_patches: near_hits.entries,
         narrow_count,

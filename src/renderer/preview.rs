@@ -1,17 +1,12 @@
-//! The preview: a picture with direct light only, shown while light paths are traced.
+//! The preview: a picture with direct light only, shown while light paths are traced. Its frame is
+//! the renderer's, with fewer passes.
 
+use super::image::{Image, IndirectLight};
 use super::lights::Lights;
+use super::plan::{FramePlan, Gathering, LightResults, Scan, Uploads};
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};
+use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context};
-use crate::passes::frame::{
-    antialias::Antialias,
-    compose::{Compose, Irradiances},
-    direct::Direct,
-    pixel_colours::PixelColours,
-    primary::Primary,
-    tonemap::Tonemap,
-};
 use crate::passes::{SceneBuffers, reflectances};
 use crate::scene::{Camera, Light, Material, Scene, bvh::Bvh, surfaces};
 use crate::types::View;
@@ -23,19 +18,8 @@ pub struct Preview {
     context: Arc<Context>,
     buffers: SceneBuffers,
     image: Image,
-}
-
-/// Buffers that depend on the size of the picture.
-struct Image {
-    size: [u32; 2],
-    primary: Primary,
-    antialias: Antialias,
-    direct: Direct,
-    pixel_colours: PixelColours,
-    compose: Compose,
-    tonemap: Tonemap,
     /// Indirect irradiance, zero at every pixel.
-    indirect: Buffer,
+    dark: Buffer,
 }
 
 impl Preview {
@@ -50,8 +34,8 @@ impl Preview {
             scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
         let (triangles, coordinates) = (&scene.triangles, &scene.texture_coordinates);
         let buffers = SceneBuffers::new(context, &bvh, triangles, &surfaces, coordinates, &scene.materials)?;
-        let image = Image::new(context, &buffers, scene.cameras[0].size)?;
-        Ok(Self { context: context.clone(), buffers, image })
+        let (image, dark) = images(context, &buffers, &scene.cameras[0])?;
+        Ok(Self { context: context.clone(), buffers, image, dark })
     }
 
     /// Renders the view of a camera, with these lights and materials of the scene. The picture has
@@ -66,37 +50,22 @@ impl Preview {
         materials: &[Material],
         exposure_stops: f32,
     ) -> Result<()> {
-        if camera.size != self.image.size {
-            self.image = Image::new(&self.context, &self.buffers, camera.size)?;
+        if camera.size != self.image.size() {
+            (self.image, self.dark) = images(&self.context, &self.buffers, camera)?;
         }
-        self.buffers.materials.write(&reflectances(materials))?;
-        let (image, view) = (&self.image, View::from(camera));
+        (self.image.view, self.image.exposure_stops) = (View::from(camera), exposure_stops);
+        let (image, buffers) = (&self.image, &self.buffers);
         let lights = Lights::new(&self.context, lights, [0, image.direct.point_count(), 0], None)?;
+        let plan = plan(&lights.traced());
+        let light =
+            IndirectLight { irradiance: &self.dark, gloss: None, emission_scale: lights.emission_scale };
         self.context.run(|rec| {
-            let pixels = &image.primary.pixels;
-            image.primary.record(rec, &self.buffers, &view);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            image.direct.record_batches(rec, &self.buffers, pixels);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            image.antialias.record(rec, &self.buffers, &view, pixels);
-            rec.barrier(COMPUTE_TO_INDIRECT);
-            if self.buffers.textures.are_used {
-                image.pixel_colours.record(rec, &self.buffers, &view, pixels, Some(&image.antialias));
-            }
-            let mut pass = rec.pass(Direct::STEM);
-            for (place, (light, irradiance)) in lights.stale_irradiance().into_iter().enumerate() {
-                if place > 0 {
-                    pass.barrier(COMPUTE_TO_TRANSFER);
-                }
-                image.direct.record(&mut pass, &self.buffers, light, pixels, irradiance);
-            }
-            pass.barrier(COMPUTE_TO_COMPUTE);
-            drop(pass);
-            image.direct.record_sum(rec, &image.antialias, &lights.irradiances());
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            image.compose.record(rec, &self.buffers, image.irradiances(lights.emission_scale), [1.0, 0.0]);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            image.tonemap.record(rec, &image.compose.radiance, exposure_stops);
+            lights.record_upload(rec);
+            rec.upload(&buffers.materials, &reflectances(materials));
+            rec.barrier(TRANSFER_TO_COMPUTE);
+            image.record_view(rec, buffers);
+            image.record_direct(rec, &plan, buffers, &lights);
+            image.record_picture(rec, &plan, buffers, light);
         })?;
         self.buffers.refuse_truncated_loops("preview", 0)
     }
@@ -107,32 +76,31 @@ impl Preview {
     }
 }
 
-impl Image {
-    fn new(context: &Arc<Context>, buffers: &SceneBuffers, size: [u32; 2]) -> Result<Self> {
-        let pixels = size[0] * size[1];
-        let antialias = Antialias::new(context, size, 0)?;
-        let slots = antialias.capacity.slots;
-        Ok(Self {
-            size,
-            primary: Primary::new(context, pixels)?,
-            direct: Direct::new(context, size, slots)?,
-            pixel_colours: PixelColours::new(context, buffers, pixels, slots)?,
-            antialias,
-            compose: Compose::new(context, buffers, size, false)?,
-            tonemap: Tonemap::new(context, pixels)?,
-            indirect: Buffer::from_slice(context, "no indirect light", &vec![Vec3::ZERO; pixels as usize])?,
-        })
+/// The plan of a frame with direct light alone.
+fn plan(traced: &[bool]) -> FramePlan {
+    let light = |&irradiance: &bool| LightResults { irradiance, ..LightResults::default() };
+    FramePlan {
+        uploads: Uploads { lights: true, materials: true },
+        view: true,
+        lobe_rays: false,
+        pixel_batches: true,
+        lights: traced.iter().map(light).collect(),
+        direct_sum: true,
+        scan: Scan::None,
+        hierarchy: false,
+        is_whole: false,
+        gather: Gathering::Nothing,
+        splat: false,
+        gloss: false,
+        compose: true,
+        display: true,
     }
+}
 
-    fn irradiances(&self, emission_scale: Vec3) -> Irradiances<'_> {
-        Irradiances {
-            pixels: &self.primary.pixels,
-            direct: &self.direct.irradiance,
-            indirect: &self.indirect,
-            gloss: None,
-            antialias: &self.antialias,
-            colours: &self.pixel_colours,
-            emission_scale,
-        }
-    }
+/// A picture of a camera's size without antialiasing, and its indirect irradiance.
+fn images(context: &Arc<Context>, buffers: &SceneBuffers, camera: &Camera) -> Result<(Image, Buffer)> {
+    let image = Image::new(context, buffers, View::from(camera), 0, false)?;
+    let [width, height] = camera.size;
+    let dark = vec![Vec3::ZERO; (width * height) as usize];
+    Ok((image, Buffer::from_slice(context, "no indirect light", &dark)?))
 }

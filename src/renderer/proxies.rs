@@ -62,9 +62,16 @@ impl Proxies {
     pub(super) fn redirect(&self, rays: &RayTable, points: &[CachePoint], of: &Renderer) -> Result<()> {
         let Some((tables, _)) = &self.0 else { return Ok(()) };
         let mut rows = rays.read()?;
-        let quality = &of.scene.quality;
+        let quality = &of.world.scene.quality;
         let directions = (quality.seed, Directions::new(quality.directions));
-        tables.redirect(&mut rows, points, of.gather.hemisphere, directions, of.gather.packing, self.1);
+        tables.redirect(
+            &mut rows,
+            points,
+            of.transport.gather.hemisphere,
+            directions,
+            of.transport.gather.packing,
+            self.1,
+        );
         rays.write(&rows)
     }
 }

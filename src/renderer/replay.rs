@@ -1,7 +1,7 @@
 //! Pass replay: one pass of the frame recorded again and again, for a profiler.
 
-use super::changes::{Stages, Work};
-use super::report::{Columns, FrameWatch};
+use super::dirty::Work;
+use super::report::FrameWatch;
 use super::{FrameReport, Renderer};
 use crate::error::Result;
 use crate::passes::frame::{
@@ -65,25 +65,16 @@ impl Renderer {
     pub fn repeat(&mut self, pass: &str) -> Result<FrameReport> {
         let place = PASSES.iter().position(|&name| name == pass).expect("passes are named by `pass_names`");
         self.force(Work::Everything);
-        let stages = Stages::new(self.changes, &self.lights);
-        let gathering = self.needs.of(stages, self.skips);
+        let plan = self.plan();
+        self.lights.prepare_near(&plan, &mut self.transport.near_lights)?;
         let watch = FrameWatch::start(&self.context);
         let ((), passes) = self.context.run(|rec| {
             rec.only(prepared(place));
-            self.record(rec, stages, gathering);
+            self.record(rec, &plan);
         })?;
-        let [frame_ms, pipelines_ms] = watch.stop(&self.context);
-        let (bytes, rays) = self.accounts(&passes)?;
-        let (columns, lights_unchanged) = (Columns::from_passes(&passes), [0.0, 0.0]);
         Ok(FrameReport {
-            passes,
-            frame_ms,
-            pipelines_ms,
-            columns,
-            bytes,
-            rays,
-            gathered: 0,
-            lights_unchanged,
+            lights_unchanged: [0.0, 0.0],
+            ..self.report(&plan, passes, watch.stop(&self.context), 0)
         })
     }
 }

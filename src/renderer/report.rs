@@ -113,6 +113,9 @@ pub struct FrameReport {
     /// Fraction of the active lights with current form factors, and fraction with a current
     /// irradiance buffer of pixels, 0..=1.
     pub lights_unchanged: [f64; 2],
+    /// An enclosure holds both the camera and a light. It stays dark until the caller calls
+    /// [`Renderer::open_enclosures`](super::Renderer::open_enclosures).
+    pub needs_precompute: bool,
 }
 
 /// Sizes and costs of the precomputation.

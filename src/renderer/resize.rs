@@ -1,12 +1,10 @@
 //! Changes the size of the picture. Results of the precomputation do not depend on pixels and stay.
 
 use super::Renderer;
+use super::image::Image;
 use crate::error::{Error, Result};
-use crate::passes::frame::{
-    antialias::Antialias, compose::Compose, direct::Direct, gloss_pixels::GlossPixels,
-    pixel_colours::PixelColours, primary::Primary, splat::Splat, tonemap::Tonemap,
-};
-use crate::scene::camera;
+use crate::passes::frame::{gloss_pixels::GlossPixels, splat::Splat};
+use crate::scene::{Camera, camera};
 use crate::types::View;
 
 impl Renderer {
@@ -28,35 +26,36 @@ impl Renderer {
                 "a picture of {width}×{height} pixels; each must be from {least} to {most}"
             )));
         }
-        let (context, buffers, pixel_count) = (&self.context, &self.buffers, width * height);
-        let antialias = Antialias::new(context, size, self.scene.quality.edge_samples)?;
-        let slots = antialias.capacity.slots;
-        let direct = Direct::new(context, size, slots)?;
-        let primary = Primary::new(context, pixel_count)?;
-        let pixel_colours = PixelColours::new(context, buffers, pixel_count, slots)?;
-        let splat = Splat::new(context, self.gather.point_count(), size)?;
-        let compose = Compose::new(context, buffers, size, self.gloss.is_some())?;
-        let tonemap = Tonemap::new(context, pixel_count)?;
-        let quality = &self.scene.quality;
-        let paths = (self.gather.packing.cluster_bits, quality.entry_points > 0);
+        let camera = Camera { size, ..self.world.scene.cameras[0].clone() };
+        self.replace_image(View::from(&camera))?;
+        self.world.scene.cameras[0] = camera;
+        Ok(())
+    }
+
+    /// Allocates the picture of a view anew. If it fails, the renderer stays as it was.
+    pub(super) fn replace_image(&mut self, view: View) -> Result<()> {
+        let (context, buffers, quality) = (&self.context, &self.world.buffers, &self.world.scene.quality);
+        let image = Image {
+            exposure_stops: self.image.exposure_stops,
+            light_weights: self.image.light_weights,
+            ..Image::new(context, buffers, view, quality.edge_samples, self.transport.gloss.is_some())?
+        };
+        let splat = Splat::new(context, self.transport.gather.point_count(), image.size())?;
+        let paths = (self.transport.gather.packing.cluster_bits, quality.entry_points > 0);
+        let pixel_count = view.width * view.height;
         let of_gloss = |_| GlossPixels::new(context, buffers, pixel_count, quality.gloss_rays, paths);
-        let of_gloss = self.gloss.as_ref().map(of_gloss).transpose()?;
+        let of_gloss = self.transport.gloss.as_ref().map(of_gloss).transpose()?;
         let capacity = of_gloss.as_ref().map(|pixels| pixels.capacity);
-        let irradiances = self.lights.new_irradiances(direct.point_count(), capacity)?;
+        let irradiances = self.lights.new_irradiances(image.direct.point_count(), capacity)?;
 
         // The rest cannot fail, so the renderer stays consistent.
         self.lights.take_irradiances(irradiances);
-        if let (Some(gloss), Some(pixels)) = (&mut self.gloss, of_gloss) {
+        if let (Some(gloss), Some(pixels)) = (&mut self.transport.gloss, of_gloss) {
             gloss.pixels = pixels;
         }
-        (self.antialias, self.direct, self.primary) = (antialias, direct, primary);
-        (self.pixel_colours, self.splat) = (pixel_colours, splat);
-        (self.compose, self.tonemap) = (compose, tonemap);
-        self.edge_count = 0;
-        self.scene.cameras[0].size = size;
-        self.view = View::from(&self.scene.cameras[0]);
-        self.changes.size = true;
-        self.view_changed();
+        (self.image, self.splat) = (image, splat);
+        self.dirty.changes.size = true;
+        self.dirty.view_changed();
         Ok(())
     }
 }

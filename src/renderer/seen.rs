@@ -6,8 +6,6 @@ use super::precompute::Precomputed;
 use super::quality_warnings::{self, FEWEST};
 use crate::cpu::brdf::luminance;
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_TRANSFER};
-use crate::passes::frame::form_factors::FormFactors;
 use crate::passes::precompute::rays::{RayAnswer, RayQuery};
 use crate::scene::Scene;
 use crate::types::{NO_CLUSTER, View};
@@ -43,7 +41,7 @@ impl Seen {
     pub(super) fn new(scene: &Scene, made: &Precomputed) -> Result<Self> {
         let view = View::from(&scene.cameras[0]);
         let queries: Vec<RayQuery> = camera_rays(&view).collect();
-        let answers = made.closed.rays.trace(&made.buffers, &queries)?;
+        let answers = made.enclosures.rays.trace(&made.buffers, &queries)?;
         let cell_size = made.hvds.grid.cell_size() as f32;
         // Spacing of two rays at a distance of one metre.
         let spacing = 2.0 * view.right.length() / RAYS[0] as f32;
@@ -60,7 +58,7 @@ impl Seen {
             clusters.extend(above(made, cluster).take(1 + levels).last());
             around.extend(hemisphere(position + clear * normal, normal));
         }
-        let answers = made.closed.rays.trace(&made.buffers, &around)?;
+        let answers = made.enclosures.rays.trace(&made.buffers, &around)?;
         let nearest = |answers: &[RayAnswer]| {
             let met = answers.iter().filter(|answer| answer.t >= 0.0).map(|answer| answer.t);
             met.fold(f32::INFINITY, f32::min)
@@ -147,39 +145,36 @@ impl Renderer {
         if reach.is_empty() {
             return Ok(());
         }
-        self.find_near_lights()?;
-        let mut lights = self.lights.stale_factors();
-        lights.truncate(LIGHTS);
+        let mut plan = self.plan();
+        // The first active lights alone.
+        let traced = plan.lights.iter_mut().filter(|light| light.factors).skip(LIGHTS);
+        traced.for_each(|light| light.factors = false);
+        self.lights.prepare_near(&plan, &mut self.transport.near_lights)?;
+        let lights = self.lights.planned_factors(&plan);
         self.context.run(|rec| {
-            let mut pass = rec.pass(FormFactors::STEM);
-            for &(light, factors) in &lights {
-                self.form_factors.record(&mut pass, &self.buffers, light, factors);
-                pass.barrier(COMPUTE_TO_COMPUTE);
-                if let Some((near, count)) = self.lights.near(light.index) {
-                    self.near_lights.record(&mut pass, near, *count, factors);
-                }
-                pass.barrier(COMPUTE_TO_TRANSFER);
-            }
+            self.record_uploads(rec, &plan);
+            self.transport.record_factors(rec, &plan, &self.world.buffers, &self.lights);
         })?;
-        self.buffers.refuse_truncated_loops("form factors", 0)?;
+        self.world.buffers.refuse_truncated_loops("form factors", 0)?;
         let mut reaching = Vec::new();
         for (light, factors) in lights {
             let factors: Vec<f32> = factors.read_range(0, reach.len())?;
-            let brings = factors.iter().zip(self.form_factors.weights()).zip(reach);
+            let brings = factors.iter().zip(self.transport.form_factors.weights()).zip(reach);
             let brings = brings.map(|((factor, weight), reaches)| match reaches {
                 true => f64::from(factor * weight),
                 false => 0.0,
             });
             let (sum, squares) =
                 brings.fold((0.0, 0.0), |(sum, squares), flux| (sum + flux, squares + flux * flux));
-            let flux = sum * luminance(self.scene.lights[light.index as usize].kind.emission());
+            let flux = sum * luminance(self.world.scene.lights[light.index as usize].kind.emission());
             reaching.push((light.index as usize, flux, sum * sum / squares));
         }
         let all: f64 = reaching.iter().map(|(_, flux, _)| flux).sum();
         let few = reaching.into_iter().filter(|(_, flux, count)| *count < FEWEST && *flux > SLIGHT * all);
-        let warnings: Vec<String> =
-            few.map(|(light, _, count)| quality_warnings::few_paths(&self.scene, light, count)).collect();
-        self.scene.warnings.extend(warnings);
+        let warnings: Vec<String> = few
+            .map(|(light, _, count)| quality_warnings::few_paths(&self.world.scene, light, count))
+            .collect();
+        self.world.scene.warnings.extend(warnings);
         Ok(())
     }
 }

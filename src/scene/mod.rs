@@ -18,6 +18,7 @@ pub mod film;
 mod fit;
 mod geometry;
 pub mod grid;
+pub mod host_bvh;
 pub mod hvds;
 mod image_map;
 pub mod keys;

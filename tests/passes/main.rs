@@ -42,6 +42,7 @@ mod path_trace;
 mod photon_gather;
 mod photons;
 mod pixels;
+mod plan;
 mod prefix_sum;
 mod preview;
 mod rays;

@@ -4,11 +4,13 @@ use crate::common::assert_silent;
 use crate::world::{Random, World};
 use glam::Vec3;
 use lightpaths::cpu::needed_records::needed_records;
-use lightpaths::gpu::{Buffer, Tuning};
+use lightpaths::gpu::barrier::COMPUTE_TO_TRANSFER;
+use lightpaths::gpu::{Buffer, HostBlock, Recorder, Tuning};
 use lightpaths::passes::frame::blend::Blend;
 use lightpaths::passes::frame::needed_records::{NeededRecords, RecordList, RecordRequest};
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRange};
+use lightpaths::passes::frame::splat_capacity::SplatCounts;
 use lightpaths::passes::precompute::neighbours::{Neighbour, Neighbourhoods};
 use lightpaths::scene::Camera;
 use lightpaths::types::{CachePoint, View};
@@ -26,10 +28,15 @@ fn splat(world: &World, pass: &mut Splat, points: &[CachePoint], view: &View) ->
     let cache_points = Buffer::from_slice(&world.context, "cache points", points).unwrap();
     world.context.run(|rec| primary.record(rec, &world.buffers, view)).unwrap();
     let surfaces = &world.buffers.surfaces;
+    let counters = HostBlock::new(&world.context, "counters", SplatCounts::WORDS).unwrap();
     loop {
-        let record = |rec: &mut _| pass.record(rec, surfaces, &cache_points, &primary.pixels, view);
+        let record = |rec: &mut Recorder| {
+            pass.record(rec, surfaces, &cache_points, &primary.pixels, view);
+            rec.barrier(COMPUTE_TO_TRANSFER);
+            pass.copy_counts(rec, &counters, 0);
+        };
         world.context.run(record).unwrap();
-        if !pass.grow().unwrap() {
+        if !pass.grow(SplatCounts::read(&counters, 0)).unwrap() {
             break;
         }
     }

@@ -5,10 +5,11 @@ use crate::world::{Random, SUM, World, assert_near};
 use glam::{Mat3, UVec2, Vec3};
 use lightpaths::cpu;
 use lightpaths::cpu::records::{Tolerance, cover_weight, record_weight};
-use lightpaths::gpu::Buffer;
-use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_TRANSFER};
+use lightpaths::gpu::{Buffer, HostBlock};
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRange};
+use lightpaths::passes::frame::splat_capacity::SplatCounts;
 use lightpaths::scene::Camera;
 use lightpaths::types::{CachePoint, NO_SIDE, PixelSurface, Record, View};
 
@@ -41,6 +42,7 @@ fn splat(world: &World, view: &View, points: &[CachePoint], records: &[Record]) 
     let record_buffer = Buffer::from_slice(context, "records", records).unwrap();
     let mut pass = Splat::new(context, points.len() as u32, size).unwrap();
     context.run(|rec| primary.record(rec, &world.buffers, view)).unwrap();
+    let counters = HostBlock::new(context, "counters", SplatCounts::WORDS).unwrap();
     let mut repeats = 0;
     loop {
         let surfaces = &world.buffers.surfaces;
@@ -49,21 +51,24 @@ fn splat(world: &World, view: &View, points: &[CachePoint], records: &[Record]) 
                 pass.record(rec, surfaces, &cache_points, &primary.pixels, view);
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 pass.record_apply(rec, &primary.pixels, &record_buffer);
+                rec.barrier(COMPUTE_TO_TRANSFER);
+                pass.copy_counts(rec, &counters, 0);
             })
             .unwrap();
-        if !pass.grow().unwrap() {
+        if !pass.grow(SplatCounts::read(&counters, 0)).unwrap() {
             break;
         }
         repeats += 1;
         assert!(repeats < 3, "each list is lengthened once at the most");
     }
+    let SplatCounts { relaxed, uncovered, .. } = SplatCounts::read(&counters, 0);
     let [runs, weights] = pass.lists();
     let runs: Vec<WeightRange> = runs.read().unwrap();
     let weights: Vec<SplatWeight> = weights.read().unwrap();
     Splatted {
         pixels: primary.pixels.read().unwrap(),
         fractions: runs.iter().map(|run| weights[run.first as usize..run.end as usize].to_vec()).collect(),
-        uncovered: pass.uncovered().unwrap(),
+        uncovered: [relaxed, uncovered],
         irradiance: pass.irradiance.read().unwrap(),
         repeats,
     }

@@ -5,7 +5,7 @@ use crate::common::{assert_silent, context};
 use crate::determinism::bits;
 use crate::{prepare, the_box};
 use glam::Vec3;
-use lightpaths::renderer::{Layer, Renderer};
+use lightpaths::renderer::{Layer, Renderer, Silent};
 use lightpaths::scene::{Light, LightKind, Quality, Scene, Triangle, shapes};
 
 const SMALL: Quality = Quality {
@@ -64,6 +64,18 @@ fn cold(other: &Renderer, places: &[Vec3]) -> Renderer {
     renderer
 }
 
+/// Renders a frame, after another precomputation if the last edit needs one.
+fn frame(renderer: &mut Renderer) {
+    let is_due = renderer.needs_precompute();
+    if is_due {
+        assert!(renderer.frame().unwrap().needs_precompute, "a frame does not precompute");
+        let dark = renderer.layer(Layer::Beauty).unwrap();
+        assert!(dark.iter().all(|pixel| *pixel == [0.0; 3]), "no light is there yet");
+    }
+    assert_eq!(renderer.open_enclosures(&mut Silent).unwrap(), is_due);
+    assert!(!renderer.frame().unwrap().needs_precompute);
+}
+
 fn brightest(renderer: &Renderer, layer: Layer) -> f32 {
     renderer.layer(layer).unwrap().into_iter().flatten().fold(0.0, f32::max)
 }
@@ -78,14 +90,14 @@ fn light_and_camera_enter_enclosures_as_if_they_had_always_been_there() {
     let mut edited = prepare(scene, SMALL);
     edited.switch_light(1, false).unwrap();
     edited.set_exposure(EXPOSURE);
-    edited.frame().unwrap();
+    frame(&mut edited);
     let outside = bits(&edited);
     let home = edited.scene().lights[0].kind.position().unwrap();
 
     for (count, middle) in [(1, BLOCK), (2, CELL)] {
         // Only the light enters: it is not visible, and the enclosure stays closed.
         edited.move_light(0, middle).unwrap();
-        edited.frame().unwrap();
+        frame(&mut edited);
         assert_eq!((brightest(&edited, Layer::Beauty), edited.scene().places.len()), (0.0, count - 1));
         let alone = cold(&edited, &edited.scene().places);
         assert!(bits(&edited) == bits(&alone), "light in {middle}");
@@ -95,24 +107,24 @@ fn light_and_camera_enter_enclosures_as_if_they_had_always_been_there() {
         // Only the camera enters: the picture is dark.
         edited.move_light(0, home).unwrap();
         look_from(&mut edited, middle);
-        edited.frame().unwrap();
+        frame(&mut edited);
         assert_eq!((brightest(&edited, Layer::Beauty), edited.scene().places.len()), (0.0, count - 1));
         assert!(bits(&edited) == bits(&cold(&edited, &edited.scene().places)), "camera in {middle}");
         // Camera and light are in different enclosures.
         edited.move_light(0, -middle).unwrap();
-        edited.frame().unwrap();
+        frame(&mut edited);
         assert_eq!((brightest(&edited, Layer::Beauty), edited.scene().places.len()), (0.0, count - 1));
         // Both are in one enclosure. The light enters last in one case, the camera in the other.
         if middle == CELL {
             edited.set_camera(&start);
             edited.move_light(0, middle).unwrap();
-            edited.frame().unwrap();
+            frame(&mut edited);
             assert_eq!(edited.scene().places.len(), count - 1);
             look_from(&mut edited, middle);
         } else {
             edited.move_light(0, middle).unwrap();
         }
-        edited.frame().unwrap();
+        frame(&mut edited);
         assert_eq!(edited.scene().places.len(), count);
         assert!(brightest(&edited, Layer::Direct) > 0.1 && brightest(&edited, Layer::Indirect) > 0.01);
         let before = &edited.scene().places[..count - 1];
@@ -123,7 +135,7 @@ fn light_and_camera_enter_enclosures_as_if_they_had_always_been_there() {
         // After both leave, the enclosure stays open.
         edited.move_light(0, home).unwrap();
         edited.set_camera(&start);
-        edited.frame().unwrap();
+        frame(&mut edited);
         assert_eq!(edited.scene().places.len(), count);
         assert!(bits(&edited) == bits(&cold(&edited, &edited.scene().places)), "out of {middle}");
     }
@@ -138,17 +150,17 @@ fn frames_left_out_open_enclosures_as_well() {
     let show = |is_left_out: bool| {
         let mut renderer = prepare(scene(), SMALL);
         let camera = renderer.scene().cameras[0].clone();
-        for (frame, &place) in places.iter().enumerate() {
+        for (index, &place) in places.iter().enumerate() {
             renderer.move_light(0, place).unwrap();
             if place == BLOCK {
                 look_from(&mut renderer, place);
             } else {
                 renderer.set_camera(&camera);
             }
-            if is_left_out && frame < 2 {
-                renderer.open_enclosures().unwrap();
+            if is_left_out && index < 2 {
+                renderer.open_enclosures(&mut Silent).unwrap();
             } else {
-                renderer.frame().unwrap();
+                frame(&mut renderer);
             }
         }
         assert_eq!(renderer.scene().places.len(), 1);

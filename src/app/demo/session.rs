@@ -81,6 +81,8 @@ pub(super) struct Session {
     pub(super) refused_size: Option<[u32; 2]>,
     /// The last frame reverted an edit.
     pub(super) has_gone_back: bool,
+    /// The last frame needs the light paths of an enclosure.
+    needs_precompute: bool,
     stage: Preparation,
     shown: Option<ViewRequest>,
 }
@@ -112,6 +114,7 @@ impl Session {
             last: None,
             refused_size: None,
             has_gone_back: false,
+            needs_precompute: false,
             stage: Preparation::Preparing(Box::new(Preparing::new(
                 context,
                 &scene,
@@ -184,6 +187,9 @@ impl Session {
         }
         self.shown = Some(self.requested());
         self.version += 1;
+        if std::mem::take(&mut self.needs_precompute) {
+            self.open_enclosure()?;
+        }
         Ok(true)
     }
 
@@ -193,6 +199,7 @@ impl Session {
             Preparation::Preparing(preparing) => preparing.frame(requested, &self.scene.materials),
             Preparation::Ready(ready) => {
                 let (report, refused) = ready.frame(requested, &mut self.document)?;
+                self.needs_precompute = report.needs_precompute;
                 self.said.extend(refused);
                 if self.costs.len() == FRAMES {
                     self.costs.pop_front();
@@ -297,8 +304,16 @@ impl Session {
         Ok(())
     }
 
-    /// Prepares the open scene for a film that makes more materials glossy.
-    pub(super) fn prepare_for_film(&mut self, scene: Scene) -> Result<()> {
+    /// Prepares the open scene again because the camera and a light are in one enclosure.
+    fn open_enclosure(&mut self) -> Result<()> {
+        let mut scene = self.scene.clone();
+        scene.places.push(self.camera.position);
+        self.said.push("the camera and a light are in one enclosure: light paths are traced again".into());
+        self.prepare_open(scene)
+    }
+
+    /// Prepares another version of the open scene.
+    pub(super) fn prepare_open(&mut self, scene: Scene) -> Result<()> {
         let (watch, text) = (self.watch.clone(), self.text.clone());
         self.prepare_again(scene, watch)?;
         self.text = text;

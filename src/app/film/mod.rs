@@ -15,7 +15,7 @@ use super::output::{OutputFile, create_folder};
 use super::{overlap, picture};
 use crate::error::{Error, Result};
 use crate::image::ExrLayer;
-use crate::renderer::{Layer, Renderer};
+use crate::renderer::{Layer, Renderer, Silent};
 use crate::scene::{Scene, film};
 use frame_range::FrameRange;
 use video::Video;
@@ -85,12 +85,12 @@ impl Film {
         let mut progress = self.device_args.progress();
         progress.stage("frames", u64::from(range.end - range.start));
         // Earlier frames may have opened enclosures, which then stay open.
-        for frame in 0..range.start {
+        for frame in 0..range.end {
             renderer.set_state(&film.state(frame))?;
-            renderer.open_enclosures()?;
-        }
-        for frame in range.clone() {
-            renderer.set_state(&film.state(frame))?;
+            renderer.open_enclosures(&mut Silent)?;
+            if frame < range.start {
+                continue;
+            }
             times_ms.push(renderer.frame()?.frame_ms);
             self.write(&renderer, &self.frame_path(frame, &film))?;
             progress.advance(u64::from(frame + 1 - range.start));

@@ -361,7 +361,7 @@ impl Antialias {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn groups(context: &Arc<Context>) -> Result<Buffer> {
-        Buffer::from_slice(context, "edge groups", &[0_u32; 20])
+        Buffer::storage(context, "edge groups", 80)
     }
 
     /// Returns the number of pixels that is counted in `groups`.
@@ -370,6 +370,11 @@ impl Antialias {
     /// The device failed.
     pub fn counted(groups: &Buffer) -> Result<u32> {
         Ok(groups.read_range::<u32>(3, 1)?[0])
+    }
+
+    /// Buffer and byte offset of the number of edge pixels of the view.
+    pub fn edge_count_at(&self) -> (&Buffer, u64) {
+        (&self.edge_groups, 12)
     }
 
     /// Returns the number of edge pixels of this camera.

@@ -24,6 +24,6 @@ pub mod prefix_sum;
 pub mod primary;
 pub mod shafts;
 pub mod splat;
-mod splat_capacity;
+pub mod splat_capacity;
 pub mod tile_sort;
 pub mod tonemap;

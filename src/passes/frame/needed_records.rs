@@ -190,7 +190,12 @@ impl NeededRecords {
         );
     }
 
-    /// Returns the number of records in the list.
+    /// Buffer and byte offset of the length of the list.
+    pub fn listed_at(&self) -> (&Buffer, u64) {
+        (&self.list.offsets, 4 * u64::from(self.record_count))
+    }
+
+    /// Length of the list.
     ///
     /// # Errors
     /// The device failed.

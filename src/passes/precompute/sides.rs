@@ -61,16 +61,16 @@ impl Enclosures {
         self.bounds.values().any(|bounds| points.iter().all(|&point| is_in(point, *bounds)))
     }
 
-    /// Returns the enclosure around each point.
-    ///
-    /// # Errors
-    /// The device lacks memory or failed.
-    pub fn around(&self, rays: &Rays, buffers: &SceneBuffers, points: &[Vec3]) -> Result<Vec<Option<usize>>> {
-        let queries: Vec<RayQuery> = points.iter().flat_map(|&point| rays_around(point)).collect();
-        let group = |side: u32| if side == NO_SIDE { None } else { self.groups[side as usize] };
-        let answers = rays.trace(buffers, &queries)?;
-        let seen = answers.chunks_exact(RAYS_PER_POINT as usize);
-        Ok(seen.map(|seen| most(seen.iter().map(|answer| group(answer.side))).flatten()).collect())
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.bounds.is_empty()
+    }
+
+    /// Returns the enclosure around a point. `side_along` returns the side that a ray meets.
+    pub fn around(&self, point: Vec3, side_along: impl Fn(Vec3, Vec3) -> Option<u32>) -> Option<usize> {
+        let group =
+            |ray: RayQuery| side_along(ray.origin, ray.direction).and_then(|side| self.groups[side as usize]);
+        most(rays_around(point).map(group)).flatten()
     }
 }
 

@@ -19,12 +19,12 @@ impl Renderer {
     /// Number of levels of the hierarchy: the first is the base, with the finest cells; the last
     /// is the root.
     pub fn hvds_level_count(&self) -> u32 {
-        self.cluster_tables.hvds.levels.len() as u32
+        self.world.cluster_tables.hvds.levels.len() as u32
     }
 
     /// Edge of the cells of a level, metres.
     pub fn hvds_cell_size_m(&self, level: u32) -> f64 {
-        self.cluster_tables.hvds.grid.cell_size() * f64::from(level).exp2()
+        self.world.cluster_tables.hvds.grid.cell_size() * f64::from(level).exp2()
     }
 
     /// For each pixel of the last frame, row by row from the top, the cluster of `level` at its
@@ -41,9 +41,9 @@ impl Renderer {
         }
         self.complete_clusters()?;
         let geometry = self.geometry()?;
-        let clusters = self.cluster_tables.hvds.cluster_count();
-        let irradiance: Vec<Vec3> = self.pyramid.irradiance.read_range(0, clusters as usize)?;
-        let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
+        let clusters = self.world.cluster_tables.hvds.cluster_count();
+        let irradiance: Vec<Vec3> = self.transport.pyramid.irradiance.read_range(0, clusters as usize)?;
+        let pixels: Vec<PixelSurface> = self.image.primary.pixels.read()?;
         let found = |pixel: &PixelSurface| {
             if pixel.side == NO_SIDE {
                 return None;
@@ -57,14 +57,14 @@ impl Renderer {
 
     /// The base cluster at a point on a side. `None` if there is none.
     pub(super) fn base_cluster_at(&self, geometry: Geometry<'_>, position: Vec3, side: u32) -> Option<u32> {
-        let cluster = geometry.cluster(&self.cluster_tables.hvds, position, side);
+        let cluster = geometry.cluster(&self.world.cluster_tables.hvds, position, side);
         (cluster != NO_CLUSTER).then_some(cluster)
     }
 
     /// The ancestor of a base cluster, `levels` levels up, or the root.
     fn cluster_above(&self, mut cluster: u32, levels: u32) -> u32 {
         for _ in 0..levels {
-            match self.cluster_tables.hvds.parents[cluster as usize] {
+            match self.world.cluster_tables.hvds.parents[cluster as usize] {
                 NO_CLUSTER => break,
                 parent => cluster = parent,
             }

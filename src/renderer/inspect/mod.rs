@@ -56,7 +56,7 @@ impl Renderer {
     /// The device failed.
     pub fn surface_at(&self, pixel: [u32; 2]) -> Result<Option<SurfaceAt>> {
         let Some(index) = self.pixel_index(pixel) else { return Ok(None) };
-        let found = self.primary.pixels.read_range::<PixelSurface>(index, 1)?[0];
+        let found = self.image.primary.pixels.read_range::<PixelSurface>(index, 1)?[0];
         if found.side == NO_SIDE {
             return Ok(None);
         }
@@ -64,10 +64,10 @@ impl Renderer {
         Ok(Some(SurfaceAt {
             position: found.position,
             normal: found.normal,
-            depth_m: (found.position - self.view.position).dot(self.view.forward),
+            depth_m: (found.position - self.image.view.position).dot(self.image.view.forward),
             triangle,
             is_back: found.side % 2 == 1,
-            material: self.surfaces[triangle as usize].material as usize,
+            material: self.world.surfaces[triangle as usize].material as usize,
         }))
     }
 
@@ -96,7 +96,7 @@ impl Renderer {
     /// # Errors
     /// The device failed.
     pub fn nearest_cache_point(&self, position: Vec3, normal: Vec3) -> Result<Option<u32>> {
-        let points: Vec<CachePoint> = self.gather.cache_points.read()?;
+        let points: Vec<CachePoint> = self.transport.gather.cache_points.read()?;
         let distance = |point: &CachePoint| {
             let is_other = point.normal.dot(normal) < ALIKE;
             (is_other, point.position.distance_squared(position))
@@ -114,18 +114,18 @@ impl Renderer {
 
     /// Whether a frame of this size has been rendered.
     fn has_picture(&self) -> bool {
-        !self.changes.size
+        !self.dirty.changes.size
     }
 
     /// The scene as the reference implementation reads it.
     fn geometry(&self) -> Result<Geometry<'_>> {
-        let root = self.buffers.nodes.followed().read_range::<Node>(0, 1)?[0];
+        let root = self.world.buffers.nodes.followed().read_range::<Node>(0, 1)?[0];
         Ok(Geometry {
-            triangles: &self.scene.triangles,
-            surfaces: &self.surfaces,
+            triangles: &self.world.scene.triangles,
+            surfaces: &self.world.surfaces,
             textures: Textures {
-                materials: &self.scene.materials,
-                coordinates: &self.scene.texture_coordinates,
+                materials: &self.world.scene.materials,
+                coordinates: &self.world.scene.texture_coordinates,
             },
             clear_distance: clear_distance(&root),
         })

@@ -30,7 +30,7 @@ impl Renderer {
     /// # Errors
     /// The device failed.
     pub fn entry_point_near(&self, position: Vec3) -> Result<Option<u32>> {
-        let points = self.form_factors.entry_points()?;
+        let points = self.transport.form_factors.entry_points()?;
         let distances = points.iter().map(|point| point.position.distance_squared(position));
         let nearest = (0..).zip(distances).min_by(|(_, a), (_, b)| a.total_cmp(b));
         Ok(nearest.map(|(index, _)| index))
@@ -42,19 +42,19 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn light_path_of(&self, entry_point: u32) -> Result<Vec<PathPoint>> {
-        let steps = self.path_scan.steps_of(entry_point)?;
+        let steps = self.transport.path_scan.steps_of(entry_point)?;
         let Some(head) = steps.first() else { return Ok(Vec::new()) };
-        let entry = self.form_factors.entry_point(entry_point)?;
-        let name = self.path_names.get(entry_point as usize).copied().unwrap_or(entry_point);
+        let entry = self.transport.form_factors.entry_point(entry_point)?;
+        let name = self.world.path_names.get(entry_point as usize).copied().unwrap_or(entry_point);
         let vertices = light_paths::retrace(
             &self.context,
-            &self.buffers,
-            &self.traced_with,
+            &self.world.buffers,
+            &self.world.traced_with,
             PathState::at(name, entry.position, entry.side, head.weight),
-            self.scene.quality.seed,
+            self.world.scene.quality.seed,
         )?;
         let geometry = self.geometry()?;
-        let contributions = &self.path_scan.contributions;
+        let contributions = &self.transport.path_scan.contributions;
         steps
             .iter()
             .zip(vertices)

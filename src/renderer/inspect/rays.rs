@@ -67,24 +67,24 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn gather_rays_of(&self, point: u32) -> Result<Vec<GatherRaySegment>> {
-        if point >= self.gather.point_count() {
+        if point >= self.transport.gather.point_count() {
             return Ok(Vec::new());
         }
-        let place = self.gather.cache_points.read_range::<CachePoint>(point as usize, 1)?[0];
-        let Hemisphere { rings, sectors } = self.gather.hemisphere;
+        let place = self.transport.gather.cache_points.read_range::<CachePoint>(point as usize, 1)?[0];
+        let Hemisphere { rings, sectors } = self.transport.gather.hemisphere;
         let tracing = Tracing {
             geometry: self.geometry()?,
-            hvds: &self.cluster_tables.hvds,
+            hvds: &self.world.cluster_tables.hvds,
             strata: Strata { rings, sectors },
-            seed: self.scene.quality.seed,
-            entry_points: &self.cluster_tables.entry_points,
+            seed: self.world.scene.quality.seed,
+            entry_points: &self.world.cluster_tables.entry_points,
             min_entry_points: MIN_ENTRY_POINTS,
         };
         let rays = (0..tracing.strata.rays()).filter_map(|ray| tracing.ray(&place, point, ray));
         let rays: Vec<Ray> = rays.collect();
         let query = |ray: &Ray| RayQuery { origin: ray.origin, direction: ray.direction.as_vec3() };
         let queries: Vec<RayQuery> = rays.iter().map(query).collect();
-        let answers = self.closed.rays.trace(&self.buffers, &queries)?;
+        let answers = self.world.enclosures.rays.trace(&self.world.buffers, &queries)?;
         let readings = self.readings(point)?;
         let radiances = self.reflected()?;
 
@@ -122,31 +122,32 @@ impl Renderer {
 
     /// Radiance of all targets: diffuse, and by their lobes if any material is glossy.
     fn reflected(&self) -> Result<[Vec<Vec3>; 2]> {
-        let [diffuse, gloss] = self.gather.radiances();
-        let count = if self.has_picture() { self.gather.merged_rays.target_count as usize } else { 0 };
-        let is_glossy = if self.gloss.is_some() { count } else { 0 };
+        let [diffuse, gloss] = self.transport.gather.radiances();
+        let count =
+            if self.has_picture() { self.transport.gather.merged_rays.target_count as usize } else { 0 };
+        let is_glossy = if self.transport.gloss.is_some() { count } else { 0 };
         let diffuse = diffuse.read_range::<Vec4>(0, count)?;
         Ok([diffuse.into_iter().map(Vec4::truncate).collect(), gloss.read_range(0, is_glossy)?])
     }
 
     /// The targets of a cache point.
     fn readings(&self, point: u32) -> Result<Vec<Reading>> {
-        let merged_rays = &self.gather.merged_rays;
+        let merged_rays = &self.transport.gather.merged_rays;
         let of_point = merged_rays.of_point(point)?;
         let mut target_indices: Vec<u32> =
             of_point.iter().map(|merged_ray| merged_rays.target_index_of(merged_ray)).collect();
         target_indices.sort_unstable();
         target_indices.dedup();
         let targets: Vec<u32> = merged_rays.targets.read()?;
-        let bins: Vec<GlossBin> = match &self.gloss {
+        let bins: Vec<GlossBin> = match &self.transport.gloss {
             Some(gloss) => gloss.clusters.bins.read()?,
             None => Vec::new(),
         };
-        let (proxies, patches) = (self.proxies.tables(), self.scopes.near_patches());
-        let first_proxy = self.proxies.first();
+        let (proxies, patches) = (self.transport.proxies.tables(), self.transport.scopes.near_patches());
+        let first_proxy = self.transport.proxies.first();
         let first_patch = first_proxy + proxies.map_or(0, |proxies| proxies.count());
         let first_bin = first_patch + patches.len() as u32;
-        let bits = self.gather.packing.cluster_bits;
+        let bits = self.transport.gather.packing.cluster_bits;
         let reading = |target_index: u32| {
             let target = targets[target_index as usize];
             let read = target & ((1 << bits) - 1);
@@ -170,8 +171,8 @@ impl Renderer {
     /// The index of the target that a ray reads if it met `cluster` and `material`; `back` points
     /// to its origin.
     fn reading_of(&self, readings: &[Reading], [cluster, material]: [u32; 2], back: DVec3) -> Option<u32> {
-        let bin = Directions::new(self.scene.quality.directions).bin(back);
-        let proxy = self.proxies.tables().and_then(|proxies| proxies.proxy_of(cluster, bin));
+        let bin = Directions::new(self.world.scene.quality.directions).bin(back);
+        let proxy = self.transport.proxies.tables().and_then(|proxies| proxies.proxy_of(cluster, bin));
         let fits = |found: &&Reading| found.material == material && found.clusters.contains(&cluster);
         // A gloss bin gets at most 1: rays of other directions may read it better.
         let fitness = |found: &Reading| match found.kind {

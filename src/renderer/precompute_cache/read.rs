@@ -16,6 +16,7 @@ use crate::renderer::enclosures::{Enclosures, lost_lights};
 use crate::renderer::precompute::{Precomputed, finest_cells};
 use crate::renderer::quality_warnings::{blurred, outgoing_directions, uncovered, undersampled, wide_cells};
 use crate::scene::directions::Directions;
+use crate::scene::host_bvh::HostBvh;
 use crate::scene::{Scene, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces};
 use crate::types::Surface;
 use std::path::Path;
@@ -124,6 +125,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     }
     let cache_points = Buffer::from_slice(context, "cache points", &contents.cache_points)?;
     let merged_rays = MergedRays::of_lists(context, contents.merged_rays, hemisphere, has_images(scene))?;
+    let groups = sides::Enclosures::of_numbers(&scene.triangles, &contents.closed);
     let took = start.elapsed().as_secs_f64();
     Ok(Precomputed {
         surfaces,
@@ -144,12 +146,14 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
         packing,
         cluster_tables,
         clusters,
-        closed: Enclosures {
+        enclosures: Enclosures {
+            tree: (!groups.is_empty()).then(|| HostBvh::new(&bvh, &scene.triangles)),
             solids,
-            groups: sides::Enclosures::of_numbers(&scene.triangles, &contents.closed),
+            groups,
             rays,
             order: bvh.order,
             is_due: false,
+            holds_both: false,
         },
         near_clusters: contents.near_clusters,
         near_patches: contents.near_patches,

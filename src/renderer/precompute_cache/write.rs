@@ -79,9 +79,9 @@ impl Tables {
             }],
         );
         writer.add("notes", &self.notes[..]);
-        writer.add("order", &made.closed.order[..]);
+        writer.add("order", &made.enclosures.order[..]);
         writer.add("sides", &self.sides[..]);
-        writer.add("enclosures", made.closed.groups.numbers());
+        writer.add("enclosures", made.enclosures.groups.numbers());
 
         let hvds = &made.hvds;
         writer.add("levels", ends(&hvds.levels));

@@ -78,7 +78,7 @@ impl WindowState {
                 Ok((player, None)) => self.player = Some(player),
                 Ok((_, Some(scene))) => {
                     // The film starts when its light paths are traced.
-                    self.session.prepare_for_film(scene)?;
+                    self.session.prepare_open(scene)?;
                     (self.plays_when_ready, self.was_ready) = (true, false);
                 }
                 Err(error) => self.say(Err(error)),

@@ -1,0 +1,212 @@
+//! The frame plan: what a frame will do. A pure value that follows from what is dirty.
+//! [`Renderer::record`](super::Renderer) records it and decides nothing.
+
+use super::dirty::Dirty;
+use crate::passes::frame::needed_records::RecordRequest;
+use std::fmt;
+
+/// What a frame will do. Two edits cost the same if their plans are equal.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FramePlan {
+    /// Edited tables that reach the device with the frame's commands.
+    pub uploads: Uploads,
+    /// Primary visibility, edges and splat weights.
+    pub view: bool,
+    /// Rays from glossy pixels into their lobes.
+    pub lobe_rays: bool,
+    /// Boxes around tiles of pixels, from which shadow rays start.
+    pub pixel_batches: bool,
+    /// What is traced or summed anew of each light of the scene.
+    pub lights: Vec<LightResults>,
+    /// The sum of the lights' irradiance at pixels.
+    pub direct_sum: bool,
+    /// The energy scan of the light paths.
+    pub scan: Scan,
+    /// Hierarchy, proxies and near field.
+    pub hierarchy: bool,
+    /// The whole hierarchy is computed, not only the live set.
+    pub is_whole: bool,
+    /// The records that are gathered and blended.
+    pub gather: Gathering,
+    /// Records to pixels, by the weights of the view.
+    pub splat: bool,
+    /// Glossy radiance of pixels.
+    pub gloss: bool,
+    /// The picture.
+    pub compose: bool,
+    /// The displayed picture.
+    pub display: bool,
+}
+
+/// Tables of the host that frames read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Uploads {
+    /// The lights.
+    pub lights: bool,
+    /// The materials.
+    pub materials: bool,
+}
+
+/// Results that are cached for each light: a flag for each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LightResults {
+    /// The buffers are new: sums over clusters start from zero.
+    pub cleared: bool,
+    /// Form factors of entry points, with beams at glossy ones.
+    pub factors: bool,
+    /// Irradiance at pixels and edge samples.
+    pub irradiance: bool,
+    /// Flux of base clusters, and the first reflection and gloss bins of glossy scenes.
+    pub clusters: bool,
+    /// Radiance that rays of glossy pixels see on glossy surfaces.
+    pub hits: bool,
+    /// Highlights at samples of glossy pixels.
+    pub highlights: bool,
+}
+
+impl LightResults {
+    /// All results of a new light.
+    pub(super) const ALL: Self =
+        Self { cleared: true, factors: true, irradiance: true, clusters: true, hits: true, highlights: true };
+}
+
+/// Light paths that the energy scan goes through.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scan {
+    /// None.
+    #[default]
+    None,
+    /// Paths that some of these editable materials reflect; a bit for each.
+    Materials(u32),
+    /// All paths.
+    All,
+}
+
+/// The records that a frame gathers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gathering {
+    /// No record: each record that the view uses is current.
+    Nothing,
+    /// All records.
+    All,
+    /// The last list again: it holds the records that this view uses.
+    Listed,
+    /// A new list, built by the frame.
+    List(RecordRequest),
+}
+
+impl FramePlan {
+    /// The plan of the next frame. `traced` marks the lights that frames trace and sum; `is_glossy`
+    /// if some material is or may become glossy.
+    pub(super) fn new(dirty: &Dirty, traced: &[bool], is_glossy: bool) -> Self {
+        let lights: Vec<LightResults> = dirty
+            .lights
+            .iter()
+            .zip(traced)
+            .map(|(stale, is_traced)| stale.of(*is_traced, is_glossy))
+            .collect();
+        let any = |result: fn(&LightResults) -> bool| lights.iter().any(result);
+        let changes = dirty.changes;
+        let direct_sum = changes.emission || changes.size || any(|light| light.irradiance);
+        let hierarchy = changes.emission || any(|light| light.factors) || changes.scan != Scan::None;
+        let splat = hierarchy || changes.view;
+        let lobe_rays = changes.view || changes.lobes;
+        let gloss = splat || direct_sum || lobe_rays;
+        let compose = gloss || changes.composition;
+        let display = compose || changes.exposure;
+        let mut plan = Self {
+            // Sums take colours as push constants: only kernels that trace to a light read the table.
+            uploads: Uploads {
+                lights: dirty.uploads.lights
+                    && any(|light| light.factors || light.irradiance || light.highlights),
+                ..dirty.uploads
+            },
+            view: changes.view,
+            lobe_rays: lobe_rays && is_glossy,
+            pixel_batches: dirty.pixel_batches && any(|light| light.irradiance),
+            direct_sum,
+            scan: changes.scan,
+            hierarchy,
+            is_whole: !dirty.skips,
+            gather: Gathering::Nothing,
+            splat,
+            gloss: gloss && is_glossy,
+            compose,
+            display,
+            lights,
+        };
+        plan.gather = dirty.records.gathering(&plan);
+        plan
+    }
+
+    /// Whether nothing changed.
+    pub fn is_idle(&self) -> bool {
+        // A scan comes with the hierarchy; everything else ends in the displayed picture.
+        !self.display && !self.hierarchy
+    }
+}
+
+impl LightResults {
+    /// The stale results of a light that the frame computes.
+    fn of(self, is_traced: bool, is_glossy: bool) -> Self {
+        if !is_traced {
+            return Self::default();
+        }
+        Self {
+            cleared: self.cleared && self.clusters,
+            hits: self.hits && is_glossy,
+            highlights: self.highlights && is_glossy,
+            ..self
+        }
+    }
+}
+
+impl fmt::Display for FramePlan {
+    /// A line for each part of the frame that runs, in the order of the frame.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut line = |runs: bool, text: &str| if runs { writeln!(f, "{text}") } else { Ok(()) };
+        line(self.is_idle() && self.gather == Gathering::Nothing, "nothing")?;
+        line(self.uploads.lights, "upload the lights")?;
+        line(self.uploads.materials, "upload the materials")?;
+        line(self.view, "view: surfaces at pixels, edges, splat weights")?;
+        line(self.lobe_rays, "rays of glossy pixels")?;
+        for (index, light) in self.lights.iter().enumerate() {
+            let parts = [
+                (light.irradiance, "irradiance at pixels"),
+                (light.factors, "form factors"),
+                (light.clusters, "flux of clusters"),
+                (light.hits, "glossy hits"),
+                (light.highlights, "highlights"),
+            ];
+            let parts: Vec<&str> = parts.into_iter().filter(|part| part.0).map(|part| part.1).collect();
+            line(!parts.is_empty(), &format!("light {index}: {}", parts.join(", ")))?;
+        }
+        line(self.direct_sum, "sum of direct light")?;
+        match self.scan {
+            Scan::None => {}
+            Scan::Materials(bits) => {
+                line(true, &format!("energy scan: paths of {} editable materials", bits.count_ones()))?;
+            }
+            Scan::All => line(true, "energy scan: all paths")?,
+        }
+        let scope = if self.is_whole { "whole" } else { "live set" };
+        line(self.hierarchy, &format!("hierarchy: {scope}, proxies, near field"))?;
+        let gather = match self.gather {
+            Gathering::Nothing => None,
+            Gathering::All => Some("all records"),
+            Gathering::Listed => Some("the records of the view, listed before"),
+            Gathering::List(RecordRequest { all: true, .. }) => {
+                Some("the records that the view does not use")
+            }
+            Gathering::List(RecordRequest { none_is_current: true, .. }) => {
+                Some("the records of the view, listed anew")
+            }
+            Gathering::List(_) => Some("the stale records of the view"),
+        };
+        line(gather.is_some(), &format!("gather and blend: {}", gather.unwrap_or_default()))?;
+        line(self.splat, "splat")?;
+        line(self.gloss, "glossy radiance of pixels")?;
+        line(self.compose, "compose")?;
+        line(self.display, "tone map")
+    }
+}

@@ -1,0 +1,227 @@
+//! Frame plans: what each kind of edit makes stale, alone and together with another; and that a
+//! frame of any edit is one submission, after which the host reads nothing back.
+
+use glam::Vec3;
+use lightpaths::gpu::{Context, ContextOptions};
+use lightpaths::passes::frame::needed_records::RecordRequest;
+use lightpaths::renderer::{FramePlan, Gathering, LightResults, Renderer, Scan, Silent};
+use lightpaths::scene::{Camera, Light, LightKind, Quality, Scene, shapes};
+use std::sync::Arc;
+
+/// A room with two lights, one of them large, and an editable material which may become glossy.
+fn scene(may_be_glossy: bool) -> Scene {
+    let mut scene = shapes::closed_box(Vec3::new(1.0, 0.8, 1.2), 0.6);
+    scene.quality =
+        Quality { entry_points: 2_000, cache_points: 200, gather_rays: 32, cells: 8, ..Quality::DRAFT };
+    scene.cameras[0].size = [33, 17];
+    scene.materials[0].editable = may_be_glossy;
+    let (edge_u, edge_v) = (Vec3::new(0.2, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.2));
+    let corner = Vec3::new(0.1, 0.3, 0.1);
+    let kind = LightKind::Area { corner, edge_u, edge_v, radiance: Vec3::ONE, samples: 20 };
+    scene.lights.push(Light { name: "large".to_owned(), kind, is_on: true });
+    scene
+}
+
+type Edit = (&'static str, fn(&mut Renderer));
+
+/// An edit of each kind that keeps the number of lights. None of two together undoes the other.
+const EDITS: &[Edit] = &[
+    ("nothing", |_| ()),
+    ("a light moves", |renderer| renderer.move_light(0, Vec3::new(0.1, 0.2, 0.0)).unwrap()),
+    ("a light moves to a wall", |renderer| renderer.move_light(0, Vec3::new(0.4999, 0.1, 0.2)).unwrap()),
+    ("a light changes its colour", |renderer| {
+        let kind = renderer.scene().lights[1].kind;
+        renderer.set_light(1, kind.with_emission(Vec3::new(1.0, 2.0, 3.0))).unwrap();
+    }),
+    ("the camera moves", |renderer| renderer.move_camera(Vec3::new(0.2, 0.0, 0.4), Vec3::ZERO)),
+    ("the exposure changes", |renderer| renderer.set_exposure(1.0)),
+    ("the weights of light change", |renderer| renderer.set_light_weights([1.0, 0.5])),
+    ("an albedo changes", |renderer| renderer.set_diffuse(0, Vec3::new(0.5, 0.4, 0.3)).unwrap()),
+];
+
+/// Further edits.
+const MORE: &[Edit] = &[
+    ("a light is switched off", |renderer| renderer.switch_light(1, false).unwrap()),
+    ("a light is switched on", |renderer| renderer.switch_light(1, true).unwrap()),
+    ("a light is added", |renderer| {
+        let kind = renderer.scene().lights[0].kind.moved_to(Vec3::new(-0.2, 0.1, 0.1));
+        renderer.add_light(Light { name: "third".to_owned(), kind, is_on: true }).unwrap();
+    }),
+    ("a light is removed", |renderer| drop(renderer.remove_light(0).unwrap())),
+    ("the only light changes its colour", |renderer| {
+        let kind = renderer.scene().lights[0].kind;
+        renderer.set_light(0, kind.with_emission(Vec3::new(3.0, 2.0, 1.0))).unwrap();
+    }),
+];
+
+fn renderer(context: &Arc<Context>, may_be_glossy: bool) -> Renderer {
+    let mut renderer = Renderer::new(context, scene(may_be_glossy), &mut Silent).unwrap();
+    settle(&mut renderer);
+    renderer
+}
+
+/// Renders until nothing is stale.
+fn settle(renderer: &mut Renderer) {
+    for _ in 0..3 {
+        renderer.frame().unwrap();
+    }
+    assert!(renderer.plan().is_idle() && renderer.plan().gather == Gathering::Nothing);
+}
+
+/// Renders the frame of an edit, and asserts that it is one submission without a read-back.
+fn assert_one_submission(context: &Arc<Context>, renderer: &mut Renderer, (what, edit): Edit) {
+    for step in ["the edit", "the idle frame", "the last frame"] {
+        let before = (context.submission_count(), context.read_back_bytes());
+        if step == "the edit" {
+            edit(renderer);
+            assert_eq!(context.submission_count(), before.0, "{what}: submissions of the edit itself");
+        }
+        let report = renderer.frame().unwrap();
+        assert_eq!(context.submission_count() - before.0, 1, "{what}, {step}: submissions");
+        assert_eq!(context.read_back_bytes(), before.1, "{what}, {step}: bytes read back");
+        assert!(!report.needs_precompute, "{what}");
+    }
+    assert_eq!(context.take_redundant_barriers(), [""; 0], "{what}");
+}
+
+#[test]
+fn frames_of_all_edits_are_one_submission() {
+    // A device of its own: submissions of other tests would count.
+    let context = Context::new(&ContextOptions { validation: true, ..ContextOptions::default() }).unwrap();
+    for may_be_glossy in [false, true] {
+        let renderer = &mut renderer(&context, may_be_glossy);
+        context.take_redundant_barriers();
+        for &edit in EDITS.iter().chain(MORE) {
+            assert_one_submission(&context, renderer, edit);
+        }
+        if may_be_glossy {
+            let glossy: Edit = ("a material becomes glossy", |renderer| {
+                renderer.set_material(0, Vec3::splat(0.3), Vec3::splat(0.4), 30.0).unwrap();
+            });
+            for edit in [glossy, EDITS[1], EDITS[4]] {
+                assert_one_submission(&context, renderer, edit);
+            }
+        }
+        // A picture of another size takes no submission more, and no pipeline.
+        let made = context.pipelines_made();
+        renderer.resize([40, 30]).unwrap();
+        renderer.frame().unwrap();
+        assert_eq!(context.pipelines_made(), made, "pipelines of another size");
+    }
+    assert!(context.take_validation_messages().is_empty());
+}
+
+/// What a frame does after two edits, from what it does after each.
+fn together(a: &FramePlan, b: &FramePlan) -> FramePlan {
+    let light = |(a, b): (&LightResults, &LightResults)| LightResults {
+        cleared: a.cleared || b.cleared,
+        factors: a.factors || b.factors,
+        irradiance: a.irradiance || b.irradiance,
+        clusters: a.clusters || b.clusters,
+        hits: a.hits || b.hits,
+        highlights: a.highlights || b.highlights,
+    };
+    let mut both = FramePlan {
+        view: a.view || b.view,
+        lobe_rays: a.lobe_rays || b.lobe_rays,
+        pixel_batches: a.pixel_batches || b.pixel_batches,
+        lights: a.lights.iter().zip(&b.lights).map(light).collect(),
+        direct_sum: a.direct_sum || b.direct_sum,
+        scan: match (a.scan, b.scan) {
+            (Scan::None, other) | (other, Scan::None) => other,
+            (Scan::Materials(a), Scan::Materials(b)) => Scan::Materials(a | b),
+            _ => Scan::All,
+        },
+        hierarchy: a.hierarchy || b.hierarchy,
+        splat: a.splat || b.splat,
+        gloss: a.gloss || b.gloss,
+        compose: a.compose || b.compose,
+        display: a.display || b.display,
+        ..a.clone()
+    };
+    both.uploads.materials |= b.uploads.materials;
+    both.gather = match (both.hierarchy, both.view) {
+        (true, view_is_new) => {
+            Gathering::List(RecordRequest { view_is_new, none_is_current: true, all: false })
+        }
+        (false, _) => Gathering::Nothing,
+    };
+    both
+}
+
+#[test]
+fn plans_of_two_edits_are_what_each_plans() {
+    let context = crate::common::context();
+    for may_be_glossy in [false, true] {
+        let mut renderer = renderer(&context, may_be_glossy);
+        let start = renderer.scene().clone();
+        let mut plan_of = |edits: &[Edit]| {
+            // Back to the start.
+            renderer.set_camera(&start.cameras[0]);
+            (0..)
+                .zip(&start.lights)
+                .for_each(|(index, light)| renderer.set_light(index, light.kind).unwrap());
+            renderer.set_exposure(0.0);
+            renderer.set_light_weights([1.0, 1.0]);
+            renderer.set_diffuse(0, start.materials[0].diffuse).unwrap();
+            settle(&mut renderer);
+            edits.iter().for_each(|(_, edit)| edit(&mut renderer));
+            renderer.plan()
+        };
+        let alone: Vec<FramePlan> = EDITS.iter().map(|&edit| plan_of(&[edit])).collect();
+        for (first, a) in EDITS.iter().zip(&alone) {
+            for (second, b) in EDITS.iter().zip(&alone).filter(|(second, _)| second.0 != first.0) {
+                let mut found = plan_of(&[*first, *second]);
+                let expected = together(a, b);
+                // A change of colour leaves the table dirty until a frame traces to a light.
+                assert!(found.uploads.lights || !expected.lights.iter().any(|light| light.factors));
+                found.uploads.lights = expected.uploads.lights;
+                // Whether the marks of the last view are kept depends on earlier frames.
+                if let Gathering::List(request) = &mut found.gather {
+                    request.view_is_new = found.view;
+                }
+                assert_eq!(found, expected, "{}, {}", first.0, second.0);
+            }
+        }
+        assert_ne!(alone[1], alone[0]);
+    }
+}
+
+#[test]
+fn plans_name_what_runs() {
+    let context = crate::common::context();
+    let mut renderer = renderer(&context, true);
+    assert_eq!(renderer.plan().to_string(), "nothing\n");
+    let all = LightResults {
+        cleared: false,
+        factors: true,
+        irradiance: true,
+        clusters: true,
+        hits: true,
+        highlights: true,
+    };
+    renderer.move_light(0, Vec3::new(0.1, 0.2, 0.0)).unwrap();
+    let plan = renderer.plan();
+    assert_eq!(plan.lights, [all, LightResults::default()]);
+    let request = RecordRequest { view_is_new: false, none_is_current: true, all: false };
+    assert!(plan.uploads.lights && !plan.view && !plan.pixel_batches && plan.scan == Scan::None);
+    assert!([Gathering::Listed, Gathering::List(request)].contains(&plan.gather), "{:?}", plan.gather);
+    let lines = plan.to_string();
+    for line in [
+        "upload the lights",
+        "light 0: irradiance at pixels, form factors, flux of clusters, glossy hits, highlights",
+        "sum of direct light",
+        "hierarchy: live set, proxies, near field",
+        "compose",
+    ] {
+        assert!(lines.lines().any(|found| found == line), "`{line}` in\n{lines}");
+    }
+    // A frame leaves nothing of its plan to the next.
+    renderer.frame().unwrap();
+    assert_eq!(renderer.plan().lights, [LightResults::default(); 2]);
+    let camera = renderer.scene().cameras[0].clone();
+    renderer.set_camera(&Camera { position: camera.position + 0.01, ..camera });
+    let plan = renderer.plan();
+    assert!(plan.view && plan.pixel_batches && !plan.hierarchy && !plan.uploads.lights);
+    assert!(plan.lights.iter().all(|light| light.irradiance && light.hits && !light.factors));
+}

@@ -246,13 +246,31 @@ impl Context {
     /// # Errors
     /// A Vulkan call failed; after the loss of the device the error names the last pass recorded.
     pub fn run<T>(self: &Arc<Self>, record: impl Fn(&mut Recorder) -> T) -> Result<(T, Vec<PassTiming>)> {
-        let mut recorder = Recorder::begin(self)?;
+        self.run_with(Recorder::begin, record)
+    }
+
+    /// As [`Self::run`], but commands wait only for their data, not for the barriers of the caller,
+    /// and independent ones may run at once. Returns the device time of all passes, milliseconds.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn run_free<T>(self: &Arc<Self>, record: impl Fn(&mut Recorder) -> T) -> Result<(T, f64)> {
+        let (value, timings) = self.run_with(Recorder::begin_free, record)?;
+        Ok((value, timings.iter().map(|timing| timing.ms).sum()))
+    }
+
+    fn run_with<T>(
+        self: &Arc<Self>,
+        begin: impl Fn(&Arc<Self>) -> Result<Recorder>,
+        record: impl Fn(&mut Recorder) -> T,
+    ) -> Result<(T, Vec<PassTiming>)> {
+        let mut recorder = begin(self)?;
         let mut value = record(&mut recorder);
         let missing = recorder.take_missing()?;
         if !missing.is_empty() {
             drop(recorder);
             self.pipelines.make(self, &missing)?;
-            recorder = Recorder::begin(self)?;
+            recorder = begin(self)?;
             value = record(&mut recorder);
         }
         self.submission_count.fetch_add(1, Ordering::Relaxed);

@@ -20,6 +20,7 @@ mod pipeline;
 mod pipeline_store;
 mod pipelines;
 mod recorder;
+mod schedule;
 pub mod shaders;
 pub mod spirv;
 mod split_buffer;

@@ -10,8 +10,9 @@ use bytemuck::Pod;
 
 use super::barrier::{Barrier, COMPUTE_TO_HOST, Places, SUBMISSION, TRANSFER_TO_HOST};
 use super::hazard::{Hazards, Use};
-use super::pipeline::{Program, descriptor_type};
+use super::pipeline::{Handles, Program};
 use super::pipelines::Missing;
+use super::schedule::{Bound, Command, Schedule, Workgroups};
 use super::spirv::Access;
 use super::submission::Submission;
 use super::timing::{PassTiming, milliseconds};
@@ -20,6 +21,9 @@ use crate::error::{Error, Result};
 
 /// Bytes that one `vkCmdUpdateBuffer` takes at most.
 const UPDATE_BYTES: usize = 65_536;
+
+/// Name of all passes of a free recording together.
+pub(super) const FREE: &str = "all passes";
 
 /// Name of a transfer outside of every pass.
 const NO_PASS: &str = "transfer";
@@ -41,6 +45,9 @@ pub struct Recorder {
     /// The last pass with a dispatch that no barrier followed.
     unfenced: Option<usize>,
     hazards: Option<Hazards>,
+    /// Commands of a free recording. `None`: commands are recorded at once, between the barriers of
+    /// the caller.
+    schedule: Option<Schedule>,
     /// Some dispatch may write a host flag.
     writes_host_flags: bool,
     /// Some copy writes a block that the host reads.
@@ -62,7 +69,18 @@ pub struct PassScope<'a> {
 }
 
 impl Recorder {
+    /// Begins a recording whose order and barriers are the caller's.
     pub(super) fn begin(context: &Arc<Context>) -> Result<Self> {
+        Self::begin_with(context, None)
+    }
+
+    /// Begins a recording whose commands wait only for their data. It ignores the caller's
+    /// barriers, and has one timing for all passes together.
+    pub(super) fn begin_free(context: &Arc<Context>) -> Result<Self> {
+        Self::begin_with(context, Some(Schedule::default()))
+    }
+
+    fn begin_with(context: &Arc<Context>, schedule: Option<Schedule>) -> Result<Self> {
         let begun_at = Instant::now();
         let mut submission = context.take_submission()?;
         let begun = submission.begin(&context.device);
@@ -76,7 +94,8 @@ impl Recorder {
             only: None,
             leaves_out: false,
             unfenced: None,
-            hazards: context.has_hazard_check.then(Hazards::default),
+            hazards: (context.has_hazard_check && schedule.is_none()).then(Hazards::default),
+            schedule,
             writes_host_flags: false,
             copies_to_host: false,
             in_use: Vec::new(),
@@ -102,6 +121,9 @@ impl Recorder {
         if self.leaves_out {
             return PassScope { recorder: self, index: usize::MAX };
         }
+        if self.schedule.is_some() {
+            return PassScope { recorder: self, index: usize::MAX };
+        }
         if let Some(debug_utils) = &self.context.names.0 {
             let label = CString::new(name).expect("names hold no NUL");
             let info = vk::DebugUtilsLabelEXT::default().label_name(&label);
@@ -117,6 +139,9 @@ impl Recorder {
 
     /// Orders earlier commands before later ones.
     pub fn barrier(&mut self, barrier: Barrier) {
+        if self.schedule.is_some() {
+            return;
+        }
         self.unfenced = None;
         if let Some(hazards) = &mut self.hazards {
             hazards.barrier(barrier, self.pass_name);
@@ -129,11 +154,9 @@ impl Recorder {
         if self.leaves_out {
             return;
         }
-        self.use_buffers(|_| vec![transfer(buffer, true)]);
         self.in_use.push(buffer.allocated.clone());
-        let (handle, bytes) = (buffer.allocated.handle, buffer.allocated.bound_bytes);
-        // SAFETY: the commands are being recorded, and what they name lives until they have run.
-        unsafe { self.context.device.cmd_fill_buffer(self.commands, handle, 0, bytes, 0) };
+        let (buffer_handle, bytes) = (buffer.allocated.handle, buffer.allocated.bound_bytes);
+        self.command(Command::Fill { buffer: buffer_handle, bytes }, |_| vec![transfer(buffer, true)]);
     }
 
     /// Copies the whole of `from` to the start of `to`. A transfer. Panics if `to` is smaller.
@@ -142,14 +165,19 @@ impl Recorder {
     }
 
     pub(super) fn copy_bytes(&mut self, from: &Buffer, first: u64, to: &Buffer, to_first: u64, bytes: u64) {
-        if bytes > 0 && !self.leaves_out {
-            self.use_buffers(|_| vec![transfer(from, false), transfer(to, true)]);
-        }
-        self.copy_unchecked(from, first, to, to_first, bytes);
+        let uses = |_: &Context| vec![transfer(from, false), transfer(to, true)];
+        self.copy_range(from, first, to, to_first, bytes, uses);
     }
 
-    /// As [`Self::copy_bytes`], without a report to the hazard check.
-    fn copy_unchecked(&mut self, from: &Buffer, first: u64, to: &Buffer, to_first: u64, bytes: u64) {
+    fn copy_range(
+        &mut self,
+        from: &Buffer,
+        first: u64,
+        to: &Buffer,
+        to_first: u64,
+        bytes: u64,
+        uses: impl FnOnce(&Context) -> Vec<Use>,
+    ) {
         assert!(
             first + bytes <= from.bytes() && to_first + bytes <= to.bytes(),
             "cannot copy {bytes} bytes from `{}` to `{}`",
@@ -160,10 +188,9 @@ impl Recorder {
             return;
         }
         self.in_use.extend([from, to].map(|buffer| buffer.allocated.clone() as Arc<dyn Any>));
-        let region = [vk::BufferCopy { src_offset: first, dst_offset: to_first, size: bytes }];
+        let region = vk::BufferCopy { src_offset: first, dst_offset: to_first, size: bytes };
         let (from, to) = (from.allocated.handle, to.allocated.handle);
-        // SAFETY: the commands are being recorded, and what they name lives until they have run.
-        unsafe { self.context.device.cmd_copy_buffer(self.commands, from, to, &region) };
+        self.command(Command::Copy { from, to, region }, uses);
     }
 
     /// Overwrites the start of the buffer with `data`, which travels within the commands. For small
@@ -175,32 +202,31 @@ impl Recorder {
         if bytes.is_empty() || self.leaves_out {
             return;
         }
-        self.use_buffers(|_| vec![transfer(buffer, true)]);
         self.in_use.push(buffer.allocated.clone());
         for (index, update) in bytes.chunks(UPDATE_BYTES).enumerate() {
             let (handle, offset) = (buffer.allocated.handle, (index * UPDATE_BYTES) as u64);
-            // SAFETY: the commands are being recorded, and what they name lives until they have
-            // run.
-            unsafe { self.context.device.cmd_update_buffer(self.commands, handle, offset, update) };
+            // The check does not track parts of a buffer: these are different ones.
+            let uses = if index == 0 { vec![transfer(buffer, true)] } else { Vec::new() };
+            self.command(Command::Update { buffer: handle, offset, data: update.to_vec() }, |_| uses);
         }
     }
 
     /// Copies `words` words from a byte offset of `from` to word `to` of a block that the host
     /// reads. A transfer. Panics if one of them is too short.
     pub fn copy_to_host(&mut self, from: &Buffer, offset: u64, block: &HostBlock, to: u32, words: u32) {
-        if !self.leaves_out {
-            // The check tracks neither the host nor words of a buffer: copies go to different
-            // words.
-            self.use_buffers(|_| vec![transfer(from, false)]);
-            self.copies_to_host = true;
-        }
-        self.copy_unchecked(from, offset, &block.buffer, 4 * u64::from(to), 4 * u64::from(words));
+        // The check tracks neither the host nor words of a buffer: copies go to different words.
+        let uses = |_: &Context| vec![transfer(from, false)];
+        self.copy_range(from, offset, &block.buffer, 4 * u64::from(to), 4 * u64::from(words), uses);
+        self.copies_to_host |= !self.leaves_out;
     }
 
     /// Ends the recording and runs it. Returns the timings and the redundant barriers.
     pub(super) fn submit_and_wait(mut self) -> Result<(Vec<PassTiming>, Vec<String>)> {
         if let Some(failure) = self.failure.take() {
             return Err(failure);
+        }
+        if let Some(schedule) = self.schedule.take() {
+            self.emit_levels(&schedule);
         }
         if self.writes_host_flags {
             // Not reported to the hazard check, which does not track the host.
@@ -246,10 +272,86 @@ impl Recorder {
         }
     }
 
-    /// Reports the uses of one command to the hazard check, if it is on.
-    fn use_buffers(&mut self, uses: impl FnOnce(&Context) -> Vec<Use>) {
+    /// Records a command now, or adds it to a free recording. `uses` are the buffers that it uses.
+    fn command(&mut self, command: Command, uses: impl FnOnce(&Context) -> Vec<Use>) {
+        if let Some(schedule) = &mut self.schedule {
+            return schedule.push(command, &uses(&self.context));
+        }
         if let Some(hazards) = &mut self.hazards {
             hazards.command(self.pass_name, &uses(&self.context));
+        }
+        self.emit(&command);
+    }
+
+    /// Records the commands of a free recording, with a barrier between two levels, and a timestamp
+    /// before and after all of them.
+    fn emit_levels(&mut self, schedule: &Schedule) {
+        self.timestamp();
+        self.passes.push(PassTiming { name: FREE, ms: 0.0, overlapped: true, dispatches: 0 });
+        for (index, level) in schedule.levels().enumerate() {
+            if index > 0 {
+                self.pipeline_barrier(SUBMISSION);
+            }
+            for command in level {
+                self.passes[0].dispatches += u32::from(matches!(command, Command::Dispatch { .. }));
+                self.emit(command);
+            }
+        }
+        self.timestamp();
+    }
+
+    fn emit(&self, command: &Command) {
+        let (device, commands) = (&self.context.device, self.commands);
+        // SAFETY: the commands are being recorded, and what they name lives until they have run.
+        unsafe {
+            match command {
+                Command::Fill { buffer, bytes } => device.cmd_fill_buffer(commands, *buffer, 0, *bytes, 0),
+                Command::Copy { from, to, region } => {
+                    device.cmd_copy_buffer(commands, *from, *to, std::slice::from_ref(region));
+                }
+                Command::Update { buffer, offset, data } => {
+                    device.cmd_update_buffer(commands, *buffer, *offset, data);
+                }
+                Command::Dispatch { handles, push, bound, workgroups } => {
+                    self.emit_dispatch(*handles, push, bound, workgroups);
+                }
+            }
+        }
+    }
+
+    fn emit_dispatch(&self, handles: Handles, push: &[u8], bound: &[(u32, Bound)], workgroups: &Workgroups) {
+        let writes: Vec<_> = bound
+            .iter()
+            .map(|(binding, bound)| {
+                let write = vk::WriteDescriptorSet::default().dst_binding(*binding);
+                match bound {
+                    Bound::Storage(info) => write
+                        .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                        .buffer_info(std::slice::from_ref(info)),
+                    Bound::Texels(view) => write
+                        .descriptor_type(vk::DescriptorType::UNIFORM_TEXEL_BUFFER)
+                        .texel_buffer_view(std::slice::from_ref(view)),
+                }
+            })
+            .collect();
+        let (device, point) = (&self.context.device, vk::PipelineBindPoint::COMPUTE);
+        // SAFETY: the commands are being recorded, and what they name lives until they have run.
+        unsafe {
+            device.cmd_bind_pipeline(self.commands, point, handles.pipeline);
+            if !writes.is_empty() {
+                let push_descriptor = &self.context.push_descriptor;
+                push_descriptor.cmd_push_descriptor_set(self.commands, point, handles.layout, 0, &writes);
+            }
+            if !push.is_empty() {
+                let stages = vk::ShaderStageFlags::COMPUTE;
+                device.cmd_push_constants(self.commands, handles.layout, stages, 0, push);
+            }
+            match *workgroups {
+                Workgroups::Direct([x, y, z]) => device.cmd_dispatch(self.commands, x, y, z),
+                Workgroups::Indirect(counts, offset) => {
+                    device.cmd_dispatch_indirect(self.commands, counts, offset);
+                }
+            }
         }
     }
 
@@ -258,14 +360,14 @@ impl Recorder {
         self.failure.take().map_or_else(|| Ok(std::mem::take(&mut self.missing)), Err)
     }
 
-    /// Binds program, push constants and buffers. Returns false if the program is not compiled yet,
-    /// or if its pass is left out. Panics if they do not match the shader's declarations.
-    fn bind(
+    /// Records a dispatch. Returns false if the program is not compiled yet, or if its pass is left
+    /// out. Panics if push constants and buffers do not match the shader's declarations.
+    fn dispatch(
         &mut self,
         program: &Arc<Program>,
         push: &[u8],
         bindings: &[(&str, &Buffer)],
-        counts: Option<&Buffer>,
+        size: Size<'_>,
     ) -> bool {
         check_bindings(self.pass_name, program, push, bindings);
         if self.leaves_out {
@@ -281,61 +383,53 @@ impl Recorder {
             }
             return false;
         };
-        self.use_buffers(|_| {
-            let declared = program.module.bindings.iter().zip(bindings);
-            let mut uses: Vec<Use> = declared
-                .map(|(declared, (name, buffer))| dispatch_use(name, buffer, declared.access))
-                .collect();
-            uses.extend(counts.map(|buffer| Use { place: Places::INDIRECT, ..transfer(buffer, false) }));
-            uses
-        });
+        let (workgroups, counts) = match size {
+            Size::Threads(threads) => (Workgroups::Direct(program.workgroups(&self.context, threads)), None),
+            Size::Indirect(counts, offset) => {
+                (Workgroups::Indirect(counts.allocated.handle, offset), Some(counts))
+            }
+        };
         self.writes_host_flags |= bindings.iter().any(|(_, buffer)| buffer.is_host_flag());
         let buffers = bindings.iter().map(|(_, buffer)| *buffer).chain(counts);
         self.in_use.extend(buffers.map(|buffer| buffer.allocated.clone() as Arc<dyn Any>));
-
-        let infos: Vec<_> = bindings
-            .iter()
-            .map(|(_, buffer)| {
-                let buffer = &buffer.allocated;
-                [vk::DescriptorBufferInfo::default().buffer(buffer.handle).range(buffer.bound_bytes)]
-            })
-            .collect();
         let declared = &program.module.bindings;
-        let texels = declared.iter().zip(bindings).map(|(declared, (_, buffer))| {
-            declared.is_texels.then(|| buffer.allocated.texels().map(|view| [view])).transpose()
+        let bound = declared.iter().zip(bindings).map(|(declared, (_, buffer))| {
+            let buffer = &buffer.allocated;
+            let bound = if declared.is_texels {
+                Bound::Texels(buffer.texels()?)
+            } else {
+                let info = vk::DescriptorBufferInfo::default().buffer(buffer.handle);
+                Bound::Storage(info.range(buffer.bound_bytes))
+            };
+            Ok((declared.binding, bound))
         });
-        let texels: Vec<_> = match texels.collect::<Result<_>>() {
-            Ok(texels) => texels,
+        let bound: Vec<_> = match bound.collect::<Result<_>>() {
+            Ok(bound) => bound,
             Err(error) => {
                 self.failure.get_or_insert(error);
                 return false;
             }
         };
-        let writes: Vec<_> = declared
-            .iter()
-            .zip(infos.iter().zip(&texels))
-            .map(|(declared, (info, texels))| {
-                let write = vk::WriteDescriptorSet::default()
-                    .dst_binding(declared.binding)
-                    .descriptor_type(descriptor_type(declared));
-                texels.as_ref().map_or(write.buffer_info(info), |view| write.texel_buffer_view(view))
-            })
-            .collect();
-        let (device, point) = (&self.context.device, vk::PipelineBindPoint::COMPUTE);
-        // SAFETY: the commands are being recorded, and what they name lives until they have run.
-        unsafe {
-            device.cmd_bind_pipeline(self.commands, point, handles.pipeline);
-            if !writes.is_empty() {
-                let push_descriptor = &self.context.push_descriptor;
-                push_descriptor.cmd_push_descriptor_set(self.commands, point, handles.layout, 0, &writes);
-            }
-            if !push.is_empty() {
-                let stages = vk::ShaderStageFlags::COMPUTE;
-                device.cmd_push_constants(self.commands, handles.layout, stages, 0, push);
-            }
-        }
+        let is_free = self.schedule.is_some();
+        self.command(Command::Dispatch { handles, push: push.to_vec(), bound, workgroups }, |_| {
+            let declared = declared.iter().zip(bindings);
+            let mut uses: Vec<Use> = declared
+                // Kernels write one value to a host flag, so free recordings do not order them.
+                .filter(|(_, (_, buffer))| !is_free || !buffer.is_host_flag())
+                .map(|(declared, (name, buffer))| dispatch_use(name, buffer, declared.access))
+                .collect();
+            uses.extend(counts.map(|buffer| Use { place: Places::INDIRECT, ..transfer(buffer, false) }));
+            uses
+        });
         true
     }
+}
+
+/// Size of a dispatch.
+enum Size<'a> {
+    Threads([u32; 3]),
+    /// Workgroup counts: three words at a byte offset of a buffer.
+    Indirect(&'a Buffer, u64),
 }
 
 impl Drop for Recorder {
@@ -362,12 +456,8 @@ impl PassScope<'_> {
             check_bindings(self.recorder.pass_name, pipeline.program(), bytemuck::bytes_of(push), bindings);
             return self;
         }
-        let program = pipeline.program();
-        let [x, y, z] = program.workgroups(&self.recorder.context, threads);
-        if self.recorder.bind(program, bytemuck::bytes_of(push), bindings, None) {
-            // SAFETY: the commands are being recorded, and what they name lives until
-            // they have run.
-            unsafe { self.recorder.context.device.cmd_dispatch(self.recorder.commands, x, y, z) };
+        let push = bytemuck::bytes_of(push);
+        if self.recorder.dispatch(pipeline.program(), push, bindings, Size::Threads(threads)) {
             self.count_dispatch();
         }
         self
@@ -389,11 +479,8 @@ impl PassScope<'_> {
             pipeline.program().stem,
             counts.allocated.name
         );
-        if self.recorder.bind(pipeline.program(), bytemuck::bytes_of(push), bindings, Some(counts)) {
-            let (device, handle) = (&self.recorder.context.device, counts.allocated.handle);
-            // SAFETY: the commands are being recorded, and what they name lives until
-            // they have run.
-            unsafe { device.cmd_dispatch_indirect(self.recorder.commands, handle, offset) };
+        let size = Size::Indirect(counts, offset);
+        if self.recorder.dispatch(pipeline.program(), bytemuck::bytes_of(push), bindings, size) {
             self.count_dispatch();
         }
         self
@@ -425,6 +512,9 @@ impl PassScope<'_> {
 
     fn count_dispatch(&mut self) {
         let recorder = &mut *self.recorder;
+        if recorder.schedule.is_some() {
+            return;
+        }
         recorder.passes[self.index].dispatches += 1;
         if let Some(neighbour) = recorder.unfenced.replace(self.index).filter(|&other| other != self.index) {
             recorder.passes[neighbour].overlapped = true;
@@ -435,7 +525,7 @@ impl PassScope<'_> {
 
 impl Drop for PassScope<'_> {
     fn drop(&mut self) {
-        if self.recorder.leaves_out {
+        if self.recorder.leaves_out || self.recorder.schedule.is_some() {
             return;
         }
         self.recorder.leaves_out = self.recorder.only.is_some();

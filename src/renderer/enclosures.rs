@@ -95,6 +95,7 @@ impl Renderer {
         opened.set_exposure(self.image.exposure_stops);
         opened.set_light_weights(self.image.light_weights);
         opened.set_skipping(self.dirty.skips);
+        opened.set_serialised(self.is_serialised);
         *self = opened;
         Ok(true)
     }

@@ -260,10 +260,15 @@ impl Lights {
         Ok(())
     }
 
-    /// Copies counters of the lights that the frame traces to the host. A transfer.
-    pub(super) fn copy_counters(&self, rec: &mut Recorder, plan: &FramePlan, near_lights: &NearLights) {
+    /// Copies counters of the lights that the frame traces to the host. Transfers.
+    pub(super) fn copy_counters(
+        &self,
+        rec: &mut Recorder,
+        plan: &FramePlan,
+        (antialias, near_lights): (&Antialias, &NearLights),
+    ) {
         for (cache, planned) in self.caches.iter().zip(&plan.lights) {
-            if planned.irradiance {
+            if planned.irradiance && antialias.is_on() {
                 rec.copy_to_host(&cache.shadow_groups, 12, &cache.counters, SHADOW_EDGES, 1);
             }
             if planned.factors && cache.near.is_some() {

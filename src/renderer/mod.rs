@@ -77,6 +77,8 @@ pub struct Renderer {
     dirty: Dirty,
     counters: FrameCounters,
     statistics: Statistics,
+    /// Passes wait for each other, so that each can be timed.
+    is_serialised: bool,
 }
 
 impl Renderer {
@@ -118,6 +120,7 @@ impl Renderer {
             image,
             splat,
             statistics,
+            is_serialised: true,
         };
         renderer.warn_of_few_paths(&reach)?;
         renderer.statistics.end_precomputation("tables for frames", start.elapsed());
@@ -210,11 +213,11 @@ impl Renderer {
         let watch = FrameWatch::start(&self.context);
         self.lights.prepare_near(&plan, &mut self.transport.near_lights)?;
         self.transport.scopes.prepare(plan.is_whole)?;
-        let passes = loop {
-            let ((), passes) = self.context.run(|rec| self.record(rec, &plan))?;
+        let (passes, device_ms) = loop {
+            let timings = self.run(&plan)?;
             self.world.buffers.refuse_truncated_loops("frame", 0)?;
             if !plan.view || !self.splat.grow(self.counters.splat())? {
-                break passes;
+                break timings;
             }
         };
         let traced = self.lights.traced();
@@ -222,7 +225,25 @@ impl Renderer {
         let gathered = self.dirty.clean(&plan, self.counters.listed(), record_count, &traced);
         let needs_precompute = self.needs_precompute();
         let report = self.report(&plan, passes, watch.stop(&self.context), gathered);
-        Ok(FrameReport { needs_precompute, ..report })
+        Ok(FrameReport { device_ms, needs_precompute, ..report })
+    }
+
+    /// Records and runs a frame. Returns the time of each pass, and of all together, milliseconds.
+    fn run(&self, plan: &FramePlan) -> Result<(Vec<PassTiming>, f64)> {
+        if self.is_serialised {
+            let ((), passes) = self.context.run(|rec| self.record(rec, plan))?;
+            let device_ms = passes.iter().map(|pass| pass.ms).sum();
+            return Ok((passes, device_ms));
+        }
+        let ((), device_ms) = self.context.run_free(|rec| self.record(rec, plan))?;
+        Ok((Vec::new(), device_ms))
+    }
+
+    /// Sets whether the passes of a frame wait for each other, so that each can be timed; by
+    /// default they do. If not, commands wait only for their data, independent ones may run at
+    /// once, and [`FrameReport::passes`] is empty. The picture has the same bits.
+    pub fn set_serialised(&mut self, is_serialised: bool) {
+        self.is_serialised = is_serialised;
     }
 
     fn report(
@@ -244,12 +265,13 @@ impl Renderer {
             rays,
             gathered,
             lights_unchanged,
+            device_ms: 0.0,
             needs_precompute: false,
         }
     }
 
-    /// Records what the plan names. [Yue §3] Each pass waits for the one before, so that the
-    /// timings of passes are separate.
+    /// Records what the plan names, in the paper's order. [Yue §3] Each pass waits for the one
+    /// before, so that the timings of passes are separate; free recordings ignore these barriers.
     fn record(&self, rec: &mut Recorder, plan: &FramePlan) {
         let Self { world, lights, transport, image, splat, .. } = self;
         let (buffers, materials) = (&world.buffers, &world.buffers.materials);
@@ -303,7 +325,8 @@ impl Renderer {
             rec.barrier(COMPUTE_TO_TRANSFER);
             let needed = &self.transport.record_lists.needed;
             self.counters.record(rec, plan, (&self.splat, &self.image.antialias, needed));
-            self.lights.copy_counters(rec, plan, &self.transport.near_lights);
+            let near_lights = &self.transport.near_lights;
+            self.lights.copy_counters(rec, plan, (&self.image.antialias, near_lights));
         }
     }
 

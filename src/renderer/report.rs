@@ -96,7 +96,7 @@ impl FrameWatch {
 /// One frame's cost.
 #[derive(Clone, Debug)]
 pub struct FrameReport {
-    /// Device time of each pass that ran.
+    /// Device time of each pass that ran. Empty if passes do not wait for each other.
     pub passes: Vec<PassTiming>,
     /// Wall-clock time of recording, device and wait, milliseconds, except `pipelines_ms`.
     pub frame_ms: f64,
@@ -113,6 +113,8 @@ pub struct FrameReport {
     /// Fraction of the active lights with current form factors, and fraction with a current
     /// irradiance buffer of pixels, 0..=1.
     pub lights_unchanged: [f64; 2],
+    /// Device time of all passes together, milliseconds.
+    pub device_ms: f64,
     /// An enclosure holds both the camera and a light. It stays dark until the caller calls
     /// [`Renderer::open_enclosures`](super::Renderer::open_enclosures).
     pub needs_precompute: bool,

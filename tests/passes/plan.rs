@@ -1,10 +1,11 @@
 //! Frame plans: what each kind of edit makes stale, alone and together with another; and that a
 //! frame of any edit is one submission, after which the host reads nothing back.
 
+use crate::common::assert_silent;
 use glam::Vec3;
 use lightpaths::gpu::{Context, ContextOptions};
 use lightpaths::passes::frame::needed_records::RecordRequest;
-use lightpaths::renderer::{FramePlan, Gathering, LightResults, Renderer, Scan, Silent};
+use lightpaths::renderer::{FramePlan, Gathering, Layer, LightResults, Renderer, Scan, Silent};
 use lightpaths::scene::{Camera, Light, LightKind, Quality, Scene, shapes};
 use std::sync::Arc;
 
@@ -109,6 +110,31 @@ fn frames_of_all_edits_are_one_submission() {
         assert_eq!(context.pipelines_made(), made, "pipelines of another size");
     }
     assert!(context.take_validation_messages().is_empty());
+}
+
+#[test]
+fn frames_whose_passes_wait_only_for_their_data_have_the_same_bits() {
+    let context = crate::common::context();
+    for may_be_glossy in [false, true] {
+        let mut serialised = renderer(&context, may_be_glossy);
+        let mut free = renderer(&context, may_be_glossy);
+        free.set_serialised(false);
+        for (what, edit) in EDITS.iter().chain(MORE) {
+            for renderer in [&mut serialised, &mut free] {
+                edit(renderer);
+            }
+            for step in ["the edit", "the idle frame"] {
+                let [expected, found] = [&mut serialised, &mut free].map(|renderer| {
+                    renderer.frame().unwrap();
+                    let records: Vec<u32> = renderer.stages().records.read().unwrap();
+                    let picture = renderer.layer(Layer::Beauty).unwrap();
+                    (records, picture, renderer.display().unwrap())
+                });
+                assert!(found == expected, "{what}, {step}");
+            }
+        }
+    }
+    assert_silent(&context);
 }
 
 /// What a frame does after two edits, from what it does after each.

@@ -69,8 +69,8 @@ fn frame(renderer: &mut Renderer) {
     let is_due = renderer.needs_precompute();
     if is_due {
         assert!(renderer.frame().unwrap().needs_precompute, "a frame does not precompute");
-        let dark = renderer.layer(Layer::Beauty).unwrap();
-        assert!(dark.iter().all(|pixel| *pixel == [0.0; 3]), "no light is there yet");
+        let indirect = renderer.layer(Layer::Indirect).unwrap();
+        assert!(indirect.iter().all(|pixel| *pixel == [0.0; 3]), "no light path is there yet");
     }
     assert_eq!(renderer.open_enclosures(&mut Silent).unwrap(), is_due);
     assert!(!renderer.frame().unwrap().needs_precompute);

@@ -28,7 +28,10 @@ pub(super) struct Source {
 /// The cost of a frame.
 #[derive(Clone, Copy)]
 pub(super) struct Cost {
+    /// All zero if passes were not timed one by one.
     pub(super) columns: Columns,
+    /// Device time, milliseconds.
+    pub(super) device_ms: f64,
     /// Wall-clock time, milliseconds.
     pub(super) frame_ms: f64,
 }
@@ -69,6 +72,8 @@ pub(super) struct Session {
     pub(super) exposure_stops: f32,
     /// Weights of direct and indirect light.
     pub(super) weights: [f32; 2],
+    /// Passes wait for each other, so that the panel can show the time of each.
+    pub(super) times_passes: bool,
     /// Notes for the panel, the newest last.
     pub(super) said: Vec<String>,
     /// The latest alarm and its start.
@@ -107,6 +112,7 @@ impl Session {
             camera: scene.cameras[0].clone(),
             exposure_stops: 0.0,
             weights: [1.0, 1.0],
+            times_passes: false,
             said: scene.warnings.clone(),
             alarm: None,
             version: 0,
@@ -198,13 +204,15 @@ impl Session {
         match &mut self.stage {
             Preparation::Preparing(preparing) => preparing.frame(requested, &self.scene.materials),
             Preparation::Ready(ready) => {
+                ready.renderer.set_serialised(self.times_passes);
                 let (report, refused) = ready.frame(requested, &mut self.document)?;
                 self.needs_precompute = report.needs_precompute;
                 self.said.extend(refused);
                 if self.costs.len() == FRAMES {
                     self.costs.pop_front();
                 }
-                self.costs.push_back(Cost { columns: report.columns, frame_ms: report.frame_ms });
+                let FrameReport { columns, device_ms, frame_ms, .. } = report;
+                self.costs.push_back(Cost { columns, device_ms, frame_ms });
                 self.last = Some(report);
                 Ok(())
             }
@@ -325,8 +333,8 @@ impl Session {
         let next = Self::new(&self.context, self.source.clone(), scene, watch, self.wake.clone())?;
         let before = std::mem::replace(self, next);
         self.camera = rebase.camera(&before.camera);
-        (self.exposure_stops, self.version, self.alarm) =
-            (before.exposure_stops, before.version, before.alarm.clone());
+        (self.exposure_stops, self.version, self.alarm, self.times_passes) =
+            (before.exposure_stops, before.version, before.alarm.clone(), before.times_passes);
         let new = std::mem::replace(&mut self.said, before.said.clone());
         self.said.extend(new.into_iter().filter(|line| !before.said.contains(line)));
         Ok(())

@@ -68,6 +68,8 @@ pub(super) struct UiState {
     /// `None`: no split.
     pub(super) split: Option<f32>,
     pub(super) vsync: bool,
+    /// The time of each pass is shown.
+    pub(super) times_passes: bool,
     /// Picture pixels per window pixel.
     pub(super) scale: f32,
     /// The clicked position on a surface.
@@ -101,6 +103,7 @@ impl UiState {
             shows_help: false,
             split: None,
             vsync: true,
+            times_passes: false,
             scale: 1.0,
             place: None,
             requests: Vec::new(),

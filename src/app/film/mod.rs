@@ -80,6 +80,7 @@ impl Film {
 
         let mut renderer = self.device_args.renderer_from(store.as_ref(), &context, scene)?;
         renderer.set_exposure(self.exposure.unwrap_or(0.0));
+        renderer.set_serialised(false);
         let start = Instant::now();
         let mut times_ms = Vec::new();
         let mut progress = self.device_args.progress();

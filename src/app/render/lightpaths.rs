@@ -24,6 +24,8 @@ pub(super) struct Job<'a> {
     pub(super) exact: Option<ExactStage>,
     /// Disables the culling of work that cannot change the picture.
     pub(super) no_skip: bool,
+    /// Passes wait for each other, so that statistics and captures show them one by one.
+    pub(super) times_passes: bool,
     /// File name template for a RenderDoc capture.
     pub(super) capture: Option<&'a Path>,
     /// Store of light paths.
@@ -37,7 +39,7 @@ pub(super) fn render(
     job: Job<'_>,
     device_args: &DeviceArgs,
 ) -> Result<Rendered> {
-    let Job { with_indirect, aovs, exposure_stops, exact, no_skip, capture, store } = job;
+    let Job { with_indirect, aovs, exposure_stops, exact, no_skip, times_passes, capture, store } = job;
     let capture = capture.map(capture::attach).transpose()?;
     if !with_indirect {
         // Direct light alone needs no light paths and no records.
@@ -46,6 +48,7 @@ pub(super) fn render(
     let mut renderer = device_args.renderer_from(store, context, scene)?;
     renderer.set_exposure(exposure_stops);
     renderer.set_skipping(!no_skip);
+    renderer.set_serialised(times_passes);
     let frame = match capture {
         Some(capture) => {
             let (frame, file) = capture.frame(|| renderer.frame())?;

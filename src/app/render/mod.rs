@@ -202,6 +202,7 @@ impl Render {
                     exposure_stops: exposure,
                     exact: self.exact,
                     no_skip: self.no_skip,
+                    times_passes: self.stats.is_some() || self.capture.is_some(),
                     capture: self.capture.as_deref(),
                     store: store.as_ref(),
                 };

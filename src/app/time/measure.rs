@@ -75,6 +75,10 @@ pub(super) struct Measurement {
     pub(super) columns: [Summary; COLUMNS.len()],
     /// Wall-clock time of the whole frames, by the columns from `Ttot` on.
     pub(super) wall: [Summary; WORK.len()],
+    /// Device time of the same frames without waits between passes.
+    pub(super) free: [Summary; WORK.len()],
+    /// Wall-clock time of these frames.
+    pub(super) free_wall: [Summary; WORK.len()],
     /// Passes in execution order.
     pub(super) passes: Vec<PassSummary>,
     /// Records gathered by a camera step in addition to those of the last light move, median.
@@ -124,16 +128,29 @@ pub(super) fn measure(renderer: &mut Renderer, frames: usize) -> Result<Measurem
         walk.step(renderer);
         renderer.frame()?;
     }
+    renderer.set_serialised(false);
+    let free = (0..frames).map(|_| round(renderer, &mut walk)).collect::<Result<Vec<_>>>();
+    renderer.set_serialised(true);
+    let free = free?;
+    if walk.is_aside {
+        walk.step(renderer);
+        renderer.frame()?;
+    }
     let whole: Vec<&FrameReport> = rounds.iter().map(|round| &round[0]).collect();
     let columns = std::array::from_fn(|column| match column {
         0..STAGES => Summary::from_times(whole.iter().map(|frame| stages_ms(frame)[column])),
         _ => Summary::from_times(rounds.iter().map(|round| stages_ms(&round[column - STAGES]).iter().sum())),
     });
-    let wall =
-        std::array::from_fn(|edit| Summary::from_times(rounds.iter().map(|round| round[edit].frame_ms)));
+    let by_edit = |rounds: &[Vec<FrameReport>], time: fn(&FrameReport) -> f64| {
+        std::array::from_fn(|edit| Summary::from_times(rounds.iter().map(|round| time(&round[edit]))))
+    };
+    let wall = by_edit(&rounds, |report| report.frame_ms);
+    let free_wall = by_edit(&free, |report| report.frame_ms);
+    let free = by_edit(&free, |report| report.device_ms);
     let steps = rounds.iter().map(|round| f64::from(round[STEP_FRAME].gathered));
     let step_records = Summary::from_times(steps).median;
-    Ok(Measurement { columns, wall, passes: passes(&whole), step_records, settled: settled(&warm_up) })
+    let (passes, settled) = (passes(&whole), settled(&warm_up));
+    Ok(Measurement { columns, wall, free, free_wall, passes, step_records, settled })
 }
 
 /// One frame of each kind of work, in the order of [`WORK`]. The camera really moves, so that its

@@ -57,7 +57,12 @@ fn columns(text: &mut String, timed: &Timed) {
     ours_by("min", |summary| summary.min);
     let blank = std::iter::repeat_n(String::new(), STAGES);
     let wall = timed.measurement.wall.iter().map(|summary| milliseconds(summary.median));
-    row("on the clock", &mut blank.chain(wall));
+    row("on the clock", &mut blank.clone().chain(wall));
+    // Passes wait only for their data, as in `render`, `film` and the window.
+    let free = timed.measurement.free.iter().map(|summary| milliseconds(summary.median));
+    row("without waits", &mut blank.clone().chain(free));
+    let free_wall = timed.measurement.free_wall.iter().map(|summary| milliseconds(summary.median));
+    row("on the clock", &mut blank.chain(free_wall));
     if let Some(paper) = paper {
         let ratios = paper.ms.iter().zip(&ours).map(|(paper, ours)| ratio(*paper, ours.median));
         row("times faster", &mut ratios.map(|ratio| ratio.map_or("-".to_owned(), |r| format!("{r:.2}"))));
@@ -189,8 +194,10 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
     let named = || COLUMNS.iter().zip(&timed.measurement.columns);
     let ms: Map<String, Value> = named().map(|(name, s)| (name.to_string(), s.median.into())).collect();
     let spread_ms: BTreeMap<&str, &Summary> = named().map(|(name, summary)| (*name, summary)).collect();
-    let wall_ms: BTreeMap<&str, &Summary> =
-        COLUMNS[STAGES..].iter().copied().zip(&timed.measurement.wall).collect();
+    let of_edits = |summaries: &[Summary]| -> BTreeMap<&str, Summary> {
+        COLUMNS[STAGES..].iter().copied().zip(summaries.iter().copied()).collect()
+    };
+    let wall_ms = of_edits(&timed.measurement.wall);
     let limits = Limits { copy_gbps, rays: &timed.rays };
     let [floors_ms, floored_ms] = limits.sums_ms(&timed.measurement.passes);
     let passes = timed.measurement.passes.iter().map(|pass| {
@@ -221,6 +228,8 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
         "ms": ms,
         "spread_ms": spread_ms,
         "wall_ms": wall_ms,
+        "free_ms": of_edits(&timed.measurement.free),
+        "free_wall_ms": of_edits(&timed.measurement.free_wall),
         "settled": timed.measurement.settled,
         "step_records": timed.measurement.step_records,
         "fps_by_lights": fps_by_lights,

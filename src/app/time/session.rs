@@ -9,6 +9,7 @@ use super::{Time, statistics, trace};
 use crate::app::output::OutputFile;
 use crate::app::{capture, overlap};
 use crate::error::{Error, Result};
+use crate::renderer::Work;
 use crate::scene::Scene;
 
 /// The scene where none is named.
@@ -34,6 +35,26 @@ pub(super) struct SessionArgs {
     /// such as registers and spills
     #[arg(long, conflicts_with = "frames")]
     statistics: bool,
+    /// Instead of tables, of one scene [default: box]: prints what the frame of an edit does
+    #[arg(long, value_name = "EDIT", conflicts_with = "frames")]
+    plan: Option<PlannedEdit>,
+}
+
+/// An edit whose frame is planned.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(super) enum PlannedEdit {
+    /// No edit.
+    Nothing,
+    /// Every result is stale, as in the first frame.
+    Everything,
+    /// The first light moves.
+    Light,
+    /// Lights change their colours.
+    Colour,
+    /// The camera moves.
+    Camera,
+    /// A material changes.
+    Material,
 }
 
 /// A session with valid arguments.
@@ -42,20 +63,22 @@ pub(super) enum Session {
     Repeat(Replay),
     Capture(PathBuf),
     Statistics,
+    Plan(PlannedEdit),
 }
 
 impl SessionArgs {
     /// The requested session, if any.
     pub(super) fn chosen(&self) -> Result<Option<Session>> {
-        let Self { trace, repeat, capture, statistics } = self;
-        Ok(match (trace, repeat, capture, statistics) {
+        let Self { trace, repeat, capture, statistics, plan } = self;
+        Ok(match (trace, repeat, capture, plan) {
             (Some(file), ..) => Some(Session::Trace(OutputFile::check(file)?)),
             (_, Some(words), ..) => Some(Session::Repeat(Replay::parse(&words[0], &words[1])?)),
             (_, _, Some(template), _) => {
                 capture::check_template(template)?;
                 Some(Session::Capture(template.clone()))
             }
-            (.., true) => Some(Session::Statistics),
+            (.., Some(edit)) => Some(Session::Plan(*edit)),
+            _ if *statistics => Some(Session::Statistics),
             _ => None,
         })
     }
@@ -83,8 +106,28 @@ impl Session {
             Self::Repeat(repeat) => repeat.run(time, scene),
             Self::Capture(template) => capture_frame(time, scene, &template),
             Self::Statistics => statistics::run(time, scene),
+            Self::Plan(edit) => print_plan(time, scene, edit),
         }
     }
+}
+
+/// Prints what the frame of an edit does.
+fn print_plan(time: &Time, scene: Scene, edit: PlannedEdit) -> Result<()> {
+    let context = time.device_args.open()?;
+    let mut renderer = time.device_args.renderer(&context, scene)?;
+    renderer.set_skipping(!time.no_skip);
+    // The second frame gathers the records that the view does not use.
+    renderer.frame()?;
+    renderer.frame()?;
+    match edit {
+        PlannedEdit::Nothing => {}
+        PlannedEdit::Everything => renderer.force(Work::Everything),
+        PlannedEdit::Light => renderer.force(Work::Light(0)),
+        PlannedEdit::Colour => renderer.force(Work::Colour),
+        PlannedEdit::Camera => renderer.force(Work::View),
+        PlannedEdit::Material => renderer.force(Work::Material),
+    }
+    crate::app::print(&renderer.plan().to_string())
 }
 
 /// Captures a frame after a warm-up frame that creates all resources.
@@ -94,7 +137,7 @@ fn capture_frame(time: &Time, scene: Scene, template: &std::path::Path) -> Resul
     let mut renderer = time.device_args.renderer(&context, scene)?;
     renderer.set_skipping(!time.no_skip);
     renderer.frame()?;
-    renderer.force(crate::renderer::Work::Everything);
+    renderer.force(Work::Everything);
     let (_, file) = capture.frame(|| renderer.frame())?;
     time.device_args.report_validation(&context);
     crate::app::print_line(&format!("{}: one frame", file.display()))

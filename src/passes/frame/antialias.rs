@@ -130,7 +130,8 @@ impl Antialias {
             shadow_edges: LightKernel::new(context, Self::SHADOW_STEM, &[])?,
             prefix_sum: PrefixSum::new(context, places(size))?,
             edge_pixels: pixels("edge pixels")?,
-            edge_groups: Self::groups(context)?,
+            // Kernels write it only if antialiasing is on.
+            edge_groups: Buffer::from_slice(context, "edge groups", &[0_u32; GROUP_WORDS as usize])?,
             edge_light: stored("edge light", capacity.samples, size_of::<f32>())?,
             edge_needs: pixels("edge needs")?,
             shadow_pixels: stored("shadow pixels", places(size) + 1, size_of::<u32>())?,
@@ -241,7 +242,7 @@ impl Antialias {
         pixels: &Buffer,
         (irradiance, groups): (&Buffer, &Buffer),
     ) {
-        if self.capacity.max_samples == 0 {
+        if !self.is_on() {
             return;
         }
         let [width, height] = self.size;
@@ -356,12 +357,12 @@ impl Antialias {
         }
     }
 
-    /// Allocates a list's dispatch sizes and its number of pixels.
+    /// Allocates the dispatch sizes and the number of pixels of a list of shadow edges.
     ///
     /// # Errors
     /// The device lacks memory or failed.
     pub fn groups(context: &Arc<Context>) -> Result<Buffer> {
-        Buffer::storage(context, "edge groups", 80)
+        Buffer::storage(context, "shadow groups", 4 * GROUP_WORDS)
     }
 
     /// Returns the number of pixels that is counted in `groups`.
@@ -370,6 +371,11 @@ impl Antialias {
     /// The device failed.
     pub fn counted(groups: &Buffer) -> Result<u32> {
         Ok(groups.read_range::<u32>(3, 1)?[0])
+    }
+
+    /// Whether pixels have more than one sample: if not, no pass counts shadow edges.
+    pub fn is_on(&self) -> bool {
+        self.capacity.max_samples > 0
     }
 
     /// Buffer and byte offset of the number of edge pixels of the view.
@@ -385,6 +391,9 @@ impl Antialias {
         Self::counted(&self.edge_groups)
     }
 }
+
+/// Words of a list's dispatch sizes and counts.
+const GROUP_WORDS: u64 = 20;
 
 /// Positions in tile order of an image of that size, including those of pixels beyond its edges.
 fn places([width, height]: [u32; 2]) -> u32 {

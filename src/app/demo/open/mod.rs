@@ -232,6 +232,7 @@ impl WindowState {
             egui.set_zoom_factor(self.ui_state.text_scale);
         }
         self.session.weights = self.ui_state.view.weights();
+        self.session.times_passes = self.ui_state.times_passes;
         let is_new = self.session.update()?;
         if is_new {
             // The next frame shows this frame's cost.

@@ -61,7 +61,7 @@ pub(super) fn panels(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
         section(ui, "Lights", true, &mut |ui| lights::lights(ui, session, ui_state));
         section(ui, "Material", true, &mut |ui| materials::materials(ui, session, ui_state));
         section(ui, "View", true, &mut |ui| views::views(ui, session, ui_state));
-        section(ui, "Time", true, &mut |ui| timing::timing(ui, session));
+        section(ui, "Time", true, &mut |ui| timing::timing(ui, session, ui_state));
         section(ui, "Scene and film", false, &mut |ui| scene::scene(ui, session, ui_state));
         said(ui, session);
     });

@@ -1,6 +1,6 @@
 // Near-light correction, step 4: corrects the form factors near a light that is closer to a surface
-// than the spacing of entry points. Deterministic: the hits have a fixed order. One invocation = one
-// entry point. In: hits, entry points. Out: the light's form factors.
+// than the spacing of entry points. Deterministic: the hits have a fixed order. One invocation =
+// one entry point. In: hits, entry points. Out: the light's form factors.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

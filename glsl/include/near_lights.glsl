@@ -8,7 +8,8 @@ struct NearRay {
     float flux;      // of the ray, per unit of the light's intensity, sr
 };
 
-// The hit of such a ray; `flux` is zero if entry points determine the light there, or nothing was hit.
+// The hit of such a ray. `flux` is zero if entry points determine the light there, or if nothing
+// was hit.
 struct NearHit {
     vec3 position;
     float distance;   // from the light, metres
@@ -73,7 +74,7 @@ float fraction_of_rays(NearLightsPush push, float strength, float distance) {
     return distance < reach ? strength * clamp(2.0 - 2.0 * distance / reach, 0.0, 1.0) : 0.0;
 }
 
-// Weight of an entry point among those that share a hit's light, over the point's area.
+// Weight of one of the entry points that share a hit's light, over the point's area.
 float weight_of(NearLightsPush push, NearHit hit, NearPoint point) {
     vec3 apart = point.position - hit.position;
     float off = dot(apart, apart) / (SHARED * push.spacing * SHARED * push.spacing);

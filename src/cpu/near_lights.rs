@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 /// An entry point near the light.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
-    /// Position, metres.
+    /// Position on the surface, metres.
     pub position: DVec3,
     /// Unit geometric normal.
     pub normal: DVec3,

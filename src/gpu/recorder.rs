@@ -45,8 +45,8 @@ pub struct Recorder {
     /// The last pass with a dispatch that no barrier followed.
     unfenced: Option<usize>,
     hazards: Option<Hazards>,
-    /// Commands of a free recording. `None`: commands are recorded at once, between the barriers of
-    /// the caller.
+    /// Commands of a free recording. `None`: commands are recorded at once, with the barriers that
+    /// the caller records.
     schedule: Option<Schedule>,
     /// Some dispatch may write a host flag.
     writes_host_flags: bool,

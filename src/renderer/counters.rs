@@ -14,7 +14,7 @@ const EDGE_PIXELS: u32 = SplatCounts::WORDS;
 const LISTED: u32 = EDGE_PIXELS + 1;
 const WORDS: u32 = LISTED + 1;
 
-/// The counters. Those that a frame does not count keep their values.
+/// The counters. A frame that does not count something leaves its counter.
 pub(super) struct FrameCounters(HostBlock);
 
 impl FrameCounters {

@@ -29,7 +29,7 @@ pub(super) struct Changes {
     pub(super) emission: bool,
     /// Emission of the only active light, or the weights of direct and indirect light.
     pub(super) composition: bool,
-    /// Paths whose flux has changed: those that edited materials reflect.
+    /// Paths whose flux has changed, because edited materials reflect them.
     pub(super) scan: Scan,
     /// The set of glossy materials, or the exponent of one.
     pub(super) lobes: bool,
@@ -157,7 +157,7 @@ impl RecordState {
     ///
     /// - after a light edit, the records that the view uses;
     /// - after a camera movement, further records that the new view uses;
-    /// - once, in a frame without a change, all others. All records are then current for any camera.
+    /// - once, in a frame without a change, all others: records are then current for any camera.
     pub(super) fn gathering(&self, plan: &FramePlan) -> Gathering {
         let request = RecordRequest {
             view_is_new: plan.view || !self.knows_view,

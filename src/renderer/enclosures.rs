@@ -58,8 +58,8 @@ pub(super) fn lost_lights<'a>(solids: &'a Solids, lights: &'a [Light]) -> impl I
 }
 
 impl Renderer {
-    /// Whether an enclosure holds both the camera and a light since the last precomputation. Frames
-    /// stay dark in there until [`Self::open_enclosures`]. Uses the host alone.
+    /// Whether an enclosure holds both the camera and a light since the last precomputation. It has
+    /// no indirect light until [`Self::open_enclosures`]. Uses the host alone.
     pub fn needs_precompute(&mut self) -> bool {
         let world = &mut self.world;
         if std::mem::take(&mut world.enclosures.is_due) {
@@ -72,9 +72,9 @@ impl Renderer {
     }
 
     /// Precomputes the scene again if an enclosure holds both the camera and a light; returns
-    /// whether it did. This equals a cold start and takes as long. The enclosure then takes part
-    /// for good. A caller that leaves out frames calls it in their place, to get the same bits in
-    /// later frames.
+    /// whether it did. This equals a cold start and takes as long. The enclosure then takes
+    /// part for good. A caller that leaves out frames calls this instead: later frames then
+    /// have the same bits.
     ///
     /// # Errors
     /// The device lacks memory for the old and the new results, or failed; the renderer then stays

@@ -32,7 +32,7 @@ pub struct FramePlan {
     pub splat: bool,
     /// Glossy radiance of pixels.
     pub gloss: bool,
-    /// The picture.
+    /// Composition of the picture from direct and indirect light.
     pub compose: bool,
     /// The displayed picture.
     pub display: bool,
@@ -41,9 +41,9 @@ pub struct FramePlan {
 /// Tables of the host that frames read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Uploads {
-    /// The lights.
+    /// The table of lights.
     pub lights: bool,
-    /// The materials.
+    /// The table of materials.
     pub materials: bool,
 }
 
@@ -73,12 +73,12 @@ impl LightResults {
 /// Light paths that the energy scan goes through.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scan {
-    /// None.
+    /// No path: their flux is current.
     #[default]
     None,
     /// Paths that some of these editable materials reflect; a bit for each.
     Materials(u32),
-    /// All paths.
+    /// Every light path.
     All,
 }
 
@@ -87,7 +87,7 @@ pub enum Scan {
 pub enum Gathering {
     /// No record: each record that the view uses is current.
     Nothing,
-    /// All records.
+    /// Every record.
     All,
     /// The last list again: it holds the records that this view uses.
     Listed,
@@ -115,7 +115,8 @@ impl FramePlan {
         let compose = gloss || changes.composition;
         let display = compose || changes.exposure;
         let mut plan = Self {
-            // Sums take colours as push constants: only kernels that trace to a light read the table.
+            // Sums take colours as push constants. Only kernels that trace to a light read the
+            // table.
             uploads: Uploads {
                 lights: dirty.uploads.lights
                     && any(|light| light.factors || light.irradiance || light.highlights),

@@ -115,8 +115,8 @@ pub struct FrameReport {
     pub lights_unchanged: [f64; 2],
     /// Device time of all passes together, milliseconds.
     pub device_ms: f64,
-    /// An enclosure holds both the camera and a light. It stays dark until the caller calls
-    /// [`Renderer::open_enclosures`](super::Renderer::open_enclosures).
+    /// An enclosure holds both the camera and a light. It has no indirect light until
+    /// [`super::Renderer::open_enclosures`] has precomputed the scene again.
     pub needs_precompute: bool,
 }
 

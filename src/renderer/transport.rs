@@ -155,8 +155,8 @@ impl Transport {
         self.record_near_field(rec, materials, scope);
     }
 
-    /// Records the flux of clusters within `scope`: of the lights in `planned`, then the sum over
-    /// all lights.
+    /// Records the flux of clusters within `scope`: of the lights in `planned`, and then the sum
+    /// over all lights.
     pub(super) fn record_flux(
         &self,
         rec: &mut Recorder,

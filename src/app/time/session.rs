@@ -43,7 +43,7 @@ pub(super) struct SessionArgs {
 /// An edit whose frame is planned.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 pub(super) enum PlannedEdit {
-    /// No edit.
+    /// Nothing has changed since the last frame.
     Nothing,
     /// Every result is stale, as in the first frame.
     Everything,

@@ -1,0 +1,84 @@
+//! Third step: cache points, where indirect irradiance is gathered.
+
+use super::hierarchy::Hierarchy;
+use super::surfaces::Reachable;
+use crate::error::Result;
+use crate::gpu::{Buffer, Context};
+use crate::passes::frame::near_field::NearCluster;
+use crate::passes::precompute::cache_points::{self, Geometry, Placed, Placement, SizeField};
+use crate::passes::precompute::gather_rays::GatherTargetPacking;
+use crate::passes::precompute::neighbours::Neighbourhoods;
+use crate::passes::precompute::{Progress, entry_points, near_clusters};
+use crate::renderer::quality_warnings::uncovered;
+use crate::scene::Scene;
+use crate::types::CachePoint;
+use std::sync::Arc;
+
+/// A cache point sees near-field patches if its clearance is below this many base cells.
+const SEES_NEAR: f32 = 2.0;
+/// A cache point stands in a narrow cavity, where light is reflected to and fro, if its clearance
+/// is below this many base cells.
+const TIGHT: f32 = 0.5;
+
+/// The cache points. Points that see near clusters come first, and among these the points in narrow
+/// cavities.
+pub(super) struct Points {
+    pub(super) placement: Placement,
+    pub(super) points: Vec<CachePoint>,
+    /// The same on the device.
+    pub(super) buffer: Buffer,
+    pub(super) neighbourhoods: Neighbourhoods,
+    /// Number of points in narrow cavities.
+    pub(super) narrow_count: u32,
+    /// Number of points that see near clusters.
+    pub(super) near_count: u32,
+    /// Clusters that take the irradiance of the record beside them.
+    pub(super) near_clusters: Vec<NearCluster>,
+    /// Bit layout of gather rays before proxies and patches have an index.
+    pub(super) packing: GatherTargetPacking,
+}
+
+impl Points {
+    pub(super) fn place(
+        context: &Arc<Context>,
+        scene: &Scene,
+        reachable: &Reachable,
+        (size_field, geometry): (&SizeField, &Geometry<'_>),
+        hierarchy: &Hierarchy,
+        progress: &mut dyn Progress,
+    ) -> Result<Self> {
+        let (quality, hvds, cell_size) = (&scene.quality, &hierarchy.hvds, hierarchy.cell_size);
+        let (buffers, budget, seed) = (&reachable.buffers, quality.cache_points, quality.seed);
+        let mut placement = cache_points::place(size_field, buffers, geometry, budget, seed, progress)?;
+        entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
+        let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;
+        let has_gaps = quality.gap_rounds > 0;
+        let [is_narrow, is_near] = [TIGHT, SEES_NEAR].map(|cells| within(if has_gaps { cells } else { 0.0 }));
+        placement.points.sort_by_key(|placed| (!is_near(placed), !is_narrow(placed)));
+        let points: Vec<CachePoint> = placement.points.iter().map(|placed| placed.point).collect();
+        let patches = &hierarchy.patches[..hierarchy.extent.end(hvds)];
+        Ok(Self {
+            buffer: Buffer::from_slice(context, "cache points", &points)?,
+            neighbourhoods: Neighbourhoods::new(&placement.points),
+            narrow_count: placement.points.partition_point(is_narrow) as u32,
+            near_count: placement.points.partition_point(is_near) as u32,
+            near_clusters: near_clusters::find(patches, hierarchy.extent, cell_size, &placement.points),
+            packing: GatherTargetPacking::new(
+                hvds.cluster_count(),
+                scene.materials.len(),
+                placement.min_radius,
+            )?,
+            points,
+            placement,
+        })
+    }
+
+    pub(super) fn count(&self) -> u32 {
+        self.points.len() as u32
+    }
+
+    /// The warning if the budget does not cover the surface.
+    pub(super) fn warning(&self, scene: &Scene) -> Option<String> {
+        (!self.placement.is_covering).then(|| uncovered(scene.quality.cache_points))
+    }
+}

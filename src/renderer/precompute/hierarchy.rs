@@ -1,0 +1,178 @@
+//! Second step: the cells of the volumetric hierarchy, and how entry points are spread over it.
+
+use super::surfaces::Reachable;
+use crate::error::{Error, Result};
+use crate::gpu::Context;
+use crate::passes::precompute::cache_points::{Geometry, SizeField};
+use crate::passes::precompute::entry_points::{self, Strata};
+use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS};
+use crate::passes::precompute::near_clusters::{self, Extent, Patch};
+use crate::passes::precompute::{Progress, exposed_fractions, inconsistent, narrow_cavities};
+use crate::passes::{ClusterBuffers, ClusterTables};
+use crate::renderer::quality_warnings::{typical_clearance, undersampled, wide_cells};
+use crate::scene::{Scene, grid, hvds::Hvds, surfaces, unweighted::NEARBY};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// Factor of the resolution of the finest level over the requested one. Where surfaces are nearer
+/// than a requested cell, clusters are smaller than that cell.
+const REFINED: u32 = 2;
+/// Maximum number of finest cells along an axis: the table of cells is dense.
+pub(in crate::renderer) const FINEST: u32 = 256;
+
+/// Entry points that each cluster at a split plane must hold before a gather ray reads it. The
+/// coarser cluster around it also holds the other side of the plane.
+const MIN_APART: f32 = 3.0;
+
+/// Cells of the finest level along an axis, for `cells` requested ones.
+pub(in crate::renderer) fn finest_cells(cells: u32) -> u32 {
+    (REFINED * cells).min(FINEST)
+}
+
+/// Whether only direct light is rendered: no pass reads clusters then.
+pub(super) fn is_direct(scene: &Scene) -> bool {
+    scene.quality.entry_points == 0 && scene.quality.cache_points == 0
+}
+
+/// Surface in cells, without interior surface.
+pub(super) struct Cells {
+    /// Cells of the requested size.
+    pub(super) requested: Hvds,
+    /// Cells of the finest level.
+    pub(super) finest: Hvds,
+    /// Width of the narrow cavity around each light, metres.
+    pub(super) gaps: Vec<f32>,
+}
+
+impl Cells {
+    pub(super) fn new(scene: &Scene, reachable: &Reachable, progress: &mut dyn Progress) -> Result<Self> {
+        progress.stage("cells", 1);
+        let (low, high) = scene.bounds();
+        let is_direct = is_direct(scene);
+        // Clusters take most of the time of a picture with direct light alone, and none is read.
+        let surfaces = &reachable.surfaces;
+        let clustered =
+            if is_direct { surfaces::one_side(surfaces).into() } else { Cow::Borrowed(&surfaces[..]) };
+        let build = |cells| {
+            let build = if scene.quality.gap_rounds > 0 { Hvds::build_split } else { Hvds::build };
+            let mut hvds = build(&scene.triangles, &clustered, grid::grid(low, high, cells), cells);
+            if is_direct {
+                return Ok(hvds);
+            }
+            let geometry = reachable.geometry(scene, &hvds);
+            let exposed =
+                exposed_fractions::exposed_fractions(&geometry, reachable.tracer(), scene.quality.seed)?;
+            hvds.leave_out_interior(&exposed);
+            Ok::<_, Error>(hvds)
+        };
+        let requested = build(scene.quality.cells)?;
+        let finest = build(finest_cells(scene.quality.cells))?;
+        let gaps = narrow_cavities::find(&reachable.rays, &reachable.buffers, &scene.lights)?;
+        Ok(Self { requested, finest, gaps })
+    }
+}
+
+/// The hierarchy, with the budget of entry points in it.
+pub(super) struct Hierarchy {
+    pub(super) hvds: Hvds,
+    pub(super) strata: Strata,
+    pub(super) tables: ClusterTables,
+    pub(super) clusters: ClusterBuffers,
+    pub(super) hemisphere: Hemisphere,
+    /// Patches of clusters that are small beside a cache point.
+    pub(super) patches: Vec<Patch>,
+    /// Which of them take the irradiance of the record beside them.
+    pub(super) extent: Extent,
+    /// Size of a requested cell, metres.
+    pub(super) cell_size: f32,
+    /// Median clearance of the surface, metres.
+    pub(super) clearance: f64,
+    /// Area that each entry point stands for.
+    pub(super) area_m2: f32,
+}
+
+impl Hierarchy {
+    /// Distributes entry points, and tests clusters for inconsistent visibility. Also returns
+    /// warnings about settings that do not resolve the scene.
+    pub(super) fn new(
+        context: &Arc<Context>,
+        scene: &Scene,
+        reachable: &Reachable,
+        (mut hvds, gaps): (Hvds, &[f32]),
+        (size_field, geometry): (&SizeField, &Geometry<'_>),
+    ) -> Result<(Self, Vec<String>)> {
+        let quality = &scene.quality;
+        let cell_size = geometry.hvds.grid.cell_size() as f32;
+        let clearances = size_field.clearances_of(geometry, &hvds);
+        add_unweighted(&mut hvds, &clearances);
+        let densities: Vec<f32> = clearances.iter().map(|&c| entry_points::density(c, cell_size)).collect();
+        let strata = Strata::new(&hvds, &densities, quality.entry_points);
+        let normal = |side: u32| reachable.surfaces[side as usize / 2].normal_of(side % 2 == 1);
+        let patches = near_clusters::patches(&hvds, &clearances, normal, 1 + inconsistent::LEVELS);
+        let hemisphere = Hemisphere::new(quality.gather_rays);
+        let finest_size = hvds.grid.cell_size() as f32;
+        let [resolved, parted] = narrow_cavities::resolved(reachable.scene_size, finest_size, hemisphere);
+        let clearance = typical_clearance(&hvds.fragments, &clearances);
+        let mut warnings = Vec::new();
+        if !is_direct(scene) {
+            warnings.extend(undersampled(scene, gaps, resolved, strata.area_m2, cell_size));
+            warnings.extend(wide_cells(clearance, &hvds.grid, quality.cells));
+        }
+        if quality.occlusion {
+            hvds.inconsistent = inconsistent_clusters(reachable, &hvds, &patches, &strata, parted)?;
+        }
+        let tables = ClusterTables::new(&hvds, &effective_entry_points(&hvds, &strata));
+        let hierarchy = Self {
+            clusters: tables.upload(context)?,
+            tables,
+            hemisphere,
+            patches,
+            extent: if quality.gap_rounds > 1 { Extent::SHADOWS } else { Extent::CONTACTS },
+            cell_size,
+            clearance,
+            area_m2: (strata.area_m2 / f64::from(quality.entry_points.max(1))) as f32,
+            strata,
+            hvds,
+        };
+        Ok((hierarchy, warnings))
+    }
+}
+
+/// Adds unweighted clusters for cells with close surfaces.
+fn add_unweighted(hvds: &mut Hvds, clearances: &[f32]) {
+    let mut has_unweighted = vec![false; hvds.levels[0].len()];
+    for (fragment, &clearance) in hvds.fragments.iter().zip(clearances) {
+        has_unweighted[fragment.cluster as usize] |= clearance < NEARBY * hvds.grid.cell_size() as f32;
+    }
+    hvds.add_unweighted(&has_unweighted);
+}
+
+/// Number of entry points by which gather rays choose clusters.
+fn effective_entry_points(hvds: &Hvds, strata: &Strata) -> Vec<f32> {
+    let mut counts = strata.in_clusters.clone();
+    for cluster in hvds.split_clusters() {
+        let count = &mut counts[cluster as usize];
+        if *count >= MIN_APART {
+            *count = count.max(MIN_ENTRY_POINTS);
+        }
+    }
+    counts
+}
+
+/// Clusters whose parts see different surroundings: in narrow cavities, and by rays.
+fn inconsistent_clusters(
+    reachable: &Reachable,
+    hvds: &Hvds,
+    patches: &[Patch],
+    strata: &Strata,
+    parted: f32,
+) -> Result<Vec<bool>> {
+    let (rays, in_clusters) = (reachable.tracer(), &strata.in_clusters);
+    let (surfaces, clear_distance) = (&reachable.surfaces, reachable.clear_distance);
+    let mut inconsistent =
+        narrow_cavities::inconsistent(rays, hvds, patches, surfaces, in_clusters, parted, clear_distance)?;
+    let by_rays = inconsistent::inconsistent(rays, hvds, patches, in_clusters)?;
+    inconsistent.resize(inconsistent.len().max(by_rays.len()), false);
+    inconsistent.iter_mut().zip(by_rays).for_each(|(any, by_rays)| *any |= by_rays);
+    Ok(inconsistent)
+}

@@ -1,0 +1,155 @@
+//! The precomputation: everything that depends neither on lights nor on the camera. [Yue §1, §2]
+//! `recipe.rs` is the paper's order of steps; the other files are these steps.
+
+mod cache_points;
+mod hierarchy;
+mod recipe;
+mod surfaces;
+mod targets;
+
+pub(super) use hierarchy::{FINEST, finest_cells};
+pub(super) use recipe::precompute;
+
+use super::Statistics;
+use super::enclosures::Enclosures;
+use super::statistics::{self, Watch};
+use crate::gpu::Buffer;
+use crate::passes::frame::near_field::NearCluster;
+use crate::passes::precompute::cluster_proxies::ProxyTables;
+use crate::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere};
+use crate::passes::precompute::gloss::GlossTables;
+use crate::passes::precompute::merged_rays::MergedRays;
+use crate::passes::precompute::neighbours::Neighbourhoods;
+use crate::passes::precompute::path_orders::LightPaths;
+use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers};
+use crate::scene::Scene;
+use crate::scene::hvds::Hvds;
+use crate::types::{PathVertex, Surface};
+use cache_points::Points;
+use hierarchy::Hierarchy;
+use surfaces::Reachable;
+use targets::Targets;
+
+/// Results of the precomputation, from which frames are rendered.
+pub(in crate::renderer) struct Precomputed {
+    pub(in crate::renderer) buffers: SceneBuffers,
+    pub(in crate::renderer) surfaces: Vec<Surface>,
+    pub(in crate::renderer) hvds: Hvds,
+    pub(in crate::renderer) entry_points: Vec<PathVertex>,
+    /// Area that each entry point stands for, m².
+    pub(in crate::renderer) area_m2: f32,
+    pub(in crate::renderer) all_area_m2: f64,
+    pub(in crate::renderer) paths: LightPaths,
+    pub(in crate::renderer) point_count: u32,
+    pub(in crate::renderer) cache_points: Buffer,
+    /// The cache points cover the scene's curved surfaces.
+    pub(in crate::renderer) is_covering: bool,
+    /// Median clearance of the surface, metres.
+    pub(in crate::renderer) clearance: f64,
+    pub(in crate::renderer) neighbourhoods: Neighbourhoods,
+    pub(in crate::renderer) merged_rays: MergedRays,
+    /// `None` if no cluster that is read is partly hidden.
+    pub(in crate::renderer) proxies: Option<ProxyTables>,
+    /// `None` if no material may be glossy.
+    pub(in crate::renderer) gloss: Option<GlossTables>,
+    pub(in crate::renderer) hemisphere: Hemisphere,
+    pub(in crate::renderer) packing: GatherTargetPacking,
+    pub(in crate::renderer) cluster_tables: ClusterTables,
+    /// `None` if no material may be glossy: no ray queries clusters after the precomputation.
+    pub(in crate::renderer) clusters: Option<ClusterBuffers>,
+    pub(in crate::renderer) enclosures: Enclosures,
+    pub(in crate::renderer) near_clusters: Vec<NearCluster>,
+    /// Near-field patches of single cache points.
+    pub(in crate::renderer) near_patches: Vec<NearCluster>,
+    /// Number of cache points in narrow cavities. They come first.
+    pub(in crate::renderer) narrow_count: u32,
+    /// Number of near-field patches that these cache points see. They come first.
+    pub(in crate::renderer) narrow_patches: u32,
+    pub(in crate::renderer) statistics: Statistics,
+}
+
+/// The results of all steps.
+struct Steps {
+    reachable: Reachable,
+    hierarchy: Hierarchy,
+    entry_points: Vec<PathVertex>,
+    paths: LightPaths,
+    points: Points,
+    targets: Targets,
+}
+
+impl Steps {
+    /// Keeps what frames and queries read, with statistics.
+    fn finish(self, scene: &Scene, watch: Watch) -> Precomputed {
+        let statistics = self.statistics(scene, watch);
+        let Self { reachable, hierarchy, entry_points, paths, points, targets } = self;
+        let is_glossy = targets.gloss.is_some();
+        let (buffers, surfaces, enclosures) = reachable.finish(scene);
+        Precomputed {
+            buffers,
+            surfaces,
+            enclosures,
+            hvds: hierarchy.hvds,
+            entry_points,
+            area_m2: hierarchy.area_m2,
+            all_area_m2: hierarchy.strata.area_m2,
+            paths,
+            point_count: points.count(),
+            cache_points: points.buffer,
+            is_covering: points.placement.is_covering,
+            clearance: hierarchy.clearance,
+            neighbourhoods: points.neighbourhoods,
+            merged_rays: targets.merged_rays,
+            proxies: targets.proxies.filter(|proxies| !proxies.is_empty()),
+            gloss: targets.gloss,
+            hemisphere: hierarchy.hemisphere,
+            packing: targets.packing,
+            cluster_tables: hierarchy.tables,
+            clusters: is_glossy.then_some(hierarchy.clusters),
+            near_clusters: points.near_clusters,
+            near_patches: targets.near_patches,
+            narrow_count: points.narrow_count,
+            narrow_patches: targets.narrow_patches,
+            statistics,
+        }
+    }
+
+    fn statistics(&self, scene: &Scene, watch: Watch) -> Statistics {
+        let Self { reachable, hierarchy, paths, points, targets, .. } = self;
+        let (hvds, hemisphere) = (&hierarchy.hvds, hierarchy.hemisphere);
+        let mut statistics = Statistics {
+            precompute_s: watch.start.elapsed().as_secs_f64(),
+            precompute_stages: watch.stages,
+            ..Statistics::default()
+        };
+        statistics::note(
+            &mut statistics,
+            scene,
+            &reachable.surfaces,
+            hvds,
+            paths,
+            &points.placement,
+            hemisphere,
+        );
+        let inconsistent = hvds.inconsistent.iter().filter(|inconsistent| **inconsistent).count() as u64;
+        let counts = [
+            ("cache points in narrow cavities", u64::from(points.narrow_count)),
+            ("cache points that see near clusters", u64::from(points.near_count)),
+            ("near clusters", points.near_clusters.len() as u64),
+            ("near-field patches", targets.near_patches.len() as u64),
+            ("gather rays that read near patches", targets.patch_readers),
+            ("clusters of inconsistent visibility", inconsistent),
+        ];
+        let counts = counts.into_iter().filter(|(name, _)| {
+            !hvds.inconsistent.is_empty() || *name != "clusters of inconsistent visibility"
+        });
+        statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), value)));
+        statistics.counts.extend(targets.proxies.iter().flat_map(ProxyTables::counts));
+        if let Some(gloss) = &targets.gloss {
+            let directions = u64::from(targets.outgoing.count());
+            statistics.counts.insert("directions of the sphere".into(), directions);
+            statistics.counts.extend(gloss.counts());
+        }
+        statistics
+    }
+}

@@ -1,0 +1,98 @@
+//! First step: the acceleration structure, and the sides of triangles that light can reach.
+
+use crate::cpu::math::clear_distance;
+use crate::error::{Error, Result};
+use crate::gpu::Context;
+use crate::passes::SceneBuffers;
+use crate::passes::precompute::cache_points::Geometry;
+use crate::passes::precompute::{Progress, rays::Rays, sides};
+use crate::renderer::enclosures::{Enclosures, lost_lights};
+use crate::renderer::statistics::Watch;
+use crate::scene::{Scene, bvh::Bvh, host_bvh::HostBvh, hvds::Hvds, solids::Solids, surfaces};
+use crate::types::Surface;
+use std::sync::Arc;
+
+/// The scene on the device, and what rays over its surface have found.
+pub(super) struct Reachable {
+    pub(super) bvh: Bvh,
+    pub(super) solids: Solids,
+    pub(super) rays: Rays,
+    pub(super) buffers: SceneBuffers,
+    /// Attributes of each triangle; sides that light cannot reach are inactive.
+    pub(super) surfaces: Vec<Surface>,
+    pub(super) groups: sides::Enclosures,
+    /// Diagonal of the scene, metres.
+    pub(super) scene_size: f32,
+    /// Offset of ray origins from surfaces, metres.
+    pub(super) clear_distance: f32,
+}
+
+impl Reachable {
+    /// Builds the tree, reorders the scene's triangles to its order, and finds the sides.
+    pub(super) fn new(
+        context: &Arc<Context>,
+        scene: &mut Scene,
+        progress: &mut dyn Progress,
+        watch: &mut Watch,
+    ) -> Result<Self> {
+        progress.stage("acceleration structure", 1);
+        let bvh = Bvh::build(&scene.triangles)?;
+        scene.reorder(&bvh.order);
+        watch.lap("acceleration structure");
+
+        progress.stage("surfaces", 1);
+        let solids = Solids::new(&scene.triangles, &scene.viewpoints());
+        let warnings: Vec<String> = lost_lights(&solids, &scene.lights).collect();
+        scene.warnings.extend(warnings);
+        let rays = Rays::new(context)?;
+        let sees = surfaces::sides_that_see_something(&scene.triangles);
+        let pairs = scene.triangles.iter().zip(sees);
+        let mut surfaces: Vec<Surface> =
+            pairs.map(|(triangle, active)| surfaces::surface(triangle, active)).collect();
+        let (triangles, coordinates) = (&scene.triangles, &scene.texture_coordinates);
+        let buffers = SceneBuffers::new(context, &bvh, triangles, &surfaces, coordinates, &scene.materials)?;
+        let clear_distance = clear_distance(&bvh.nodes[0]);
+        let groups =
+            sides::deactivate_unreachable(&rays, &buffers, scene, &solids, clear_distance, &mut surfaces)?;
+        buffers.surfaces.followed().write(&surfaces)?;
+        if surfaces.is_empty() {
+            return Err(Error::Usage("the scene has no triangle".into()));
+        }
+        watch.lap("surfaces");
+        let (low, high) = scene.bounds();
+        let scene_size = (high - low).length();
+        Ok(Self { bvh, solids, rays, buffers, surfaces, groups, scene_size, clear_distance })
+    }
+
+    /// The geometry on which cache points are placed.
+    pub(super) fn geometry<'a>(&'a self, scene: &'a Scene, hvds: &'a Hvds) -> Geometry<'a> {
+        Geometry {
+            triangles: &scene.triangles,
+            surfaces: &self.surfaces,
+            hvds,
+            scene_size: self.scene_size,
+            solids: &self.solids,
+            clear_distance: self.clear_distance,
+        }
+    }
+
+    /// Tracer and scene, as steps that trace rays take them.
+    pub(super) fn tracer(&self) -> (&Rays, &SceneBuffers) {
+        (&self.rays, &self.buffers)
+    }
+
+    /// The results that frames and queries read.
+    pub(super) fn finish(self, scene: &Scene) -> (SceneBuffers, Vec<Surface>, Enclosures) {
+        let tree = (!self.groups.is_empty()).then(|| HostBvh::new(&self.bvh, &scene.triangles));
+        let enclosures = Enclosures {
+            solids: self.solids,
+            groups: self.groups,
+            rays: self.rays,
+            order: self.bvh.order,
+            tree,
+            is_due: false,
+            holds_both: false,
+        };
+        (self.buffers, self.surfaces, enclosures)
+    }
+}

@@ -1,0 +1,173 @@
+//! Last step: what each gather ray reads. A ray meets a cluster; it reads the cluster itself, a
+//! near-field patch of it, a directional proxy, or a gloss bin.
+
+use super::cache_points::Points;
+use super::hierarchy::Hierarchy;
+use super::surfaces::Reachable;
+use crate::error::Result;
+use crate::gpu::Context;
+use crate::passes::frame::near_field::NearCluster;
+use crate::passes::precompute::cluster_proxies::{self, ProxyTables};
+use crate::passes::precompute::gather_rays::{GatherTargetPacking, RayTable};
+use crate::passes::precompute::gloss::{self, GlossTables};
+use crate::passes::precompute::merged_rays::MergedRays;
+use crate::passes::precompute::near_clusters::Extent;
+use crate::passes::precompute::near_hits::{self, NearHits};
+use crate::passes::precompute::path_orders::LightPaths;
+use crate::passes::precompute::{Progress, rays::Rays};
+use crate::renderer::quality_warnings::{blurred, outgoing_directions};
+use crate::renderer::statistics::Watch;
+use crate::scene::{Scene, directions::Directions};
+use crate::types::PathVertex;
+use std::sync::Arc;
+
+/// A cluster is too coarse for a cache point if its centre is within this many base cells.
+const NEAR_HITS: f32 = 1.5;
+
+/// The results of the steps before.
+#[derive(Clone, Copy)]
+pub(super) struct Sources<'a> {
+    pub(super) reachable: &'a Reachable,
+    pub(super) hierarchy: &'a Hierarchy,
+    pub(super) points: &'a Points,
+    pub(super) paths: &'a LightPaths,
+    pub(super) entry_points: &'a [PathVertex],
+}
+
+/// Targets of all gather rays, which are merged by target.
+pub(super) struct Targets {
+    pub(super) merged_rays: MergedRays,
+    /// `None` if no cluster that is read is partly hidden.
+    pub(super) proxies: Option<ProxyTables>,
+    /// `None` if no material may be glossy.
+    pub(super) gloss: Option<GlossTables>,
+    /// Near-field patches of single cache points.
+    pub(super) near_patches: Vec<NearCluster>,
+    /// Number of patches that points in narrow cavities see. They come first.
+    pub(super) narrow_patches: u32,
+    /// Number of rays that read patches.
+    pub(super) patch_readers: u64,
+    pub(super) packing: GatherTargetPacking,
+    /// Direction bins of glossy clusters.
+    pub(super) outgoing: Directions,
+}
+
+impl Targets {
+    /// Finds the target of each ray. First patches, because they do not count as readers of
+    /// clusters; then proxies, of the clusters that are still read; then the patches' own indices,
+    /// which follow the proxies'; then gloss bins, of what is left.
+    pub(super) fn resolve(
+        context: &Arc<Context>,
+        scene: &Scene,
+        sources: Sources<'_>,
+        rays: RayTable,
+        watch: &mut Watch,
+        progress: &mut dyn Progress,
+    ) -> Result<Self> {
+        let Sources { hierarchy, points, .. } = sources;
+        let outgoing = outgoing_directions(&scene.materials, Directions::new(scene.quality.directions));
+        let mut near_hits = near_hits(scene, sources, &rays)?;
+        watch.lap("gather rays");
+        let mut packing = points.packing;
+        let mut proxies = None;
+        if scene.quality.occlusion {
+            let (tables, packed) = proxy_tables(context, scene, sources, &rays, progress)?;
+            (proxies, packing) = (Some(tables), packed);
+            watch.lap("occlusion");
+        }
+        let proxy_count = proxies.as_ref().map_or(0, ProxyTables::count);
+        let patch_count = near_hits.entries.len() as u32;
+        let (patch_readers, narrow_rays) =
+            (near_hits.reader_count(), points.narrow_count * hierarchy.hemisphere.rays());
+        let narrow_patches = near_hits.count_before(narrow_rays);
+        let first_patch = hierarchy.hvds.cluster_count() + proxy_count;
+        let packing = near_hits.redirect(&rays, packing, first_patch, scene.materials.len())?;
+        let source_count = proxy_count + patch_count;
+        let (gloss, packing) = gloss_tables(scene, sources, &rays, packing, (source_count, outgoing))?;
+        watch.lap("outgoing directions");
+        let merged_rays = MergedRays::new(context, rays, hierarchy.hemisphere)?;
+        watch.lap("merged rays");
+        Ok(Self {
+            merged_rays,
+            proxies,
+            gloss,
+            near_patches: near_hits.entries,
+            narrow_patches,
+            patch_readers,
+            packing,
+            outgoing,
+        })
+    }
+
+    /// Warnings about lobes that the directions do not resolve.
+    pub(super) fn warnings(&self, scene: &Scene, points: &Points) -> Vec<String> {
+        let has_rays = points.count() > 0;
+        blurred(&scene.materials, self.outgoing).filter(|_| has_rays).collect()
+    }
+}
+
+/// Near-field patches: pieces of near clusters that single cache points see.
+fn near_hits(scene: &Scene, sources: Sources<'_>, rays: &RayTable) -> Result<NearHits> {
+    let Sources { hierarchy, points, .. } = sources;
+    let near = near_hits::Sources {
+        patches: &hierarchy.patches[..Extent::CONTACTS.end(&hierarchy.hvds)],
+        materials: &scene.materials,
+        points: &points.placement.points,
+        near_count: points.near_count,
+        min_radius: points.placement.min_radius,
+        reach: NEAR_HITS * hierarchy.cell_size,
+        hemisphere: hierarchy.hemisphere,
+        seed: scene.quality.seed,
+    };
+    NearHits::find(near, rays, points.packing)
+}
+
+/// Directional proxies of clusters that other surface in their cell hides in part.
+fn proxy_tables(
+    context: &Arc<Context>,
+    scene: &Scene,
+    sources: Sources<'_>,
+    rays: &RayTable,
+    progress: &mut dyn Progress,
+) -> Result<(ProxyTables, GatherTargetPacking)> {
+    let Sources { reachable, hierarchy, points, .. } = sources;
+    let proxies = cluster_proxies::Sources {
+        hvds: &hierarchy.hvds,
+        in_clusters: &hierarchy.strata.in_clusters,
+        surfaces: &reachable.surfaces,
+        materials: &scene.materials,
+        cache_points: &points.points,
+        hemisphere: hierarchy.hemisphere,
+        seed: scene.quality.seed,
+        directions: Directions::new(scene.quality.directions),
+        clear_distance: reachable.clear_distance,
+    };
+    let tracer = (&Rays::of_segments(context)?, &reachable.buffers);
+    cluster_proxies::build(tracer, proxies, rays, points.packing, progress)
+}
+
+/// Gloss bins: the outgoing directions of glossy clusters that some ray reads. `source_count`:
+/// proxies and patches, whose indices come before those of gloss bins.
+fn gloss_tables(
+    scene: &Scene,
+    sources: Sources<'_>,
+    rays: &RayTable,
+    packing: GatherTargetPacking,
+    (source_count, directions): (u32, Directions),
+) -> Result<(Option<GlossTables>, GatherTargetPacking)> {
+    let Sources { reachable, hierarchy, points, paths, entry_points } = sources;
+    let gloss = gloss::Sources {
+        hvds: &hierarchy.hvds,
+        proxy_count: source_count,
+        surfaces: &reachable.surfaces,
+        materials: &scene.materials,
+        paths,
+        entry_points,
+        cache_points: &points.points,
+        hemisphere: hierarchy.hemisphere,
+        seed: scene.quality.seed,
+        directions,
+    };
+    let built = gloss::build(gloss, rays, packing)?;
+    Ok(built.map_or((None, packing), |(tables, packing)| (Some(tables), packing)))
+}

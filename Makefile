@@ -4,7 +4,7 @@ CARGO ?= cargo
 # rustup puts cargo here; a shell that was open before the installation does not know yet.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help run demo screenshots test stress soak fuzz lint audit mutants bench tables figures film scale peers spirv setup clean
+.PHONY: help run demo screenshots test stress soak fuzz lint audit mutants bench tables figures film scale peers spirv structure setup clean
 
 help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
@@ -24,6 +24,7 @@ help:
 	@echo 'make scale  time and memory against sizes, into out/scale'
 	@echo 'make peers  Mitsuba and Cycles on the Box beside ours, into out/peers (1.5 GB, an hour on two cores)'
 	@echo 'make spirv  rebuild spirv/ from glsl/ (needs cmake and a C++ compiler)'
+	@echo 'make structure draws the modules and their imports, docs/images/structure.svg (needs python3)'
 	@echo 'make setup  install what any of these needs'
 	@echo 'make clean  remove what was built'
 
@@ -69,6 +70,7 @@ lint:
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --no-deps
 	@scripts/check_tree.sh
 	@scripts/check_words.sh
+	@if command -v python3 >/dev/null; then scripts/structure.py --check; fi
 	@scripts/check_crates.sh
 
 audit:
@@ -142,6 +144,10 @@ peers:
 	$(PEERS_PYTHON) bench/peers/selftest.py
 	$(PEERS_PYTHON) bench/peers/run.py witness
 	$(PEERS_PYTHON) bench/peers/run.py $(PEERS)
+
+# Draws the modules and their imports: docs/images/structure.svg
+structure:
+	scripts/structure.py
 
 spirv:
 	@scripts/setup.sh

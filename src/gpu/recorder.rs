@@ -39,7 +39,7 @@ pub struct Recorder {
     /// The open pass, or the last.
     pass_name: &'static str,
     /// The passes that are recorded. `None`: all of them.
-    only: Option<&'static [&'static str]>,
+    only: Option<Vec<&'static str>>,
     /// The open pass is not among `only`.
     leaves_out: bool,
     /// The last pass with a dispatch that no barrier followed.
@@ -109,15 +109,15 @@ impl Recorder {
 
     /// Records only commands of these passes from here on. Barriers of all other passes stay, so
     /// that the order is the same.
-    pub fn only(&mut self, passes: &'static [&'static str]) {
-        (self.only, self.leaves_out) = (Some(passes), true);
+    pub fn only(&mut self, passes: &[&'static str]) {
+        (self.only, self.leaves_out) = (Some(passes.to_vec()), true);
     }
 
     /// Opens a pass: a debug label, a timestamp before and one after, a row in the timings. `name`
     /// is the pass's stem.
     pub fn pass(&mut self, name: &'static str) -> PassScope<'_> {
         self.pass_name = name;
-        self.leaves_out = self.only.is_some_and(|only| !only.contains(&name));
+        self.leaves_out = self.only.as_ref().is_some_and(|only| !only.contains(&name));
         if self.leaves_out {
             return PassScope { recorder: self, index: usize::MAX };
         }

@@ -16,6 +16,7 @@ mod liveness;
 mod memory_hint;
 mod outputs;
 mod pass_costs;
+mod passes;
 mod plan;
 mod precompute;
 mod precompute_cache;

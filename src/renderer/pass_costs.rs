@@ -1,140 +1,184 @@
-//! Pass cost model: bytes and rays that each pass needs at least, from its inputs.
+//! Pass cost model: bytes and rays that each pass needs at least, from the sizes of its inputs.
 
 use super::Renderer;
+use super::passes;
 use super::plan::FramePlan;
 use crate::cpu::antialias::{samples_per_edge, slots_per_edge};
 use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
 use crate::passes::frame::{
-    antialias::{Antialias, EdgeCapacity, EdgeSample, EdgeSlot},
-    blend::Blend,
-    cluster_proxies::ClusterProxies,
-    compose::Compose,
-    direct::Direct,
-    form_factors::FormFactors,
+    antialias::{EdgeCapacity, EdgeSample, EdgeSlot},
     gather::Gather,
     hvds::LightFlux,
-    hvds::Pyramid,
     near_field::NearField,
-    needed_records::NeededRecords,
-    path_scan::PathScan,
-    pixel_colours::PixelColours,
-    primary::Primary,
-    splat::Splat,
-    tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
 type Account = BTreeMap<&'static str, u64>;
 
-impl Renderer {
-    /// Bytes and rays of the passes that ran. Each stored input and output counts once, whatever
-    /// the caches do. Scene data that traced rays read does not count: rays per second measure
-    /// such a pass.
-    pub(super) fn accounts(&self, plan: &FramePlan, passes: &[PassTiming]) -> (Account, Account) {
-        let pixels = u64::from(self.size()[0]) * u64::from(self.size()[1]);
-        let paths = u64::from(self.transport.form_factors.point_count());
-        let lights = self.lights.irradiances().len() as u64;
-        let due = |lights: Vec<(OneLight<'_>, &Buffer)>| {
+/// Cost of a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Cost {
+    /// Each stored input and output counts once, whatever the caches do. Scene data that traced
+    /// rays read do not count: rays per second measure such a pass.
+    pub(super) bytes: u64,
+    /// `None` if the pass traces no ray.
+    pub(super) rays: Option<u64>,
+}
+
+impl Cost {
+    pub(super) fn of(bytes: u64) -> Self {
+        Self { bytes, rays: None }
+    }
+
+    pub(super) fn of_rays(bytes: u64, rays: u64) -> Self {
+        Self { bytes, rays: Some(rays) }
+    }
+}
+
+/// Sizes from which costs follow. Lists and images are in bytes, counts say so.
+pub(super) struct Sizes {
+    /// Number of pixels.
+    pub(super) pixels: u64,
+    /// Number of values of direct light: pixels and slots of edge samples.
+    pub(super) points: u64,
+    /// Number of lights in sums.
+    pub(super) lights: u64,
+    /// Number of light paths.
+    pub(super) paths: u64,
+    /// Number of records, one at least.
+    pub(super) record_count: u64,
+    /// Number of records that a gather pass takes, on average.
+    pub(super) gathered: u64,
+    /// Number of lights whose irradiance at pixels is traced, and of their samples.
+    pub(super) planned_irradiances: u64,
+    pub(super) irradiance_samples: u64,
+    /// Number of lights whose form factors are traced, and of their samples.
+    pub(super) planned_factors: u64,
+    pub(super) factor_samples: u64,
+    /// Number of lights whose flux of clusters is summed.
+    pub(super) planned_clusters: u64,
+    /// Number of edge samples, of their slots, and of shadow rays from them.
+    pub(super) edge_sample_count: u64,
+    pub(super) edge_slot_count: u64,
+    pub(super) edge_rays: u64,
+    pub(super) edge_samples: u64,
+    pub(super) edge_slots: u64,
+    /// Surfaces at pixels.
+    pub(super) surface: u64,
+    /// Three floats a pixel.
+    pub(super) image: u64,
+    pub(super) pixel_colours: u64,
+    pub(super) edge_colours: u64,
+    pub(super) steps: u64,
+    /// Part of the steps that is read once.
+    pub(super) steps_once: u64,
+    pub(super) contributions: u64,
+    /// Bytes of a path's flux at its entry point and after the first bounce.
+    pub(super) first_bounce: u64,
+    /// Flux of base clusters from one light.
+    pub(super) light_flux: u64,
+    pub(super) clusters: u64,
+    pub(super) proxies: u64,
+    pub(super) near_field: u64,
+    pub(super) records: u64,
+    pub(super) cache_points: u64,
+    pub(super) merged_rays: u64,
+    pub(super) neighbours: u64,
+    /// (Tile, record) pairs, and splat weights.
+    pub(super) pairs: u64,
+    pub(super) weights: u64,
+    /// Splat weights that the list of records was made from; zero if the view is not new.
+    pub(super) marked_weights: u64,
+}
+
+impl Sizes {
+    /// Sizes of a frame with this plan that ran `passes`.
+    fn new(renderer: &Renderer, plan: &FramePlan, passes: &[PassTiming]) -> Self {
+        let Renderer { lights, transport, image, splat, dirty, .. } = renderer;
+        let planned = |lights: &[(OneLight<'_>, &Buffer)]| {
             let samples: u64 = lights.iter().map(|(light, _)| u64::from(light.samples)).sum();
             (lights.len() as u64, samples)
         };
-        let (due_irradiances, irradiance_rays) = due(self.lights.planned_irradiances(plan));
-        let (due_factors, factor_rays) = due(self.lights.planned_factors(plan));
-        let EdgeCapacity { max_samples, samples, slots } = self.image.antialias.capacity;
-        let (capacity, edge_count) = ([samples, slots], self.counters.edge_pixels());
-        let per_edge =
-            [samples_per_edge(edge_count, max_samples, capacity), slots_per_edge(edge_count, slots)];
-        let [sample_count, slot_count] = per_edge.map(|count| u64::from(count) * u64::from(edge_count));
-        let edge_samples = sample_count * size_of::<EdgeSample>() as u64;
-        let slots = slot_count * size_of::<EdgeSlot>() as u64;
-        let points = pixels + slot_count;
-        // Shadow rays start at all samples of edge pixels, and at the samples of pixels
-        // at shadow edges.
-        let mut edge_rays = 0;
-        for (light, _) in self.lights.planned_irradiances(plan) {
-            let crossed = self.lights.shadow_edges(light);
-            let of_crossed = samples_per_edge(crossed, max_samples, capacity);
-            edge_rays +=
-                u64::from(light.samples) * (sample_count + u64::from(of_crossed) * u64::from(crossed));
-        }
-        let records = self.transport.gather.records.bytes();
+        let traced = lights.planned_irradiances(plan);
+        let (planned_irradiances, irradiance_samples) = planned(&traced);
+        let (planned_factors, factor_samples) = planned(&lights.planned_factors(plan));
+        let [edge_sample_count, edge_slot_count, edge_rays] = edge_counts(renderer, &traced);
         // Passes of the same name share one entry, which is their mean: gather passes ahead of the
         // frame's own, again in narrow cavities, and the rest.
-        let gathers = passes.iter().filter(|pass| pass.name == Gather::STEM).count();
-        let scope = self.transport.scopes.of(plan.is_whole);
-        let ahead =
-            scope.source_count + self.transport.gathered_again(scope).map(|again| again.1).sum::<u32>();
-        let ahead = if gathers > 1 { ahead } else { 0 };
-        let gathered = u64::from(self.dirty.records.gathered + ahead) / gathers.max(1) as u64;
-        let in_all = u64::from(self.transport.gather.point_count().max(1));
-        let near_passes = passes.iter().filter(|pass| pass.name == NearField::STEM).count().max(1) as u64;
-        let patch_counts = self.transport.gathered_again(scope).map(|again| again.2);
-        let near = scope.near_field.bytes(patch_counts.chain([scope.near_field.patch_count()])) / near_passes;
-        let surface = self.image.primary.pixels.bytes();
-        let clusters = self.transport.pyramid.irradiance.bytes();
-        let clusters_due = self.lights.planned_clusters(plan).len() as u64;
-        let light_flux = (size_of::<LightFlux>() as u64) * u64::from(self.transport.pyramid.base_count());
-        let contributions = self.transport.path_scan.contributions.bytes();
-        let first_bounce = if self.transport.gloss.is_some() { 4 + 12 } else { 4 };
-        let [steps, once] = self.transport.path_scan.step_bytes();
-        let [pixel_colours, edge_colours] =
-            [&self.image.pixel_colours.of_pixels, &self.image.pixel_colours.of_edges].map(Buffer::bytes);
-        let [pairs, weights] = self.splat.list_bytes();
-        let image = 12 * pixels;
-        let mut bytes = Account::new();
-        let mut rays = Account::new();
-        for pass in passes {
-            let moved = match pass.name {
-                Primary::STEM => surface,
-                Direct::BATCHES_STEM => surface,
-                Direct::STEM => due_irradiances * (surface + 4 * pixels),
-                Direct::SUM_STEM => (4 * lights + 12) * points,
-                FormFactors::STEM => due_factors * 20 * paths,
-                // Steps are read twice, contributions written one vec3 at a time.
-                PathScan::STEM => 2 * steps + once + contributions,
-                Pyramid::LIGHTS_STEM => contributions + clusters_due * (first_bounce * paths + light_flux),
-                Pyramid::STEM => lights * light_flux + 3 * clusters,
-                ClusterProxies::STEM => self.transport.proxies.bytes(),
-                Gather::STEM => {
-                    gathered * (self.transport.gather.merged_rays.bytes() + records) / in_all + clusters
-                }
-                NearField::STEM => near,
-                // Mask and sums of records, and sums of the list. Splat weights only if the
-                // view is new.
-                NeededRecords::STEM => {
-                    u64::from(self.dirty.records.marked_view) * weights
-                        + self.transport.blend.list_bytes()
-                        + 24 * in_all
-                }
-                Blend::STEM => {
-                    self.transport.blend.list_bytes()
-                        + 2 * records
-                        + self.transport.gather.cache_points.bytes()
-                }
-                Splat::STEM => surface + self.transport.gather.cache_points.bytes() + 4 * pairs + weights,
-                Splat::APPLY_STEM => surface + weights + records + image,
-                Antialias::STEM => surface + 8 * pixels + edge_samples + slots,
-                PixelColours::STEM => surface + edge_samples + pixel_colours + edge_colours,
-                Antialias::SHADOW_STEM => due_irradiances * (2 * edge_samples + 4 * slot_count + 8 * pixels),
-                Compose::STEM => {
-                    let colours = pixel_colours + edge_colours;
-                    surface + 3 * image + 4 * pixels + 12 * slot_count + slots + colours
-                }
-                Tonemap::STEM => image + 4 * pixels,
-                _ => continue,
-            };
-            bytes.insert(pass.name, moved);
-            let traced = match pass.name {
-                Primary::STEM => pixels,
-                Direct::STEM => irradiance_rays * pixels,
-                Antialias::STEM => sample_count,
-                Antialias::SHADOW_STEM => edge_rays,
-                FormFactors::STEM => factor_rays * paths,
-                _ => continue,
-            };
-            rays.insert(pass.name, traced);
+        let ran = |stem: &str| passes.iter().filter(|pass| pass.name == stem).count().max(1) as u64;
+        let scope = transport.scopes.of(plan.is_whole);
+        let again = || transport.gathered_again(scope);
+        let ahead = scope.source_count + again().map(|again| again.1).sum::<u32>();
+        let ahead = if ran(Gather::STEM) > 1 { ahead } else { 0 };
+        let patch_counts = again().map(|again| again.2).chain([scope.near_field.patch_count()]);
+        let [width, height] = image.size();
+        let pixels = u64::from(width) * u64::from(height);
+        let [steps, steps_once] = transport.path_scan.step_bytes();
+        let [pairs, weights] = splat.list_bytes();
+        Self {
+            pixels,
+            points: pixels + edge_slot_count,
+            lights: lights.irradiances().len() as u64,
+            paths: u64::from(transport.form_factors.point_count()),
+            record_count: u64::from(transport.gather.point_count().max(1)),
+            gathered: u64::from(dirty.records.gathered + ahead) / ran(Gather::STEM),
+            planned_irradiances,
+            irradiance_samples,
+            planned_factors,
+            factor_samples,
+            planned_clusters: lights.planned_clusters(plan).len() as u64,
+            edge_sample_count,
+            edge_slot_count,
+            edge_rays,
+            edge_samples: edge_sample_count * size_of::<EdgeSample>() as u64,
+            edge_slots: edge_slot_count * size_of::<EdgeSlot>() as u64,
+            surface: image.primary.pixels.bytes(),
+            image: 12 * pixels,
+            pixel_colours: image.pixel_colours.of_pixels.bytes(),
+            edge_colours: image.pixel_colours.of_edges.bytes(),
+            steps,
+            steps_once,
+            contributions: transport.path_scan.contributions.bytes(),
+            first_bounce: if transport.gloss.is_some() { 4 + 12 } else { 4 },
+            light_flux: size_of::<LightFlux>() as u64 * u64::from(transport.pyramid.base_count()),
+            clusters: transport.pyramid.irradiance.bytes(),
+            proxies: transport.proxies.bytes(),
+            near_field: scope.near_field.bytes(patch_counts) / ran(NearField::STEM),
+            records: transport.gather.records.bytes(),
+            cache_points: transport.gather.cache_points.bytes(),
+            merged_rays: transport.gather.merged_rays.bytes(),
+            neighbours: transport.blend.list_bytes(),
+            pairs,
+            weights,
+            marked_weights: u64::from(dirty.records.marked_view) * weights,
         }
-        (bytes, rays)
+    }
+}
+
+/// Numbers of edge samples, of their slots, and of shadow rays from them. Shadow rays start at all
+/// samples of edge pixels, and at the samples of pixels at shadow edges.
+fn edge_counts(renderer: &Renderer, traced: &[(OneLight<'_>, &Buffer)]) -> [u64; 3] {
+    let EdgeCapacity { max_samples, samples, slots } = renderer.image.antialias.capacity;
+    let (capacity, edges) = ([samples, slots], renderer.counters.edge_pixels());
+    let of_edge = [samples_per_edge(edges, max_samples, capacity), slots_per_edge(edges, slots)];
+    let [sample_count, slot_count] = of_edge.map(|count| u64::from(count) * u64::from(edges));
+    let rays = traced.iter().map(|(light, _)| {
+        let crossed = renderer.lights.shadow_edges(*light);
+        let of_crossed = samples_per_edge(crossed, max_samples, capacity);
+        u64::from(light.samples) * (sample_count + u64::from(of_crossed) * u64::from(crossed))
+    });
+    [sample_count, slot_count, rays.sum()]
+}
+
+impl Renderer {
+    /// Bytes and rays of the passes that ran.
+    pub(super) fn accounts(&self, plan: &FramePlan, passes: &[PassTiming]) -> (Account, Account) {
+        let sizes = Sizes::new(self, plan, passes);
+        let costs =
+            passes.iter().filter_map(|pass| Some((pass.name, passes::named(pass.name).cost?(&sizes))));
+        let costs: BTreeMap<&'static str, Cost> = costs.collect();
+        let rays = costs.iter().filter_map(|(name, cost)| Some((*name, cost.rays?)));
+        (costs.iter().map(|(name, cost)| (*name, cost.bytes)).collect(), rays.collect())
     }
 }

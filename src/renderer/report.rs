@@ -1,12 +1,7 @@
 //! Reports of frames and of the precomputation.
 
+use super::passes::{self, Column};
 use crate::gpu::{Context, PassTiming};
-use crate::passes::frame::{
-    antialias::Antialias, blend::Blend, cluster_proxies::ClusterProxies, compose::Compose, direct::Direct,
-    form_factors::FormFactors, gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid,
-    near_field::NearField, needed_records::NeededRecords, path_scan::PathScan, pixel_colours::PixelColours,
-    primary::Primary, splat::Splat, tonemap::Tonemap,
-};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -48,27 +43,12 @@ impl Columns {
     pub fn from_passes(passes: &[PassTiming]) -> Self {
         let mut columns = Self::default();
         for pass in passes {
-            *match pass.name {
-                Primary::STEM
-                | PixelColours::STEM
-                | Direct::BATCHES_STEM
-                | Direct::STEM
-                | Direct::SUM_STEM
-                | Antialias::STEM
-                | Antialias::SHADOW_STEM
-                | GlossPixels::RAYS_STEM
-                | GlossPixels::HIGHLIGHTS_STEM => &mut columns.Tdi,
-                FormFactors::STEM | PathScan::STEM | Gloss::BEAMS_STEM | Gloss::ENTRIES_STEM => {
-                    &mut columns.Tlpe
-                }
-                Pyramid::LIGHTS_STEM | Pyramid::STEM | Gloss::STEM | ClusterProxies::STEM => {
-                    &mut columns.Thvds
-                }
-                Gather::STEM | NearField::STEM | NeededRecords::STEM | Blend::STEM | GlossPixels::STEM => {
-                    &mut columns.Tfg
-                }
-                Splat::STEM | Splat::APPLY_STEM | Compose::STEM | Tonemap::STEM => &mut columns.Tsplat,
-                other => unreachable!("pass `{other}` has no column"),
+            *match passes::named(pass.name).column {
+                Column::Tdi => &mut columns.Tdi,
+                Column::Tlpe => &mut columns.Tlpe,
+                Column::Thvds => &mut columns.Thvds,
+                Column::Tfg => &mut columns.Tfg,
+                Column::Tsplat => &mut columns.Tsplat,
             } += pass.ms;
         }
         columns

@@ -85,6 +85,8 @@ impl Frame {
                 .unwrap();
             let before = irradiance.read().unwrap();
             let groups = Antialias::groups(context).unwrap();
+            // No pass writes them if antialiasing is off.
+            context.run(|rec| rec.fill_zero(&groups)).unwrap();
             context
                 .run(|rec| {
                     let mut pass = rec.pass("shadow_edges");

@@ -151,7 +151,7 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
 /// buffer is the same to the bit, whichever other lights are stale. Lights that are off do not
 /// change the sum.
 #[test]
-fn cluster_light_equals_the_reference_and_add_up() {
+fn cluster_light_equals_the_reference_and_adds_up() {
     let context = context();
     let mut random = Random::new(29);
     for (count, light_count) in [(1, 1), (63, 2), (64, 3), (65, 4), (997, 5), (131, 9), (40, 0)] {

@@ -29,8 +29,11 @@ impl Replay {
     pub(super) fn parse(pass: &str, times: &str) -> Result<Self> {
         let known = Renderer::pass_names();
         let refuse = |message| Err(Error::Usage(message));
-        let Some(name) = known.iter().copied().find(|name| *name == pass) else {
-            return refuse(format!("--repeat: there is no pass `{pass}`; there are {}", known.join(", ")));
+        let Some(name) = known.clone().find(|name| *name == pass) else {
+            return refuse(format!(
+                "--repeat: there is no pass `{pass}`; there are {}",
+                known.collect::<Vec<_>>().join(", ")
+            ));
         };
         match times.parse() {
             Ok(times @ 1..=MAX_TIMES) => Ok(Self { pass: name, times }),

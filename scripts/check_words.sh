@@ -49,6 +49,9 @@ terms() {
     replaced '\bshares?_(?!of_(copy|floor))|_shares?\b(?!_of)' 'fraction, weight' src/passes src/renderer src/cpu glsl
     replaced '\b(weight|contribution)_?runs?\b' 'range' "${all[@]}"
     replaced 'kept from falling' 'clamped' "${all[@]}"
+    replaced '\bpath_?(names|groups)\b' 'path streams, path ranges' "${all[@]}"
+    replaced '\bgathered_again\b' 'extra iterations' "${all[@]}"
+    replaced '\bbound_albedo\b|\bbounded_light\b' 'clamp' "${all[@]}"
     replaced '\b(least|most)_[a-z]+(?=\b)(?<!_of_comes_first)' 'min_, max_' glsl src/passes src/gpu
 }
 

@@ -1,5 +1,5 @@
-//! Reads files from unknown authors: only regular files, up to a maximum length. Decoders of other
-//! crates run with their panics caught.
+//! LiveClusters files from unknown authors: only regular files, up to a maximum length. Decoders of
+//! other crates run with their panics caught.
 
 use std::cell::Cell;
 use std::fmt;

@@ -64,7 +64,7 @@ impl SplitBuffer {
         &self.0[0].buffer
     }
 
-    /// Reads the item with this index. Panics if there is none.
+    /// LiveClusters the item with this index. Panics if there is none.
     ///
     /// # Errors
     /// As [`Buffer::read`].
@@ -78,7 +78,7 @@ impl SplitBuffer {
         self.iter().map(|chunk| chunk.buffer.bytes()).sum()
     }
 
-    /// Reads the list. Panics if a chunk's size is no multiple of an item's.
+    /// LiveClusters the list. Panics if a chunk's size is no multiple of an item's.
     ///
     /// # Errors
     /// As [`Buffer::read`].

@@ -1,4 +1,4 @@
-//! Reads images of any program: EXR by layer, PNG.
+//! LiveClusters images of any program: EXR by layer, PNG.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -30,8 +30,8 @@ const ZLIB_GROWTH: usize = 1032;
 /// eightfold in addition.
 const MAX_GROWTH: usize = 8 * ZLIB_GROWTH;
 
-/// Reads a PNG, or a layer of an EXR (`None`: the image itself). The content decides the format,
-/// not the name.
+/// LiveClusters a PNG, or a layer of an EXR (`None`: the image itself). The content decides the
+/// format, not the name.
 ///
 /// # Errors
 /// [`Error::Input`]: the file cannot be read, has another format, or lacks the layer. The message

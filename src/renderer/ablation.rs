@@ -129,7 +129,7 @@ impl Renderer {
 
     /// Computes the clusters that the last frame skipped.
     pub(super) fn complete_clusters(&self) -> Result<()> {
-        let whole = self.transport.scopes.make_whole()?;
+        let whole = self.transport.live_sets.make_whole()?;
         self.context.run(|rec| {
             self.transport.record_flux(rec, &whole, &self.lights.cluster_lights(), &self.lights);
             self.transport.record_near_field(rec, &self.world.buffers.materials, &whole);

@@ -16,7 +16,7 @@ impl Renderer {
     /// Fractions of the light at entry points and at pixels, 0..=1, that clamping 1/d² removes.
     /// Clamping acts near a light, where the surface point is large beside its distance. If few
     /// points are near a light, chance adds an error that is not counted.
-    pub(super) fn bounded_light(&self) -> Result<BTreeMap<String, f64>> {
+    pub(super) fn clamped_light(&self) -> Result<BTreeMap<String, f64>> {
         let weights = self.transport.form_factors.weights();
         let area_m2 = self.transport.form_factors.area_m2();
         let points = self.transport.form_factors.entry_points()?;

@@ -103,7 +103,7 @@ impl Renderer {
     }
 
     /// Changes a material's diffuse and specular albedo and its Phong exponent. Albedos that
-    /// reflect too much are lowered ([`Material::bound_albedo`]). If the material is editable, the
+    /// reflect too much are lowered ([`Material::clamp_albedo`]). If the material is editable, the
     /// picture equals that of a cold start bit by bit. If not, light paths were sampled for the old
     /// albedo: far above it, indirect light is noisier and tends to be too low.
     ///
@@ -119,7 +119,7 @@ impl Renderer {
         let old = &self.world.scene.materials[material];
         let mut new = Material { diffuse, specular, exponent, ..old.clone() };
         new.conserve_energy();
-        new.bound_albedo();
+        new.clamp_albedo();
         if new == *old {
             return Ok(());
         }

@@ -85,7 +85,7 @@ impl Renderer {
         }
         let world = &self.world;
         let mut scene = world.scene.clone();
-        scene.places.push(scene.cameras[0].position);
+        scene.interior_viewpoints.push(scene.cameras[0].position);
         scene.warnings.clear();
         let mut order = vec![0; world.enclosures.order.len()];
         (0..).zip(&world.enclosures.order).for_each(|(new, &old)| order[old as usize] = new);

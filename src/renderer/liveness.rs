@@ -10,7 +10,7 @@ use crate::passes::frame::hvds::{ClusterLists, Pyramid};
 use crate::passes::frame::near_field::{NearCluster, NearField};
 use crate::passes::frame::needed_records::RecordList;
 use crate::passes::precompute::gloss::GlossTables;
-use crate::passes::precompute::reads::Reads;
+use crate::passes::precompute::live_clusters::LiveClusters;
 use crate::scene::directions::Directions;
 use crate::scene::hvds::Hvds;
 use crate::types::NO_CLUSTER;
@@ -19,7 +19,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// The part of the hierarchy that a frame computes.
-pub(super) struct Scope {
+pub(super) struct LiveSet {
     pub(super) clusters: ClusterLists,
     /// Small clusters and near-field patches; they take the irradiance of the records beside them.
     pub(super) near_field: NearField,
@@ -32,7 +32,7 @@ pub(super) struct Scope {
     pub(super) gap_count: u32,
 }
 
-/// Inputs of a scope.
+/// Inputs of a set.
 struct Sources {
     levels: Vec<Range<u32>>,
     near_clusters: Vec<NearCluster>,
@@ -44,7 +44,7 @@ struct Sources {
 }
 
 impl Sources {
-    fn scope(&self, context: &Arc<Context>, reads: &Reads) -> Result<Scope> {
+    fn set(&self, context: &Arc<Context>, reads: &LiveClusters) -> Result<LiveSet> {
         let is_read = |near: &&NearCluster| reads.irradiance[near.cluster as usize];
         let near: Vec<NearCluster> = self.near_clusters.iter().filter(is_read).copied().collect();
         let mut sources: Vec<u32> = near.iter().chain(&self.near_patches).map(|near| near.record).collect();
@@ -52,7 +52,7 @@ impl Sources {
         sources.dedup();
         let gaps = &sources[..sources.partition_point(|&record| record < self.narrow_count)];
         let [point_count, rows] = self.records;
-        Ok(Scope {
+        Ok(LiveSet {
             clusters: ClusterLists::new(context, &self.levels, &reads.flux, &reads.irradiance)?,
             near_field: NearField::new(context, &near, &self.near_patches)?,
             sources: RecordList::fixed(context, point_count, rows, &sources)?,
@@ -65,16 +65,16 @@ impl Sources {
 
 /// The live set and, once it is requested, the whole hierarchy. The whole hierarchy takes memory
 /// only from then on.
-pub(super) struct Scopes {
+pub(super) struct LiveSets {
     context: Arc<Context>,
     sources: Sources,
     /// The live set.
-    pub(super) read: Scope,
-    whole: Option<Scope>,
+    pub(super) read: LiveSet,
+    whole: Option<LiveSet>,
 }
 
-impl Scopes {
-    pub(super) fn new(context: &Arc<Context>, made: &mut Precomputed, reads: &Reads) -> Result<Self> {
+impl LiveSets {
+    pub(super) fn new(context: &Arc<Context>, made: &mut Precomputed, reads: &LiveClusters) -> Result<Self> {
         let sources = Sources {
             levels: made.hvds.levels.clone(),
             near_clusters: std::mem::take(&mut made.near_clusters),
@@ -82,7 +82,7 @@ impl Scopes {
             records: [made.point_count, made.merged_rays.records_per_chunk],
             narrow_count: made.narrow_count,
         };
-        let read = sources.scope(context, reads)?;
+        let read = sources.set(context, reads)?;
         Ok(Self { context: context.clone(), sources, read, whole: None })
     }
 
@@ -90,9 +90,9 @@ impl Scopes {
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub(super) fn make_whole(&self) -> Result<Scope> {
+    pub(super) fn make_whole(&self) -> Result<LiveSet> {
         let clusters = self.sources.levels.last().map_or(0, |level| level.end);
-        self.sources.scope(&self.context, &Reads::all(clusters))
+        self.sources.set(&self.context, &LiveClusters::all(clusters))
     }
 
     /// Near-field patches of single cache points.
@@ -100,7 +100,7 @@ impl Scopes {
         &self.sources.near_patches
     }
 
-    /// Builds the scope of the whole hierarchy if `is_whole` and the scope does not exist.
+    /// Builds the scope of the whole hierarchy if `is_whole` and the set does not exist.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -112,23 +112,34 @@ impl Scopes {
     }
 
     /// The whole hierarchy if `is_whole` and [`Self::prepare`] has built it; else the live set.
-    pub(super) fn of(&self, is_whole: bool) -> &Scope {
+    pub(super) fn of(&self, is_whole: bool) -> &LiveSet {
         self.whole.as_ref().filter(|_| is_whole).unwrap_or(&self.read)
     }
 }
 
 /// Computes the live set. If a material may be glossy, rays of glossy pixels may read any cluster.
-pub(super) fn reads(made: &Precomputed, proxies: &Proxies, pyramid: &Pyramid) -> Result<Reads> {
+pub(super) fn reads(made: &Precomputed, proxies: &Proxies, pyramid: &Pyramid) -> Result<LiveClusters> {
     if made.gloss.is_some() {
-        return Ok(Reads::all(made.hvds.cluster_count()));
+        return Ok(LiveClusters::all(made.hvds.cluster_count()));
     }
     let sources = pyramid.indirect_sources.read::<u32>()?;
     let targets = made.merged_rays.targets.read::<u32>()?;
-    Ok(Reads::from_targets(&made.hvds, targets, made.packing, proxies.tables(), &made.near_patches, &sources))
+    Ok(LiveClusters::from_targets(
+        &made.hvds,
+        targets,
+        made.packing,
+        proxies.tables(),
+        &made.near_patches,
+        &sources,
+    ))
 }
 
 /// Fractions of the hierarchy outside the live set, 0..=1.
-pub(super) fn unread(made: &Precomputed, reads: &Reads, directions: Directions) -> BTreeMap<String, f64> {
+pub(super) fn unread(
+    made: &Precomputed,
+    reads: &LiveClusters,
+    directions: Directions,
+) -> BTreeMap<String, f64> {
     let mut unread = BTreeMap::new();
     let mut note = |what: &str, read: usize, all: usize| {
         if all > 0 {

@@ -57,7 +57,7 @@ use dirty::Dirty;
 use gloss::GlossPasses;
 use image::{Image, IndirectLight};
 use lights::Lights;
-use liveness::Scopes;
+use liveness::LiveSets;
 use precompute::Precomputed;
 use proxies::Proxies;
 use report::FrameWatch;
@@ -149,7 +149,7 @@ impl Renderer {
         let reads = liveness::reads(&made, &proxies, &pyramid)?;
         let unread = liveness::unread(&made, &reads, Directions::new(scene.quality.directions));
         made.statistics.skipped.extend(unread);
-        let scopes = Scopes::new(context, &mut made, &reads)?;
+        let live_sets = LiveSets::new(context, &mut made, &reads)?;
         let gather = Gather::of_merged_rays(
             context,
             made.cache_points,
@@ -170,10 +170,10 @@ impl Renderer {
                 &paths.arrivals.lobes,
                 &paths.contributions,
             )?,
-            path_groups: made.paths.groups,
+            path_ranges: made.paths.ranges,
             pyramid,
             proxies,
-            scopes,
+            live_sets,
             narrow_patches: made.narrow_patches,
             gap_rounds: scene.quality.gap_rounds,
             record_lists: RecordLists::new(context, &gather)?,
@@ -189,7 +189,7 @@ impl Renderer {
             enclosures: made.enclosures,
             cluster_tables: made.cluster_tables,
             clusters: made.clusters,
-            path_names: made.paths.names,
+            path_streams: made.paths.streams,
         };
         Ok((world, transport, made.statistics))
     }
@@ -213,7 +213,7 @@ impl Renderer {
         let plan = self.plan();
         let watch = FrameWatch::start(&self.context);
         self.lights.prepare_near(&plan, &mut self.transport.near_lights)?;
-        self.transport.scopes.prepare(plan.is_whole)?;
+        self.transport.live_sets.prepare(plan.is_whole)?;
         let (passes, device_ms) = loop {
             let timings = self.run(&plan)?;
             self.world.buffers.refuse_truncated_loops("frame", 0)?;
@@ -255,7 +255,7 @@ impl Renderer {
         gathered: u32,
     ) -> FrameReport {
         let columns = Columns::from_passes(&passes);
-        let (bytes, rays) = self.accounts(plan, &passes);
+        let (bytes, rays) = self.costs(plan, &passes);
         let lights_unchanged = self.lights.unchanged(plan);
         FrameReport {
             passes,

@@ -80,7 +80,8 @@ impl Renderer {
         self.statistics.precompute_s
     }
 
-    /// Costs and sizes so far, the warnings of the last view included. Reads back large buffers.
+    /// Costs and sizes so far, the warnings of the last view included. LiveClusters
+    /// back large buffers.
     ///
     /// # Errors
     /// The device failed.
@@ -105,7 +106,7 @@ impl Renderer {
             ("records gathered last", u64::from(self.dirty.records.gathered)),
             (
                 "records gathered ahead, for small clusters beside them",
-                u64::from(self.transport.scopes.read.source_count),
+                u64::from(self.transport.live_sets.read.source_count),
             ),
         ];
         statistics.counts.extend(more.map(|(name, value)| (name.to_owned(), value)));
@@ -116,7 +117,7 @@ impl Renderer {
         let (skipped, unreached) = self.skipped_light()?;
         statistics.skipped.extend(skipped);
         statistics.counts.insert("entry points that no light reaches".into(), unreached);
-        statistics.removed = self.bounded_light()?;
+        statistics.removed = self.clamped_light()?;
         statistics.counts.extend(self.limited()?.map(|(name, value)| (name.to_owned(), value)));
         Ok(statistics)
     }

@@ -107,11 +107,11 @@ impl Sizes {
         // Passes of the same name share one entry, which is their mean: gather passes ahead of the
         // frame's own, again in narrow cavities, and the rest.
         let ran = |stem: &str| passes.iter().filter(|pass| pass.name == stem).count().max(1) as u64;
-        let scope = transport.scopes.of(plan.is_whole);
-        let again = || transport.gathered_again(scope);
-        let ahead = scope.source_count + again().map(|again| again.1).sum::<u32>();
+        let set = transport.live_sets.of(plan.is_whole);
+        let again = || transport.extra_iterations(set);
+        let ahead = set.source_count + again().map(|again| again.1).sum::<u32>();
         let ahead = if ran(Gather::STEM) > 1 { ahead } else { 0 };
-        let patch_counts = again().map(|again| again.2).chain([scope.near_field.patch_count()]);
+        let patch_counts = again().map(|again| again.2).chain([set.near_field.patch_count()]);
         let [width, height] = image.size();
         let pixels = u64::from(width) * u64::from(height);
         let [steps, steps_once] = transport.path_scan.step_bytes();
@@ -144,7 +144,7 @@ impl Sizes {
             light_flux: size_of::<LightFlux>() as u64 * u64::from(transport.pyramid.base_count()),
             clusters: transport.pyramid.irradiance.bytes(),
             proxies: transport.proxies.bytes(),
-            near_field: scope.near_field.bytes(patch_counts) / ran(NearField::STEM),
+            near_field: set.near_field.bytes(patch_counts) / ran(NearField::STEM),
             records: transport.gather.records.bytes(),
             cache_points: transport.gather.cache_points.bytes(),
             merged_rays: transport.gather.merged_rays.bytes(),
@@ -173,7 +173,7 @@ fn edge_counts(renderer: &Renderer, traced: &[(OneLight<'_>, &Buffer)]) -> [u64;
 
 impl Renderer {
     /// Bytes and rays of the passes that ran.
-    pub(super) fn accounts(&self, plan: &FramePlan, passes: &[PassTiming]) -> (Account, Account) {
+    pub(super) fn costs(&self, plan: &FramePlan, passes: &[PassTiming]) -> (Account, Account) {
         let sizes = Sizes::new(self, plan, passes);
         let costs =
             passes.iter().filter_map(|pass| Some((pass.name, passes::named(pass.name).cost?(&sizes))));

@@ -18,7 +18,7 @@ impl Renderer {
     ///
     /// # Errors
     /// The device failed.
-    pub fn repeat(&mut self, pass: &str) -> Result<FrameReport> {
+    pub fn replay(&mut self, pass: &str) -> Result<FrameReport> {
         let pass = passes::named(pass);
         let recorded: Vec<&'static str> = pass.renewed_by.into_iter().chain([pass.stem]).collect();
         self.force(Work::Everything);

@@ -3,7 +3,7 @@
 
 use super::gloss::GlossPasses;
 use super::lights::Lights;
-use super::liveness::{Scope, Scopes};
+use super::liveness::{LiveSet, LiveSets};
 use super::plan::{FramePlan, Gathering, Scan};
 use super::proxies::Proxies;
 use crate::error::Result;
@@ -22,7 +22,7 @@ use crate::passes::frame::{
     path_scan::PathScan,
     splat::Splat,
 };
-use crate::passes::precompute::path_orders::PathGroup;
+use crate::passes::precompute::path_orders::PathRange;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -32,13 +32,13 @@ pub(super) struct Transport {
     pub(super) near_lights: NearLights,
     pub(super) path_scan: PathScan,
     /// Ranges of light paths by the editable materials that reflect them.
-    pub(super) path_groups: Vec<PathGroup>,
+    pub(super) path_ranges: Vec<PathRange>,
     pub(super) pyramid: Pyramid,
     pub(super) proxies: Proxies,
-    pub(super) scopes: Scopes,
+    pub(super) live_sets: LiveSets,
     /// Number of near-field patches that cache points in narrow cavities see. They come first.
     pub(super) narrow_patches: u32,
-    /// Extra gather iterations; see [`Self::gathered_again`].
+    /// Extra gather iterations; see [`Self::extra_iterations`].
     pub(super) gap_rounds: u32,
     pub(super) gather: Gather,
     pub(super) record_lists: RecordLists,
@@ -122,7 +122,7 @@ impl Transport {
             Scan::None => return,
             Scan::All => None,
             Scan::Materials(bits) => {
-                let groups = self.path_groups.iter().filter(|group| group.materials & bits != 0);
+                let groups = self.path_ranges.iter().filter(|group| group.materials & bits != 0);
                 Some(groups.map(|group| group.steps.clone()).collect())
             }
         };
@@ -144,43 +144,43 @@ impl Transport {
         if let Some(gloss) = &self.gloss {
             gloss.record_entries(rec, plan, materials, lights);
         }
-        let scope = self.scopes.of(plan.is_whole);
+        let set = self.live_sets.of(plan.is_whole);
         if lights.record_clear(rec, plan) {
             rec.barrier(TRANSFER_TO_COMPUTE);
         }
-        self.record_flux(rec, scope, &lights.planned_clusters(plan), lights);
+        self.record_flux(rec, set, &lights.planned_clusters(plan), lights);
         if let Some(gloss) = &self.gloss {
             gloss.record_clusters(rec, plan, materials, self, lights);
         }
-        self.record_near_field(rec, materials, scope);
+        self.record_near_field(rec, materials, set);
     }
 
-    /// Records the flux of clusters within `scope`: of the lights in `planned`, and then the sum
+    /// Records the flux of clusters within `set`: of the lights in `planned`, and then the sum
     /// over all lights.
     pub(super) fn record_flux(
         &self,
         rec: &mut Recorder,
-        scope: &Scope,
+        set: &LiveSet,
         planned: &[ClusterLight<'_>],
         lights: &Lights,
     ) {
         if !planned.is_empty() {
-            self.pyramid.record_lights(rec, planned, &self.path_scan.contributions, &scope.clusters);
+            self.pyramid.record_lights(rec, planned, &self.path_scan.contributions, &set.clusters);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        self.pyramid.record_sum(rec, &lights.clusters(), &scope.clusters);
+        self.pyramid.record_sum(rec, &lights.clusters(), &set.clusters);
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 
     /// Records proxies and the near field. Small clusters and near-field patches take the
     /// irradiance of the records beside them; proxies are then evaluated again. Each extra gather
     /// iteration repeats both with records that are gathered again.
-    pub(super) fn record_near_field(&self, rec: &mut Recorder, materials: &Buffer, scope: &Scope) {
-        let (near_field, records) = (&scope.near_field, &self.gather.records);
+    pub(super) fn record_near_field(&self, rec: &mut Recorder, materials: &Buffer, set: &LiveSet) {
+        let (near_field, records) = (&set.near_field, &self.gather.records);
         let patch_count = near_field.patch_count();
         self.proxies.record(rec, &self.pyramid);
         near_field.record_patches(rec, &self.pyramid, None, patch_count);
-        self.gather.record(rec, self.gather_sources(materials), &scope.sources);
+        self.gather.record(rec, self.gather_sources(materials), &set.sources);
         rec.barrier(COMPUTE_TO_COMPUTE);
         let take = |rec: &mut Recorder, patches| {
             near_field.record(rec, &self.pyramid, records);
@@ -188,7 +188,7 @@ impl Transport {
             self.proxies.record(rec, &self.pyramid);
             near_field.record_patches(rec, &self.pyramid, Some(records), patches);
         };
-        for (list, _, patches) in self.gathered_again(scope) {
+        for (list, _, patches) in self.extra_iterations(set) {
             take(rec, patches);
             self.gather.record(rec, self.gather_sources(materials), list);
             rec.barrier(COMPUTE_TO_COMPUTE);
@@ -200,12 +200,12 @@ impl Transport {
     /// that they read. If there are several iterations, the first takes all records, because few
     /// paths sample the light in shadows. The others take the records in narrow cavities, where
     /// light is reflected to and fro.
-    pub(super) fn gathered_again<'a>(
+    pub(super) fn extra_iterations<'a>(
         &self,
-        scope: &'a Scope,
+        set: &'a LiveSet,
     ) -> impl Iterator<Item = (&'a RecordList, u32, u32)> + use<'a> {
-        let all = (&scope.sources, scope.source_count, scope.near_field.patch_count());
-        let gaps = (&scope.gaps, scope.gap_count, self.narrow_patches);
+        let all = (&set.sources, set.source_count, set.near_field.patch_count());
+        let gaps = (&set.gaps, set.gap_count, self.narrow_patches);
         let rounds = self.gap_rounds;
         let round = move |round| if round == 0 && rounds > 1 { all } else { gaps };
         (0..rounds).map(round).filter(|again| again.1 > 0)

@@ -16,7 +16,7 @@ pub(super) struct World {
     /// `None` if no material may be glossy: no ray queries clusters after the precomputation.
     pub(super) clusters: Option<ClusterBuffers>,
     /// Index of each light path's random stream.
-    pub(super) path_names: Vec<u32>,
+    pub(super) path_streams: Vec<u32>,
     /// Materials at the time when the light paths were traced.
     pub(super) traced_with: Vec<Reflectance>,
 }

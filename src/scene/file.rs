@@ -79,7 +79,7 @@ impl Scene {
             cameras: read_cameras(&file, root, origin)?,
             quality,
             origin,
-            places: Vec::new(),
+            interior_viewpoints: Vec::new(),
             inputs,
             warnings,
         };
@@ -373,7 +373,7 @@ fn override_materials(
     warnings.extend(counted(first.as_ref(), mended.len()));
     let bounded: Vec<String> = materials
         .iter_mut()
-        .filter_map(|material| material.bound_albedo().then(|| material.name.clone()))
+        .filter_map(|material| material.clamp_albedo().then(|| material.name.clone()))
         .collect();
     let first = bounded.first().map(|name| {
         format!("material {name:?} reflected all light or nearly all: scaled to an albedo of {MAX_ALBEDO}, because light between such surfaces hardly ends; state an albedo below that")

@@ -79,7 +79,7 @@ impl Material {
 
     /// Scales a material that reflects more than [`MAX_ALBEDO`] at its image's brightest texel.
     /// Returns whether it changed.
-    pub fn bound_albedo(&mut self) -> bool {
+    pub fn clamp_albedo(&mut self) -> bool {
         // Tested without the image first: few materials need a pass over all texels.
         if (self.diffuse + self.specular).max_element() <= MAX_ALBEDO {
             return false;

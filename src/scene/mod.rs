@@ -105,7 +105,7 @@ pub struct Scene {
     /// Cameras, recentred; at least one, the first is the default.
     pub cameras: Vec<Camera>,
     /// Interior viewpoints beside the cameras: closed spaces around them take part in transport.
-    pub places: Vec<Vec3>,
+    pub interior_viewpoints: Vec<Vec3>,
     /// Every number of the method that trades time for accuracy.
     pub quality: Quality,
     /// Offset subtracted from all coordinates at load, world metres.
@@ -135,7 +135,11 @@ impl Scene {
     /// Interior viewpoints: all cameras and `places`. An enclosure without any of them is never
     /// seen and takes no part in transport. A light in it has no visible effect either.
     pub fn viewpoints(&self) -> Vec<Vec3> {
-        self.cameras.iter().map(|camera| camera.position).chain(self.places.iter().copied()).collect()
+        self.cameras
+            .iter()
+            .map(|camera| camera.position)
+            .chain(self.interior_viewpoints.iter().copied())
+            .collect()
     }
 
     /// Smallest and largest corner of the bounding box, metres.

@@ -60,8 +60,8 @@ struct Library<'a, 'b> {
     images: HashMap<PathBuf, Option<Arc<Image>>>,
 }
 
-/// Reads `text`, the contents of `path`: `Kd`, `Ks`, `Ns` and `map_Kd`. Image paths are relative to
-/// `path`. Notes other statements that would change the picture.
+/// LiveClusters `text`, the contents of `path`: `Kd`, `Ks`, `Ns` and `map_Kd`. Image paths are
+/// relative to `path`. Notes other statements that would change the picture.
 ///
 /// Fails on too many materials and on names that cannot be printed.
 pub(super) fn load(reading: &mut Reading, path: &Path, text: &str) -> Result<Vec<Definition>> {

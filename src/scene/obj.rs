@@ -1,4 +1,4 @@
-//! Reads models from OBJ files.
+//! LiveClusters models from OBJ files.
 //!
 //! `tobj` turns indices into meshes. But its errors name no line, it takes polylines for faces,
 //! and it gives a face without normals those of another. So each line is checked first, and
@@ -36,8 +36,8 @@ pub(super) struct Model {
 /// Name of the material of faces before the first `usemtl`, or after one without a name.
 pub(super) const NO_MATERIAL: &str = "default";
 
-/// Reads the contents of `path`, and the MTL files that it names relative to itself. Notes ignored
-/// and repaired statements.
+/// LiveClusters the contents of `path`, and the MTL files that it names relative to itself. Notes
+/// ignored and repaired statements.
 ///
 /// Fails with file and line on positions that are not finite and on vertex indices out of range.
 /// Also fails without any face, or above a limit.
@@ -73,7 +73,7 @@ fn decoded(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> String {
     text
 }
 
-/// Reads the definitions of the MTL files; notes unreadable files.
+/// LiveClusters the definitions of the MTL files; notes unreadable files.
 fn read_libraries(reading: &mut Reading, path: &Path, lines: &[(usize, String)]) -> Result<Vec<Definition>> {
     let mut definitions: Vec<Definition> = Vec::new();
     let mut seen = HashSet::new();

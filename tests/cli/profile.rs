@@ -188,7 +188,7 @@ fn a_pass_alone_does_what_it_does_in_frames_and_leaves_the_picture() {
     assert!(names.len() > 20, "glossy scenes have nearly all passes: {names:?}");
     for name in names {
         for _ in 0..2 {
-            let alone = renderer.repeat(name).unwrap();
+            let alone = renderer.replay(name).unwrap();
             let own = |passes: &[lightpaths::gpu::PassTiming]| -> Vec<u32> {
                 passes.iter().filter(|pass| pass.name == name).map(|pass| pass.dispatches).collect()
             };

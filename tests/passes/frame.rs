@@ -217,7 +217,7 @@ fn a_pass_alone_is_repeated() {
     renderer.force(Work::Everything);
     renderer.frame().unwrap();
     for name in ["primary", "form_factors", "hvds", "gather", "compose"] {
-        let report = renderer.repeat(name).unwrap();
+        let report = renderer.replay(name).unwrap();
         assert!(!report.passes.is_empty() && report.passes.iter().all(|pass| pass.name == name), "{name}");
     }
     let idle = renderer.frame().unwrap();

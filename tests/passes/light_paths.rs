@@ -10,7 +10,7 @@ use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::path_scan::{FROM_ENTRY, HEAD};
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::light_paths::{self, LightPathsPush, PathState};
-use lightpaths::passes::precompute::path_orders::PathGroup;
+use lightpaths::passes::precompute::path_orders::PathRange;
 use lightpaths::scene::Material;
 use lightpaths::types::{NO_CLUSTER, PathVertex};
 
@@ -235,12 +235,12 @@ fn paths_are_stored_whole_in(world: &World) {
         let first_edited: usize =
             expected.iter().filter(|path| !is_edited(path)).map(|path| path.len()).sum();
         let groups = [
-            PathGroup { materials: 0, steps: 0..first_edited as u32 },
-            PathGroup { materials: 1, steps: first_edited as u32..paths.steps.len() as u32 },
+            PathRange { materials: 0, steps: 0..first_edited as u32 },
+            PathRange { materials: 1, steps: first_edited as u32..paths.steps.len() as u32 },
         ];
         let groups: Vec<_> =
             groups.into_iter().filter(|group| is_glossy && !group.steps.is_empty()).collect();
-        assert_eq!(paths.groups, groups);
+        assert_eq!(paths.ranges, groups);
         assert!(count < 1_000 || !is_glossy || groups.len() == 2);
 
         let (mut steps, mut colours) = (paths.steps.iter(), paths.colours.iter());

@@ -5,7 +5,7 @@ use crate::common::assert_silent;
 use glam::Vec3;
 use lightpaths::gpu::{Context, ContextOptions};
 use lightpaths::passes::frame::needed_records::RecordRequest;
-use lightpaths::renderer::{FramePlan, Gathering, Layer, LightResults, Renderer, Scan, Silent};
+use lightpaths::renderer::{FramePlan, Gathering, Layer, LightResults, Preview, Renderer, Scan, Silent};
 use lightpaths::scene::{Camera, Light, LightKind, Quality, Scene, shapes};
 use std::sync::Arc;
 
@@ -108,6 +108,18 @@ fn frames_of_all_edits_are_one_submission() {
         renderer.resize([40, 30]).unwrap();
         renderer.frame().unwrap();
         assert_eq!(context.pipelines_made(), made, "pipelines of another size");
+        // Nor does a second renderer, or the preview.
+        let scene = scene(may_be_glossy);
+        let (camera, lights) = (scene.cameras[0].clone(), scene.lights.clone());
+        Renderer::new(&context, scene.clone(), &mut Silent).unwrap().frame().unwrap();
+        assert_eq!(context.pipelines_made(), made, "pipelines of a second renderer");
+        let mut preview = Preview::new(&context, scene.clone()).unwrap();
+        let before = context.submission_count();
+        preview.frame(&camera, &lights, &scene.materials, 0.0).unwrap();
+        assert_eq!(context.submission_count() - before, 1, "submissions of the preview");
+        // A scene that may be glossy composes with another variant.
+        let variants = u32::from(may_be_glossy);
+        assert!(context.pipelines_made() - made <= variants, "pipelines of the preview");
     }
     assert!(context.take_validation_messages().is_empty());
 }

@@ -11,7 +11,7 @@ use lightpaths::passes::frame::hvds::{
 use lightpaths::passes::frame::near_field::NearCluster;
 use lightpaths::passes::precompute::cluster_proxies::ProxyTables;
 use lightpaths::passes::precompute::gather_rays::{GatherTargetPacking, RayTable};
-use lightpaths::passes::precompute::reads::Reads;
+use lightpaths::passes::precompute::live_clusters::LiveClusters;
 use lightpaths::scene::hvds::Hvds;
 use lightpaths::types::{Contribution, GatherRay, NO_CLUSTER, NO_TARGET, OPEN};
 
@@ -82,7 +82,8 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
             has_colours: false,
         };
         let proxies_read = (proxy_count > 0).then_some(&proxies);
-        let reads = Reads::find(&hvds, &table, packing, proxies_read, &near_patches, &sources).unwrap();
+        let reads =
+            LiveClusters::find(&hvds, &table, packing, proxies_read, &near_patches, &sources).unwrap();
 
         let mask = (1 << packing.cluster_bits) - 1;
         let targets = rays.iter().filter(|ray| ray.target != NO_TARGET).map(|ray| ray.target & mask);

@@ -122,7 +122,7 @@ fn edit(scene: &mut Scene, dice: &mut Dice) {
         _ => material.diffuse = dice.vector(),
     }
     material.conserve_energy();
-    material.bound_albedo();
+    material.clamp_albedo();
 }
 
 /// Edits a scene again and again, and saves and loads it after each edit. Every second time, the

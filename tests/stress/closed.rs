@@ -54,7 +54,7 @@ fn cold(other: &Renderer, places: &[Vec3]) -> Renderer {
     let mut scene = scene();
     scene.lights.clone_from(&other.scene().lights);
     scene.cameras.clone_from(&other.scene().cameras);
-    scene.places = places.to_vec();
+    scene.interior_viewpoints = places.to_vec();
     let mut renderer = prepare(scene, SMALL);
     renderer.set_exposure(EXPOSURE);
     (0..other.scene().lights.len()).for_each(|light| {
@@ -98,8 +98,11 @@ fn light_and_camera_enter_enclosures_as_if_they_had_always_been_there() {
         // Only the light enters: it is not visible, and the enclosure stays closed.
         edited.move_light(0, middle).unwrap();
         frame(&mut edited);
-        assert_eq!((brightest(&edited, Layer::Beauty), edited.scene().places.len()), (0.0, count - 1));
-        let alone = cold(&edited, &edited.scene().places);
+        assert_eq!(
+            (brightest(&edited, Layer::Beauty), edited.scene().interior_viewpoints.len()),
+            (0.0, count - 1)
+        );
+        let alone = cold(&edited, &edited.scene().interior_viewpoints);
         assert!(bits(&edited) == bits(&alone), "light in {middle}");
         let is_told = |warning: &String| warning.starts_with("light `lamp` is inside a closed surface");
         // The warning is only for solids; an open surface may let light through.
@@ -108,26 +111,35 @@ fn light_and_camera_enter_enclosures_as_if_they_had_always_been_there() {
         edited.move_light(0, home).unwrap();
         look_from(&mut edited, middle);
         frame(&mut edited);
-        assert_eq!((brightest(&edited, Layer::Beauty), edited.scene().places.len()), (0.0, count - 1));
-        assert!(bits(&edited) == bits(&cold(&edited, &edited.scene().places)), "camera in {middle}");
+        assert_eq!(
+            (brightest(&edited, Layer::Beauty), edited.scene().interior_viewpoints.len()),
+            (0.0, count - 1)
+        );
+        assert!(
+            bits(&edited) == bits(&cold(&edited, &edited.scene().interior_viewpoints)),
+            "camera in {middle}"
+        );
         // Camera and light are in different enclosures.
         edited.move_light(0, -middle).unwrap();
         frame(&mut edited);
-        assert_eq!((brightest(&edited, Layer::Beauty), edited.scene().places.len()), (0.0, count - 1));
+        assert_eq!(
+            (brightest(&edited, Layer::Beauty), edited.scene().interior_viewpoints.len()),
+            (0.0, count - 1)
+        );
         // Both are in one enclosure. The light enters last in one case, the camera in the other.
         if middle == CELL {
             edited.set_camera(&start);
             edited.move_light(0, middle).unwrap();
             frame(&mut edited);
-            assert_eq!(edited.scene().places.len(), count - 1);
+            assert_eq!(edited.scene().interior_viewpoints.len(), count - 1);
             look_from(&mut edited, middle);
         } else {
             edited.move_light(0, middle).unwrap();
         }
         frame(&mut edited);
-        assert_eq!(edited.scene().places.len(), count);
+        assert_eq!(edited.scene().interior_viewpoints.len(), count);
         assert!(brightest(&edited, Layer::Direct) > 0.1 && brightest(&edited, Layer::Indirect) > 0.01);
-        let before = &edited.scene().places[..count - 1];
+        let before = &edited.scene().interior_viewpoints[..count - 1];
         let other = cold(&edited, before);
         assert!(bits(&edited) == bits(&other), "both in {middle}");
         assert!(edited.display().unwrap() == other.display().unwrap(), "the exposure stays");
@@ -136,8 +148,11 @@ fn light_and_camera_enter_enclosures_as_if_they_had_always_been_there() {
         edited.move_light(0, home).unwrap();
         edited.set_camera(&start);
         frame(&mut edited);
-        assert_eq!(edited.scene().places.len(), count);
-        assert!(bits(&edited) == bits(&cold(&edited, &edited.scene().places)), "out of {middle}");
+        assert_eq!(edited.scene().interior_viewpoints.len(), count);
+        assert!(
+            bits(&edited) == bits(&cold(&edited, &edited.scene().interior_viewpoints)),
+            "out of {middle}"
+        );
     }
     assert!(bits(&edited) != outside, "the inside of places takes no budget");
     assert_silent(&context());
@@ -163,7 +178,7 @@ fn frames_left_out_open_enclosures_as_well() {
                 frame(&mut renderer);
             }
         }
-        assert_eq!(renderer.scene().places.len(), 1);
+        assert_eq!(renderer.scene().interior_viewpoints.len(), 1);
         bits(&renderer)
     };
     assert!(show(true) == show(false));

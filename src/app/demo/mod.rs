@@ -8,7 +8,6 @@ mod films;
 mod gizmos;
 mod host_picture;
 mod navigate;
-mod open;
 mod overlays;
 mod panels;
 mod rebase;
@@ -20,6 +19,7 @@ mod ui_state;
 mod viewport;
 mod watch;
 mod window;
+mod window_state;
 
 use clap::Args;
 use winit::event_loop::EventLoop;

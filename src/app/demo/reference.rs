@@ -94,7 +94,7 @@ impl Reference {
         requested.document.apply_materials(&mut scene.materials);
         for material in &mut scene.materials {
             material.conserve_energy();
-            material.bound_albedo();
+            material.clamp_albedo();
         }
         if let Some(orders) = &self.orders {
             // If the thread has failed, the result holds its error.

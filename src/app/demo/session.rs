@@ -315,7 +315,7 @@ impl Session {
     /// Prepares the open scene again because the camera and a light are in one enclosure.
     fn open_enclosure(&mut self) -> Result<()> {
         let mut scene = self.scene.clone();
-        scene.places.push(self.camera.position);
+        scene.interior_viewpoints.push(self.camera.position);
         self.said.push("the camera and a light are in one enclosure: light paths are traced again".into());
         self.prepare_open(scene)
     }

@@ -152,7 +152,7 @@ impl Preparing {
         requested.document.apply_materials(&mut materials);
         // The same clamp as in the full renderer.
         for material in &mut materials {
-            material.bound_albedo();
+            material.clamp_albedo();
         }
         self.preview.frame(&requested.camera, &lights, &materials, requested.exposure_stops)
     }

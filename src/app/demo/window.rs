@@ -9,9 +9,9 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::WindowId;
 
 use super::Demo;
-use super::open::WindowState;
 use super::session::Source;
 use super::watch::Watch;
+use super::window_state::WindowState;
 use crate::app::interrupt;
 use crate::error::{Error, Result};
 use crate::scene::Scene;

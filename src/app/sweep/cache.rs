@@ -69,7 +69,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
         materials,
         lights,
         cameras,
-        places: _,
+        interior_viewpoints: _,
         origin: _,
         quality,
         name: _,

@@ -27,7 +27,8 @@ pub(super) struct Reference {
 }
 
 impl Reference {
-    /// Reads the reference for this scene and budget from `folder`, or renders and caches it.
+    /// LiveClusters the reference for this scene and budget from `folder`, or renders
+    /// and caches it.
     pub(super) fn find(
         scene: &Scene,
         budget: Budget,

@@ -64,10 +64,10 @@ impl Replay {
             )));
         }
         let before = renderer.display()?;
-        let one = renderer.repeat(self.pass)?;
+        let one = renderer.replay(self.pass)?;
         let mut times_ms = vec![own_ms(self.pass, &one)];
         while times_ms.len() < self.times as usize {
-            times_ms.push(own_ms(self.pass, &renderer.repeat(self.pass)?));
+            times_ms.push(own_ms(self.pass, &renderer.replay(self.pass)?));
         }
         let stands = renderer.display()? == before;
         renderer.frame()?;

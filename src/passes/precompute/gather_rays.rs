@@ -219,8 +219,8 @@ impl RayTable {
         })
     }
 
-    /// Reads chunk by chunk; `visit` gets the index of the first ray, its buffer and its position
-    /// in the buffer.
+    /// LiveClusters chunk by chunk; `visit` gets the index of the first ray, its buffer and its
+    /// position in the buffer.
     fn chunks(
         &self,
         row: u32,
@@ -253,7 +253,7 @@ impl RayTable {
         Ok(())
     }
 
-    /// Reads all rows.
+    /// LiveClusters all rows.
     ///
     /// # Errors
     /// The device failed.

@@ -144,7 +144,7 @@ pub fn trace(
         clusters.base_count,
     );
     paths.group_steps(&masks);
-    paths.names = names;
+    paths.streams = names;
     if !is_glossy {
         paths.arrivals = Arrivals::default();
     }

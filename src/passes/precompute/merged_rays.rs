@@ -180,7 +180,7 @@ impl MergedRays {
         Ok(found)
     }
 
-    /// Reads all lists back, for the precompute cache.
+    /// LiveClusters all lists back, for the precompute cache.
     ///
     /// # Errors
     /// The device failed.
@@ -277,7 +277,7 @@ impl MergedRays {
         Ok(())
     }
 
-    /// Reads the merged rays of a cache point. Empty if there is no such point.
+    /// LiveClusters the merged rays of a cache point. Empty if there is no such point.
     ///
     /// # Errors
     /// The device failed.

@@ -14,6 +14,7 @@ pub mod gather_rays;
 pub mod gloss;
 pub mod inconsistent;
 pub mod light_paths;
+pub mod live_clusters;
 pub mod merged_rays;
 pub mod narrow_cavities;
 pub mod near_clusters;
@@ -24,7 +25,6 @@ mod parallel;
 pub mod path_orders;
 pub mod rays;
 mod reaches;
-pub mod reads;
 pub mod sides;
 
 use crate::error::Result;

@@ -55,7 +55,7 @@ pub struct Arrivals {
 
 /// Consecutive paths that the same editable materials reflect.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PathGroup {
+pub struct PathRange {
     /// A bit for each editable material, by [`editable_bits`].
     pub materials: u32,
     /// Range of their steps.
@@ -90,9 +90,9 @@ pub struct LightPaths {
     pub contribution_offsets: Vec<u32>,
     /// Paths grouped by the editable materials that reflect them, entry points aside. Empty if no
     /// material is editable.
-    pub groups: Vec<PathGroup>,
+    pub ranges: Vec<PathRange>,
     /// Random stream index of each path. Empty if it equals the path's index.
-    pub names: Vec<u32>,
+    pub streams: Vec<u32>,
     /// Empty if nothing is glossy.
     pub arrivals: Arrivals,
     /// Vertices that no cluster holds: those inside interpenetrating solids.
@@ -138,9 +138,9 @@ impl LightPaths {
                 path += 1;
             }
             let Some(&materials) = masks.get(path - 1) else { return };
-            match self.groups.last_mut() {
+            match self.ranges.last_mut() {
                 Some(group) if group.materials == materials => group.steps.end = index + 1,
-                _ => self.groups.push(PathGroup { materials, steps: index..index + 1 }),
+                _ => self.ranges.push(PathRange { materials, steps: index..index + 1 }),
             }
         }
     }
@@ -211,8 +211,8 @@ impl LightPaths {
             colours,
             contributions,
             contribution_offsets,
-            groups: Vec::new(),
-            names: Vec::new(),
+            ranges: Vec::new(),
+            streams: Vec::new(),
             arrivals,
             lost,
         }

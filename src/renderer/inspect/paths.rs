@@ -25,7 +25,7 @@ pub struct PathPoint {
 
 impl Renderer {
     /// The entry point nearest to `position`; its index is that of its path. `None` if there are no
-    /// entry points. Reads all of them.
+    /// entry points. LiveClusters all of them.
     ///
     /// # Errors
     /// The device failed.
@@ -37,7 +37,7 @@ impl Renderer {
     }
 
     /// The path that begins at this entry point, with the entry point first. Empty if there is no
-    /// such entry point. Reads the steps of all paths before it.
+    /// such entry point. LiveClusters the steps of all paths before it.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -45,7 +45,7 @@ impl Renderer {
         let steps = self.transport.path_scan.steps_of(entry_point)?;
         let Some(head) = steps.first() else { return Ok(Vec::new()) };
         let entry = self.transport.form_factors.entry_point(entry_point)?;
-        let name = self.world.path_names.get(entry_point as usize).copied().unwrap_or(entry_point);
+        let name = self.world.path_streams.get(entry_point as usize).copied().unwrap_or(entry_point);
         let vertices = light_paths::retrace(
             &self.context,
             &self.world.buffers,

@@ -143,7 +143,7 @@ impl Renderer {
             Some(gloss) => gloss.clusters.bins.read()?,
             None => Vec::new(),
         };
-        let (proxies, patches) = (self.transport.proxies.tables(), self.transport.scopes.near_patches());
+        let (proxies, patches) = (self.transport.proxies.tables(), self.transport.live_sets.near_patches());
         let first_proxy = self.transport.proxies.first();
         let first_patch = first_proxy + proxies.map_or(0, |proxies| proxies.count());
         let first_bin = first_patch + patches.len() as u32;

@@ -18,10 +18,10 @@ use std::sync::Arc;
 const SEES_NEAR: f32 = 2.0;
 /// A cache point stands in a narrow cavity, where light is reflected to and fro, if its clearance
 /// is below this many base cells.
-const TIGHT: f32 = 0.5;
+const NARROW: f32 = 0.5;
 
-/// The cache points. Points that see near clusters come first, and among these the points in narrow
-/// cavities.
+/// The cache points. Points that see near clusters come first, and among these the points
+/// in narrow cavities.
 pub(super) struct Points {
     pub(super) placement: Placement,
     pub(super) points: Vec<CachePoint>,
@@ -53,7 +53,8 @@ impl Points {
         entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
         let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;
         let has_gaps = quality.gap_rounds > 0;
-        let [is_narrow, is_near] = [TIGHT, SEES_NEAR].map(|cells| within(if has_gaps { cells } else { 0.0 }));
+        let [is_narrow, is_near] =
+            [NARROW, SEES_NEAR].map(|cells| within(if has_gaps { cells } else { 0.0 }));
         placement.points.sort_by_key(|placed| (!is_near(placed), !is_narrow(placed)));
         let points: Vec<CachePoint> = placement.points.iter().map(|placed| placed.point).collect();
         let patches = &hierarchy.patches[..hierarchy.extent.end(hvds)];

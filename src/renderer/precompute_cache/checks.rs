@@ -119,12 +119,12 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     demand(contributions[..held].iter().all(|contribution| is_path(contribution.path())), "contributions")?;
     demand(cuts(&paths.contribution_offsets, 2 * base, held), "contributions of clusters")?;
     let mut end = 0;
-    for group in &paths.groups {
+    for group in &paths.ranges {
         demand(group.steps.start >= end && group.steps.start <= group.steps.end, "groups of paths")?;
         end = group.steps.end;
     }
     demand(end as usize <= steps.len(), "groups of paths")?;
-    let names = &paths.names;
+    let names = &paths.streams;
     let are_names = names.is_empty() || names.len() == entry_points.len();
     demand(are_names && names.iter().all(|&name| is_path(name)), "names of paths")
 }

@@ -8,7 +8,7 @@ use crate::passes::precompute::cluster_proxies::ProxyTables;
 use crate::passes::precompute::gloss::GlossTables;
 use crate::passes::precompute::merged_rays::MergedRayLists;
 use crate::passes::precompute::neighbours::Neighbourhoods;
-use crate::passes::precompute::path_orders::{Arrivals, LightPaths, PathGroup};
+use crate::passes::precompute::path_orders::{Arrivals, LightPaths, PathRange};
 use crate::scene::hvds::Hvds;
 use crate::types::{CachePoint, Contribution, Grid, PathVertex};
 use std::collections::BTreeMap;
@@ -41,7 +41,7 @@ fn ranges(ends: Vec<[u32; 2]>) -> Vec<Range<u32>> {
 }
 
 impl Contents {
-    /// Reads all sections; `grid` is the grid of the finest cells.
+    /// LiveClusters all sections; `grid` is the grid of the finest cells.
     pub(super) fn read(file: &File<'_>, grid: Grid) -> Result<Self, CacheMiss> {
         let numbers: Numbers = file.one("numbers")?;
         let notes = serde_json::from_slice(&file.list::<u8>("notes")?);
@@ -66,14 +66,14 @@ impl Contents {
                 .collect(),
         };
         let contribution = |what: u32| Contribution { what, ..Contribution::new(0, 0) };
-        let group = |[materials, start, end]: [u32; 3]| PathGroup { materials, steps: start..end };
+        let group = |[materials, start, end]: [u32; 3]| PathRange { materials, steps: start..end };
         let paths = LightPaths {
             steps: file.list("steps")?,
             colours: file.list("step colours")?,
             contributions: file.list("contributions")?.into_iter().map(contribution).collect(),
             contribution_offsets: file.list("contribution offsets")?,
-            groups: file.list("path groups")?.into_iter().map(group).collect(),
-            names: file.list("path names")?,
+            ranges: file.list("path ranges")?.into_iter().map(group).collect(),
+            streams: file.list("path streams")?,
             arrivals: Arrivals { lobes: file.list("lobes")?, ..Arrivals::default() },
             lost: 0,
         };

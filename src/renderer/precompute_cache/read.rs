@@ -32,8 +32,8 @@ pub(super) struct Checked {
 }
 
 impl Checked {
-    /// Reads the light paths of a scene from a file, or returns the reason why it cannot be used.
-    /// The device is not used.
+    /// LiveClusters the light paths of a scene from a file, or returns the reason why it cannot be
+    /// used. The device is not used.
     ///
     /// # Errors
     /// The scene itself cannot be traced.

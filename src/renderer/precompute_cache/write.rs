@@ -104,11 +104,11 @@ impl Tables {
         writer.add("lobes", &paths.arrivals.lobes[..]);
         writer.add("contributions", &self.contributions[..]);
         writer.add("contribution offsets", &paths.contribution_offsets[..]);
-        let group = |group: &crate::passes::precompute::path_orders::PathGroup| {
+        let group = |group: &crate::passes::precompute::path_orders::PathRange| {
             [group.materials, group.steps.start, group.steps.end]
         };
-        writer.add("path groups", paths.groups.iter().map(group).collect::<Vec<_>>());
-        writer.add("path names", &paths.names[..]);
+        writer.add("path ranges", paths.ranges.iter().map(group).collect::<Vec<_>>());
+        writer.add("path streams", &paths.streams[..]);
 
         writer.add("cache points", &self.cache_points[..]);
         writer.add("neighbour offsets", &made.neighbourhoods.first[..]);

@@ -1,4 +1,4 @@
-//! Reads a film's file.
+//! LiveClusters a film's file.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -183,7 +183,7 @@ fn read_camera(keys: &[Key], base: &Camera) -> Result<CameraTrack> {
     })
 }
 
-/// Reads the track of a light, and adds the light to the scene if it is missing.
+/// LiveClusters the track of a light, and adds the light to the scene if it is missing.
 fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack> {
     let (first, later) = keys.split_first().expect("names come from keys");
     let known = scene.lights.iter().position(|light| light.name == name);
@@ -247,8 +247,8 @@ fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack
     })
 }
 
-/// Reads when a light is switched; `is_on` is its state at first. An added light is switched on at
-/// its first key.
+/// LiveClusters when a light is switched; `is_on` is its state at first. An added light is switched
+/// on at its first key.
 fn read_presence(keys: &[&Key], added: bool, is_on: bool) -> Result<Fades> {
     let mut presence = Fades::new(if is_on { DVec3::ONE } else { DVec3::ZERO });
     let mut last = f64::NEG_INFINITY;
@@ -272,7 +272,7 @@ fn read_presence(keys: &[&Key], added: bool, is_on: bool) -> Result<Fades> {
     Ok(presence)
 }
 
-/// Reads the track of the materials of that name, and makes them editable.
+/// LiveClusters the track of the materials of that name, and makes them editable.
 fn read_material(
     name: &str,
     keys: &[&Key],

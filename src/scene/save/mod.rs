@@ -51,8 +51,8 @@ impl<'a> Edited<'a> {
 }
 
 impl SceneText {
-    /// Reads the text that `scene` has just been loaded from with the same arguments. The image
-    /// size and the name of a chosen camera are not saved. Other changes by the options are
+    /// LiveClusters the text that `scene` has just been loaded from with the same arguments. The
+    /// image size and the name of a chosen camera are not saved. Other changes by the options are
     /// saved as values.
     ///
     /// # Errors
@@ -134,7 +134,7 @@ impl SceneText {
         self.cameras.iter().copied().map(Some).collect()
     }
 
-    /// Reads the saved text without its models, so that a file that cannot be loaded
+    /// LiveClusters the saved text without its models, so that a file that cannot be loaded
     /// is never saved.
     fn check(&self, to: &Path, text: &str) -> Result<()> {
         let root = Node::parse(to, text)?;

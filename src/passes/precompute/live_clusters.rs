@@ -11,14 +11,14 @@ use std::collections::BTreeSet;
 
 /// The live set, by cluster.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Reads {
+pub struct LiveClusters {
     /// Whether its irradiance is read.
     pub irradiance: Vec<bool>,
     /// Whether the irradiance of a live cluster needs its flux or that of an ancestor.
     pub flux: Vec<bool>,
 }
 
-impl Reads {
+impl LiveClusters {
     /// The live set of all clusters.
     pub fn all(cluster_count: u32) -> Self {
         let all = vec![true; cluster_count as usize];

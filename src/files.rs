@@ -1,4 +1,4 @@
-//! LiveClusters files from unknown authors: only regular files, up to a maximum length. Decoders of
+//! Reads files from unknown authors: only regular files, up to a maximum length. Decoders of
 //! other crates run with their panics caught.
 
 use std::cell::Cell;

@@ -45,7 +45,7 @@ impl Chain {
         rec.pass("up").dispatch(&self.reduce, [COUNT, 1, 1], &PrefixSumPush { count: COUNT }, &bindings);
     }
 
-    /// LiveClusters the sums of the blocks.
+    /// Reads the sums of the blocks.
     fn down(&self, rec: &mut Recorder) {
         let bindings = [("Values", &self.other), ("BlockOffsets", &self.sums)];
         rec.pass("down").dispatch(&self.scan, [4, 1, 1], &PrefixSumPush { count: 4 }, &bindings);

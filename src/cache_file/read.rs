@@ -34,7 +34,7 @@ fn name(bytes: &[u8]) -> Result<&str, CacheMiss> {
 }
 
 /// Why a file that a user named must not be read and replaced; the text follows its name.
-/// `None` for a file of light paths, damaged or not, and for an unreadable file. LiveClusters the
+/// `None` for a file of light paths, damaged or not, and for an unreadable file. Reads the
 /// first bytes only.
 pub fn misnamed(file: &Path) -> Option<String> {
     let (length, start) = glance(file)?;

@@ -190,7 +190,7 @@ impl Buffer {
         Ok(())
     }
 
-    /// LiveClusters the whole buffer. Panics if its size is no multiple of an element's.
+    /// Reads the whole buffer. Panics if its size is no multiple of an element's.
     ///
     /// # Errors
     /// As [`Buffer::write`].
@@ -200,7 +200,7 @@ impl Buffer {
         self.read_range(0, bytes / element)
     }
 
-    /// LiveClusters `count` elements from element `first` on. Panics if the buffer ends before.
+    /// Reads `count` elements from element `first` on. Panics if the buffer ends before.
     ///
     /// # Errors
     /// As [`Buffer::write`].

@@ -23,7 +23,7 @@ pub(super) struct Optional {
     statistics: Mutex<Vec<PipelineStatistics>>,
 }
 
-/// LiveClusters the device's clock from the host.
+/// Reads the device's clock from the host.
 pub(super) enum DeviceClock {
     Khr(ash::khr::calibrated_timestamps::Device),
     Ext(ash::ext::calibrated_timestamps::Device),

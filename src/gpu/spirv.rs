@@ -1,4 +1,4 @@
-//! LiveClusters the declarations of compute shaders from SPIR-V: bindings with access, push block,
+//! Reads the declarations of compute shaders from SPIR-V: bindings with access, push block,
 //! constants, shared structures.
 //!
 //! The SPIR-V must contain names (no stripping, no optimiser). Panics on an invalid module: modules
@@ -153,7 +153,7 @@ pub const LOCAL_SIZE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z
 /// are bound. It follows from the bindings, so callers do not pass it.
 pub const USE_BUFFER_DEVICE_ADDRESS: &str = "USE_BUFFER_DEVICE_ADDRESS";
 
-/// LiveClusters the declarations of a module.
+/// Reads the declarations of a module.
 pub fn reflect(words: &[u32]) -> Module {
     Reader::parse(words).module()
 }
@@ -235,7 +235,7 @@ impl Reader {
         }
     }
 
-    /// LiveClusters a constant. Decorations come before constants in a module, so the ids of
+    /// Reads a constant. Decorations come before constants in a module, so the ids of
     /// specialisation constants are already stored.
     fn constant(&mut self, opcode: u16, id: u32, value: u32) {
         self.constants.insert(id, value);

@@ -64,7 +64,7 @@ impl SplitBuffer {
         &self.0[0].buffer
     }
 
-    /// LiveClusters the item with this index. Panics if there is none.
+    /// Reads the item with this index. Panics if there is none.
     ///
     /// # Errors
     /// As [`Buffer::read`].
@@ -78,7 +78,7 @@ impl SplitBuffer {
         self.iter().map(|chunk| chunk.buffer.bytes()).sum()
     }
 
-    /// LiveClusters the list. Panics if a chunk's size is no multiple of an item's.
+    /// Reads the list. Panics if a chunk's size is no multiple of an item's.
     ///
     /// # Errors
     /// As [`Buffer::read`].

@@ -1,4 +1,4 @@
-//! LiveClusters images of any program: EXR by layer, PNG.
+//! Reads images of any program: EXR by layer, PNG.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -30,7 +30,7 @@ const ZLIB_GROWTH: usize = 1032;
 /// eightfold in addition.
 const MAX_GROWTH: usize = 8 * ZLIB_GROWTH;
 
-/// LiveClusters a PNG, or a layer of an EXR (`None`: the image itself). The content decides the
+/// Reads a PNG, or a layer of an EXR (`None`: the image itself). The content decides the
 /// format, not the name.
 ///
 /// # Errors

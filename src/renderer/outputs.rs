@@ -80,7 +80,7 @@ impl Renderer {
         self.statistics.precompute_s
     }
 
-    /// Costs and sizes so far, the warnings of the last view included. LiveClusters
+    /// Costs and sizes so far, the warnings of the last view included. Reads
     /// back large buffers.
     ///
     /// # Errors

@@ -60,12 +60,12 @@ impl Files {
         }
     }
 
-    /// LiveClusters a file that the user named. It may be anywhere, or a link to anywhere.
+    /// Reads a file that the user named. It may be anywhere, or a link to anywhere.
     pub(super) fn read_named(&self, file: &Path, most: u64) -> std::result::Result<Vec<u8>, String> {
         if let Self::Disk(_) = self { Self::Disk(None).read(file, most) } else { self.read(file, most) }
     }
 
-    /// LiveClusters a regular file of at most `most` bytes. Fails with a reason that follows
+    /// Reads a regular file of at most `most` bytes. Fails with a reason that follows
     /// the file's name.
     pub(super) fn read(&self, path: &Path, most: u64) -> std::result::Result<Vec<u8>, String> {
         match self {

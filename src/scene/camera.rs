@@ -39,7 +39,7 @@ impl Camera {
         [right, right.cross(forward), forward]
     }
 
-    /// LiveClusters a camera in world space and moves it to the scene recentred on `origin`.
+    /// Reads a camera in world space and moves it to the scene recentred on `origin`.
     pub(super) fn read(section: &Section, origin: DVec3) -> Result<Self> {
         section.only(&keys::names("camera", None))?;
         let point = |key| {

@@ -37,7 +37,7 @@ pub(super) struct Jpeg {
     pub(super) has_end: bool,
 }
 
-/// LiveClusters the markers of a JPEG up to the end of its first image.
+/// Reads the markers of a JPEG up to the end of its first image.
 pub(super) fn jpeg(bytes: &[u8]) -> Jpeg {
     const END: u8 = 0xd9;
     const SCAN: u8 = 0xda;

@@ -125,7 +125,7 @@ impl Light {
         format!("light{number}")
     }
 
-    /// LiveClusters a light in world space and recentres it on `origin`. The first light
+    /// Reads a light in world space and recentres it on `origin`. The first light
     /// is number 0.
     pub(super) fn read(section: &Section, number: usize, origin: DVec3) -> Result<Self> {
         let name = section.text("name")?.map_or_else(|| Self::unnamed(number), str::to_owned);
@@ -148,7 +148,7 @@ impl LightKind {
         }
     }
 
-    /// LiveClusters a light without its name, as [`Light::read`] does.
+    /// Reads a light without its name, as [`Light::read`] does.
     pub(super) fn read(section: &Section, origin: DVec3) -> Result<Self> {
         const KINDS: [&str; 4] = ["point", "spot", "area", "directional"];
         let vector = |key, range, expected| section.need(section.vector(key, range)?, key, expected);

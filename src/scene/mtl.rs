@@ -60,7 +60,7 @@ struct Library<'a, 'b> {
     images: HashMap<PathBuf, Option<Arc<Image>>>,
 }
 
-/// LiveClusters `text`, the contents of `path`: `Kd`, `Ks`, `Ns` and `map_Kd`. Image paths are
+/// Reads `text`, the contents of `path`: `Kd`, `Ks`, `Ns` and `map_Kd`. Image paths are
 /// relative to `path`. Notes other statements that would change the picture.
 ///
 /// Fails on too many materials and on names that cannot be printed.

@@ -1,4 +1,4 @@
-//! LiveClusters models from OBJ files.
+//! Reads models from OBJ files.
 //!
 //! `tobj` turns indices into meshes. But its errors name no line, it takes polylines for faces,
 //! and it gives a face without normals those of another. So each line is checked first, and
@@ -36,7 +36,7 @@ pub(super) struct Model {
 /// Name of the material of faces before the first `usemtl`, or after one without a name.
 pub(super) const NO_MATERIAL: &str = "default";
 
-/// LiveClusters the contents of `path`, and the MTL files that it names relative to itself. Notes
+/// Reads the contents of `path`, and the MTL files that it names relative to itself. Notes
 /// ignored and repaired statements.
 ///
 /// Fails with file and line on positions that are not finite and on vertex indices out of range.
@@ -73,7 +73,7 @@ fn decoded(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> String {
     text
 }
 
-/// LiveClusters the definitions of the MTL files; notes unreadable files.
+/// Reads the definitions of the MTL files; notes unreadable files.
 fn read_libraries(reading: &mut Reading, path: &Path, lines: &[(usize, String)]) -> Result<Vec<Definition>> {
     let mut definitions: Vec<Definition> = Vec::new();
     let mut seen = HashSet::new();

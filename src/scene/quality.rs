@@ -21,7 +21,7 @@ pub struct Quality {
     pub gloss_rays: u32,
     /// Base cells of the volumetric hierarchy along the scene's longest axis: a power of two.
     pub cells: u32,
-    /// LiveClusters a cluster that is partly hidden in its cell through its directional proxies.
+    /// Reads a cluster that is partly hidden in its cell through its directional proxies.
     pub occlusion: bool,
     /// Extra gather iterations of cache points in narrow cavities, where light is reflected back
     /// and forth. At 0, clusters are split only along walls without thickness, and near readers
@@ -87,7 +87,7 @@ impl Quality {
         [Self::DRAFT, Self::PAPER, Self::HIGH].into_iter().find(|q| q.preset == name)
     }
 
-    /// LiveClusters `[quality]`: a preset, with some of its numbers replaced.
+    /// Reads `[quality]`: a preset, with some of its numbers replaced.
     pub(super) fn read(section: &Section) -> Result<Self> {
         section.only(&keys::names("quality", None))?;
         let mut quality = Self::default();

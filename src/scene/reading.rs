@@ -40,7 +40,7 @@ impl<'a> Reading<'a> {
         self.warnings.extend(self.notes.sentences());
     }
 
-    /// LiveClusters a file and lists it as an input. Fails with a reason that follows
+    /// Reads a file and lists it as an input. Fails with a reason that follows
     /// the file's name.
     pub(super) fn read(&mut self, file: &Path, max_bytes: u64) -> Result<Vec<u8>, String> {
         let bytes = self.files.read(file, max_bytes)?;
@@ -48,7 +48,7 @@ impl<'a> Reading<'a> {
         Ok(bytes)
     }
 
-    /// LiveClusters an image. Fails with a reason that follows the file's name.
+    /// Reads an image. Fails with a reason that follows the file's name.
     pub(super) fn image(&mut self, file: &Path) -> Result<Decoded, String> {
         let bytes = self.read(file, limits::IMAGE_BYTES)?;
         let left = limits::TEXELS - self.texels;

@@ -171,7 +171,7 @@ pub(super) fn write(list: &mut Vec<u32>, code: u32, cluster: u32, plane: Option<
     }
 }
 
-/// LiveClusters a cell's list.
+/// Reads a cell's list.
 pub(super) fn read(list: &[u32]) -> impl Iterator<Item = CellCluster> {
     let mut rest = list;
     std::iter::from_fn(move || {

@@ -48,7 +48,7 @@ fn splat(world: &World, pass: &mut Splat, points: &[CachePoint], view: &View) ->
     runs.iter().map(run).collect()
 }
 
-/// LiveClusters a list and asserts that its dispatches fit.
+/// Reads a list and asserts that its dispatches fit.
 #[track_caller]
 fn read(tuning: &Tuning, list: &RecordList, rows: u32) -> Vec<u32> {
     let offsets: Vec<u32> = list.offsets.read().unwrap();

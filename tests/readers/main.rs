@@ -35,7 +35,7 @@ const TEXTS: Bound = (600, 4 << 20);
 /// in the scene.
 const IMAGES: Bound = (4 * 8256, 4 << 20);
 
-/// LiveClusters the corpus of a target, whose files named `good` are good, and files generated
+/// Reads the corpus of a target, whose files named `good` are good, and files generated
 /// from it. `good_of_thousand` of a thousand must be good: beyond this range the test would
 /// cover too little.
 fn hold(

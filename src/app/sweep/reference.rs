@@ -27,7 +27,7 @@ pub(super) struct Reference {
 }
 
 impl Reference {
-    /// LiveClusters the reference for this scene and budget from `folder`, or renders
+    /// Reads the reference for this scene and budget from `folder`, or renders
     /// and caches it.
     pub(super) fn find(
         scene: &Scene,

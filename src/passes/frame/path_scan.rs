@@ -188,7 +188,7 @@ impl PathScan {
         [self.steps.bytes(), bytes(&self.lobes) + bytes(&self.colours)]
     }
 
-    /// LiveClusters the steps of a path. Empty if there is no such path.
+    /// Reads the steps of a path. Empty if there is no such path.
     ///
     /// # Errors
     /// The device failed.

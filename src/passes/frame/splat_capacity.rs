@@ -24,7 +24,7 @@ impl SplatCounts {
     /// Words of a block that hold the counts.
     pub const WORDS: u32 = 5;
 
-    /// LiveClusters what [`Splat::copy_counts`] has copied to the words from `first` on.
+    /// Reads what [`Splat::copy_counts`] has copied to the words from `first` on.
     pub fn read(block: &HostBlock, first: u32) -> Self {
         let [pairs, weights, relaxed, is_truncated, uncovered] =
             std::array::from_fn(|word| block.word(first + word as u32));

@@ -219,7 +219,7 @@ impl RayTable {
         })
     }
 
-    /// LiveClusters chunk by chunk; `visit` gets the index of the first ray, its buffer and its
+    /// Reads chunk by chunk; `visit` gets the index of the first ray, its buffer and its
     /// position in the buffer.
     fn chunks(
         &self,
@@ -253,7 +253,7 @@ impl RayTable {
         Ok(())
     }
 
-    /// LiveClusters all rows.
+    /// Reads all rows.
     ///
     /// # Errors
     /// The device failed.

@@ -180,7 +180,7 @@ impl MergedRays {
         Ok(found)
     }
 
-    /// LiveClusters all lists back, for the precompute cache.
+    /// Reads all lists back, for the precompute cache.
     ///
     /// # Errors
     /// The device failed.
@@ -277,7 +277,7 @@ impl MergedRays {
         Ok(())
     }
 
-    /// LiveClusters the merged rays of a cache point. Empty if there is no such point.
+    /// Reads the merged rays of a cache point. Empty if there is no such point.
     ///
     /// # Errors
     /// The device failed.

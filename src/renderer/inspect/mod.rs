@@ -50,7 +50,7 @@ pub struct RecordWeight {
 impl Renderer {
     /// The surface that a pixel of the last frame shows; pixels count from the top left corner.
     /// `None` outside the picture, if the ray left the scene, or before the first frame of this
-    /// size. The depth is the distance from the current camera. LiveClusters one pixel.
+    /// size. The depth is the distance from the current camera. Reads one pixel.
     ///
     /// # Errors
     /// The device failed.
@@ -91,7 +91,7 @@ impl Renderer {
 
     /// The cache point nearest to `position` on a surface with unit normal `normal`. A point with a
     /// different normal is returned only if no other exists. `None` if there are no cache points.
-    /// LiveClusters all of them.
+    /// Reads all of them.
     ///
     /// # Errors
     /// The device failed.

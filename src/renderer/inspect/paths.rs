@@ -25,7 +25,7 @@ pub struct PathPoint {
 
 impl Renderer {
     /// The entry point nearest to `position`; its index is that of its path. `None` if there are no
-    /// entry points. LiveClusters all of them.
+    /// entry points. Reads all of them.
     ///
     /// # Errors
     /// The device failed.
@@ -37,7 +37,7 @@ impl Renderer {
     }
 
     /// The path that begins at this entry point, with the entry point first. Empty if there is no
-    /// such entry point. LiveClusters the steps of all paths before it.
+    /// such entry point. Reads the steps of all paths before it.
     ///
     /// # Errors
     /// The device lacks memory or failed.

@@ -41,7 +41,7 @@ fn ranges(ends: Vec<[u32; 2]>) -> Vec<Range<u32>> {
 }
 
 impl Contents {
-    /// LiveClusters all sections; `grid` is the grid of the finest cells.
+    /// Reads all sections; `grid` is the grid of the finest cells.
     pub(super) fn read(file: &File<'_>, grid: Grid) -> Result<Self, CacheMiss> {
         let numbers: Numbers = file.one("numbers")?;
         let notes = serde_json::from_slice(&file.list::<u8>("notes")?);

@@ -32,7 +32,7 @@ pub(super) struct Checked {
 }
 
 impl Checked {
-    /// LiveClusters the light paths of a scene from a file, or returns the reason why it cannot be
+    /// Reads the light paths of a scene from a file, or returns the reason why it cannot be
     /// used. The device is not used.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! LiveClusters a film's file.
+//! Reads a film's file.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -183,7 +183,7 @@ fn read_camera(keys: &[Key], base: &Camera) -> Result<CameraTrack> {
     })
 }
 
-/// LiveClusters the track of a light, and adds the light to the scene if it is missing.
+/// Reads the track of a light, and adds the light to the scene if it is missing.
 fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack> {
     let (first, later) = keys.split_first().expect("names come from keys");
     let known = scene.lights.iter().position(|light| light.name == name);
@@ -247,7 +247,7 @@ fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack
     })
 }
 
-/// LiveClusters when a light is switched; `is_on` is its state at first. An added light is switched
+/// Reads when a light is switched; `is_on` is its state at first. An added light is switched
 /// on at its first key.
 fn read_presence(keys: &[&Key], added: bool, is_on: bool) -> Result<Fades> {
     let mut presence = Fades::new(if is_on { DVec3::ONE } else { DVec3::ZERO });
@@ -272,7 +272,7 @@ fn read_presence(keys: &[&Key], added: bool, is_on: bool) -> Result<Fades> {
     Ok(presence)
 }
 
-/// LiveClusters the track of the materials of that name, and makes them editable.
+/// Reads the track of the materials of that name, and makes them editable.
 fn read_material(
     name: &str,
     keys: &[&Key],

@@ -51,7 +51,7 @@ impl<'a> Edited<'a> {
 }
 
 impl SceneText {
-    /// LiveClusters the text that `scene` has just been loaded from with the same arguments. The
+    /// Reads the text that `scene` has just been loaded from with the same arguments. The
     /// image size and the name of a chosen camera are not saved. Other changes by the options are
     /// saved as values.
     ///
@@ -134,7 +134,7 @@ impl SceneText {
         self.cameras.iter().copied().map(Some).collect()
     }
 
-    /// LiveClusters the saved text without its models, so that a file that cannot be loaded
+    /// Reads the saved text without its models, so that a file that cannot be loaded
     /// is never saved.
     fn check(&self, to: &Path, text: &str) -> Result<()> {
         let root = Node::parse(to, text)?;

@@ -2,12 +2,25 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
-use crate::passes::precompute::gather_rays::ClusterLink;
+use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::scene::hvds::Hvds;
 use crate::types::Grid;
 use bytemuck::Zeroable;
 use glam::UVec3;
 use std::sync::Arc;
+
+gpu_struct! {
+    /// Links of a cluster in the hierarchy.
+    pub(super) struct ClusterLink {
+        /// Cluster one level up; `NO_CLUSTER` at the root.
+        pub parent: u32,
+        /// Expected number of entry points on its surface.
+        pub entry_points: f32,
+    }
+}
+
+/// Layouts of the structs shared with the shaders.
+pub(super) const LAYOUTS: &[Layout] = &[ClusterLink::LAYOUT];
 
 /// Cluster tables in host memory.
 pub struct ClusterTables {

@@ -33,6 +33,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::direct::LAYOUTS,
         frame::antialias::LAYOUTS,
         frame::form_factors::LAYOUTS,
+        cluster_buffers::LAYOUTS,
         frame::near_lights::LAYOUTS,
         frame::light_sum::LAYOUTS,
         frame::path_scan::LAYOUTS,

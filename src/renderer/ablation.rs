@@ -214,7 +214,7 @@ impl Renderer {
             self.world.scene.quality.seed,
             &mut Silent,
         )?;
-        self.transport.proxies.redirect(&rays, points, self)?;
+        self.transport.proxies.redirect(&rays, points, &self.transport.gather, &self.world.scene.quality)?;
         // These rays read clusters, not gloss bins, so glossy reflection is missing.
         let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code, false)?;
         let list = RecordList::all(&self.context, count, gather.merged_rays.records_per_chunk)?;

@@ -138,6 +138,50 @@ impl Dirty {
         }
     }
 
+    /// The plan of the next frame. `traced` marks the lights that frames trace and sum; `is_glossy`
+    /// if some material is or may become glossy.
+    pub(super) fn plan(&self, traced: &[bool], is_glossy: bool) -> FramePlan {
+        let lights: Vec<LightResults> = self
+            .lights
+            .iter()
+            .zip(traced)
+            .map(|(stale, is_traced)| stale.of(*is_traced, is_glossy))
+            .collect();
+        let any = |result: fn(&LightResults) -> bool| lights.iter().any(result);
+        let changes = self.changes;
+        let direct_sum = changes.emission || changes.size || any(|light| light.irradiance);
+        let hierarchy = changes.emission || any(|light| light.factors) || changes.scan != Scan::None;
+        let splat = hierarchy || changes.view;
+        let lobe_rays = changes.view || changes.lobes;
+        let gloss = splat || direct_sum || lobe_rays;
+        let compose = gloss || changes.composition;
+        let display = compose || changes.exposure;
+        let mut plan = FramePlan {
+            // Sums take colours as push constants. Only kernels that trace to a light read the
+            // table.
+            uploads: Uploads {
+                lights: self.uploads.lights
+                    && any(|light| light.factors || light.irradiance || light.highlights),
+                ..self.uploads
+            },
+            view: changes.view,
+            lobe_rays: lobe_rays && is_glossy,
+            pixel_batches: self.pixel_batches && any(|light| light.irradiance),
+            direct_sum,
+            scan: changes.scan,
+            hierarchy,
+            is_whole: !self.skips,
+            gather: Gathering::Nothing,
+            splat,
+            gloss: gloss && is_glossy,
+            compose,
+            display,
+            lights,
+        };
+        plan.gather = self.records.gathering(&plan);
+        plan
+    }
+
     /// Marks clean what a frame with this plan has computed; it listed `listed` of `record_count`
     /// records. Returns the number of records that it gathered.
     pub(super) fn clean(&mut self, plan: &FramePlan, listed: u32, record_count: u32, traced: &[bool]) -> u32 {

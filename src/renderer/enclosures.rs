@@ -2,8 +2,6 @@
 //! light alone in an enclosure changes nothing visible, and a camera alone sees nothing. An
 //! enclosure takes part once it holds both, after another precomputation.
 
-use super::{Progress, Renderer};
-use crate::error::Result;
 use crate::passes::precompute::{rays::Rays, sides};
 use crate::scene::{Light, host_bvh::HostBvh, solids::Solids};
 use crate::types::Surface;
@@ -26,7 +24,7 @@ pub(super) struct Enclosures {
 
 impl Enclosures {
     /// Whether the camera and one of the lights are in the same enclosure. Uses the host alone.
-    fn hold_both(&self, surfaces: &[Surface], camera: Vec3, lights: &[Vec3]) -> bool {
+    pub(super) fn hold_both(&self, surfaces: &[Surface], camera: Vec3, lights: &[Vec3]) -> bool {
         let solids: Vec<u32> = self.solids.solids_around(camera).collect();
         if lights.iter().any(|&light| self.solids.solids_around(light).any(|solid| solids.contains(&solid))) {
             return true;
@@ -55,48 +53,4 @@ pub(super) fn lost_lights<'a>(solids: &'a Solids, lights: &'a [Light]) -> impl I
             light.name
         )
     })
-}
-
-impl Renderer {
-    /// Whether an enclosure holds both the camera and a light since the last precomputation. It has
-    /// no indirect light until [`Self::open_enclosures`]. Uses the host alone.
-    pub fn needs_precompute(&mut self) -> bool {
-        let world = &mut self.world;
-        if std::mem::take(&mut world.enclosures.is_due) {
-            let camera = world.scene.cameras[0].position;
-            let active = world.scene.lights.iter().filter(|light| light.is_on);
-            let lights: Vec<Vec3> = active.filter_map(|light| light.kind.position()).collect();
-            world.enclosures.holds_both = world.enclosures.hold_both(&world.surfaces, camera, &lights);
-        }
-        world.enclosures.holds_both
-    }
-
-    /// Precomputes the scene again if an enclosure holds both the camera and a light; returns
-    /// whether it did. This equals a cold start and takes as long. The enclosure then takes
-    /// part for good. A caller that leaves out frames calls this instead: later frames then
-    /// have the same bits.
-    ///
-    /// # Errors
-    /// The device lacks memory for the old and the new results, or failed; the renderer then stays
-    /// as it was.
-    pub fn open_enclosures(&mut self, progress: &mut dyn Progress) -> Result<bool> {
-        if !self.needs_precompute() {
-            return Ok(false);
-        }
-        let world = &self.world;
-        let mut scene = world.scene.clone();
-        scene.interior_viewpoints.push(scene.cameras[0].position);
-        scene.warnings.clear();
-        let mut order = vec![0; world.enclosures.order.len()];
-        (0..).zip(&world.enclosures.order).for_each(|(new, &old)| order[old as usize] = new);
-        scene.reorder(&order);
-        let mut opened = Self::new(&self.context, scene, progress)?;
-        opened.world.enclosures.is_due = false;
-        opened.set_exposure(self.image.exposure_stops);
-        opened.set_light_weights(self.image.light_weights);
-        opened.set_skipping(self.dirty.skips);
-        opened.set_serialised(self.is_serialised);
-        *self = opened;
-        Ok(true)
-    }
 }

@@ -4,7 +4,6 @@ use super::image::Image;
 use super::lights::{GlossCapacity, Lights};
 use super::plan::FramePlan;
 use super::quality_warnings::outgoing_directions;
-use super::transport::Transport;
 use super::world::World;
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -13,6 +12,7 @@ use crate::passes::SceneBuffers;
 use crate::passes::frame::bin_reads::BinReads;
 use crate::passes::frame::gloss::{Gloss, vertices_for};
 use crate::passes::frame::gloss_pixels::{GlossPixels, Surroundings};
+use crate::passes::frame::hvds::Pyramid;
 use crate::passes::precompute::gloss::GlossTables;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, Scene};
@@ -148,19 +148,17 @@ impl GlossPasses {
         }
     }
 
-    /// Records the glossy radiance of clusters. After the last lobe is removed, the pass runs once
-    /// more and writes zero.
+    /// Records the glossy radiance of clusters from `paths`, the contribution ranges and the
+    /// contributions. After the last lobe is removed, the pass runs once more and writes zero.
     pub(super) fn record_clusters(
         &self,
         rec: &mut Recorder,
         plan: &FramePlan,
         materials: &Buffer,
-        transport: &Transport,
+        paths: (&Buffer, &Buffer),
         lights: &Lights,
     ) {
         if self.is_glossy || plan.lobe_rays {
-            let contributions = transport.path_scan.contributions.whole();
-            let paths = (&transport.pyramid.contribution_ranges, contributions);
             self.clusters.record(rec, materials, paths, &lights.planned_bins(plan), &lights.bins());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
@@ -173,7 +171,7 @@ impl GlossPasses {
         plan: &FramePlan,
         world: &World,
         image: &Image,
-        transport: &Transport,
+        (pyramid, contributions): (&Pyramid, &Buffer),
         lights: &Lights,
     ) {
         if !plan.gloss || !self.is_glossy {
@@ -182,11 +180,11 @@ impl GlossPasses {
         let around = Surroundings {
             scene: &world.buffers,
             pixels: &image.primary.pixels,
-            irradiance: &transport.pyramid.irradiance,
-            inverse_areas: &transport.pyramid.inverse_areas,
+            irradiance: &pyramid.irradiance,
+            inverse_areas: &pyramid.inverse_areas,
             gloss: &self.clusters,
-            contribution_ranges: &transport.pyramid.contribution_ranges,
-            contributions: transport.path_scan.contributions.whole(),
+            contribution_ranges: &pyramid.contribution_ranges,
+            contributions,
         };
         let of_lights = [&*lights.hits(), &*lights.highlights()];
         self.pixels.record(rec, around, &lights.planned_hits(plan), of_lights);

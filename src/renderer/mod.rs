@@ -16,6 +16,7 @@ mod liveness;
 mod memory_hint;
 mod outputs;
 mod pass_costs;
+mod pass_sizes;
 mod passes;
 mod plan;
 mod precompute;
@@ -23,6 +24,7 @@ mod precompute_cache;
 mod preview;
 mod proxies;
 mod quality_warnings;
+mod reopen;
 mod replay;
 mod report;
 mod resize;
@@ -196,7 +198,7 @@ impl Renderer {
 
     /// What the next frame will do.
     pub fn plan(&self) -> FramePlan {
-        FramePlan::new(&self.dirty, &self.lights.traced(), self.transport.gloss.is_some())
+        self.dirty.plan(&self.lights.traced(), self.transport.gloss.is_some())
     }
 
     /// Renders one frame: computes the stale results and everything that depends on them, in one
@@ -299,7 +301,8 @@ impl Renderer {
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if let Some(gloss) = &transport.gloss {
-            gloss.record_pixels(rec, plan, world, image, transport, lights);
+            let clusters = (&transport.pyramid, transport.path_scan.contributions.whole());
+            gloss.record_pixels(rec, plan, world, image, clusters, lights);
         }
         image.record_picture(rec, plan, buffers, self.indirect_light());
         self.record_counters(rec, plan);

@@ -1,7 +1,7 @@
 //! The passes of frames: label, column of the timing table, replay and cost. Reports, replay and
 //! `ARCHITECTURE.md` follow this table.
 
-use super::pass_costs::{Cost, Sizes};
+use super::pass_sizes::{Cost, Sizes};
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, cluster_proxies::ClusterProxies, compose::Compose, direct::Direct,
     form_factors::FormFactors, gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid,

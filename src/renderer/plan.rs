@@ -1,7 +1,6 @@
-//! The frame plan: what a frame will do. A pure value that follows from what is dirty.
+//! The frame plan: what a frame will do. A pure value; [`Dirty`](super::dirty::Dirty) makes it.
 //! [`Renderer::record`](super::Renderer) records it and decides nothing.
 
-use super::dirty::Dirty;
 use crate::passes::frame::needed_records::RecordRequest;
 use std::fmt;
 
@@ -68,6 +67,19 @@ impl LightResults {
     /// All results of a new light.
     pub(super) const ALL: Self =
         Self { cleared: true, factors: true, irradiance: true, clusters: true, hits: true, highlights: true };
+
+    /// The stale results of a light that the frame computes.
+    pub(super) fn of(self, is_traced: bool, is_glossy: bool) -> Self {
+        if !is_traced {
+            return Self::default();
+        }
+        Self {
+            cleared: self.cleared && self.clusters,
+            hits: self.hits && is_glossy,
+            highlights: self.highlights && is_glossy,
+            ..self
+        }
+    }
 }
 
 /// Light paths that the energy scan goes through.
@@ -96,69 +108,10 @@ pub enum Gathering {
 }
 
 impl FramePlan {
-    /// The plan of the next frame. `traced` marks the lights that frames trace and sum; `is_glossy`
-    /// if some material is or may become glossy.
-    pub(super) fn new(dirty: &Dirty, traced: &[bool], is_glossy: bool) -> Self {
-        let lights: Vec<LightResults> = dirty
-            .lights
-            .iter()
-            .zip(traced)
-            .map(|(stale, is_traced)| stale.of(*is_traced, is_glossy))
-            .collect();
-        let any = |result: fn(&LightResults) -> bool| lights.iter().any(result);
-        let changes = dirty.changes;
-        let direct_sum = changes.emission || changes.size || any(|light| light.irradiance);
-        let hierarchy = changes.emission || any(|light| light.factors) || changes.scan != Scan::None;
-        let splat = hierarchy || changes.view;
-        let lobe_rays = changes.view || changes.lobes;
-        let gloss = splat || direct_sum || lobe_rays;
-        let compose = gloss || changes.composition;
-        let display = compose || changes.exposure;
-        let mut plan = Self {
-            // Sums take colours as push constants. Only kernels that trace to a light read the
-            // table.
-            uploads: Uploads {
-                lights: dirty.uploads.lights
-                    && any(|light| light.factors || light.irradiance || light.highlights),
-                ..dirty.uploads
-            },
-            view: changes.view,
-            lobe_rays: lobe_rays && is_glossy,
-            pixel_batches: dirty.pixel_batches && any(|light| light.irradiance),
-            direct_sum,
-            scan: changes.scan,
-            hierarchy,
-            is_whole: !dirty.skips,
-            gather: Gathering::Nothing,
-            splat,
-            gloss: gloss && is_glossy,
-            compose,
-            display,
-            lights,
-        };
-        plan.gather = dirty.records.gathering(&plan);
-        plan
-    }
-
     /// Whether nothing changed.
     pub fn is_idle(&self) -> bool {
         // A scan comes with the hierarchy; everything else ends in the displayed picture.
         !self.display && !self.hierarchy
-    }
-}
-
-impl LightResults {
-    /// The stale results of a light that the frame computes.
-    fn of(self, is_traced: bool, is_glossy: bool) -> Self {
-        if !is_traced {
-            return Self::default();
-        }
-        Self {
-            cleared: self.cleared && self.clusters,
-            hits: self.hits && is_glossy,
-            highlights: self.highlights && is_glossy,
-            ..self
-        }
     }
 }
 

@@ -1,14 +1,15 @@
 //! Frame pass of directional proxies, for cells whose surfaces hide each other. A scene without
 //! such cells skips it.
 
-use super::Renderer;
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Context, Recorder};
 use crate::passes::frame::cluster_proxies::ClusterProxies;
+use crate::passes::frame::gather::Gather;
 use crate::passes::frame::hvds::Pyramid;
 use crate::passes::precompute::cluster_proxies::ProxyTables;
 use crate::passes::precompute::gather_rays::RayTable;
+use crate::scene::Quality;
 use crate::scene::directions::Directions;
 use crate::scene::hvds::Hvds;
 use crate::types::CachePoint;
@@ -59,19 +60,17 @@ impl Proxies {
 
     /// Redirects the gather rays of `points` to proxies, if one exists for the cluster and
     /// direction bin of a ray.
-    pub(super) fn redirect(&self, rays: &RayTable, points: &[CachePoint], of: &Renderer) -> Result<()> {
+    pub(super) fn redirect(
+        &self,
+        rays: &RayTable,
+        points: &[CachePoint],
+        gather: &Gather,
+        quality: &Quality,
+    ) -> Result<()> {
         let Some((tables, _)) = &self.0 else { return Ok(()) };
         let mut rows = rays.read()?;
-        let quality = &of.world.scene.quality;
         let directions = (quality.seed, Directions::new(quality.directions));
-        tables.redirect(
-            &mut rows,
-            points,
-            of.transport.gather.hemisphere,
-            directions,
-            of.transport.gather.packing,
-            self.1,
-        );
+        tables.redirect(&mut rows, points, gather.hemisphere, directions, gather.packing, self.1);
         rays.write(&rows)
     }
 }

@@ -1,10 +1,11 @@
 //! Quality warnings: they name the features of a scene that the settings do not resolve.
 
-use super::precompute::{FINEST, finest_cells};
 use crate::passes::frame::gloss::is_little;
 use crate::passes::precompute::narrow_cavities;
 use crate::scene::directions::{Directions, directions_for, resolved_exponent};
-use crate::scene::hvds::Fragment;
+
+use crate::scene::fragment::Fragment;
+use crate::scene::grid::{FINEST, finest_cells};
 use crate::scene::{Material, Scene};
 use crate::types::Grid;
 use glam::Vec3;

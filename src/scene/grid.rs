@@ -4,6 +4,17 @@
 use crate::types;
 use glam::{DVec3, UVec3, Vec3};
 
+/// Factor of the resolution of the finest level over the requested one. Where surfaces are nearer
+/// than a requested cell, clusters are smaller than that cell.
+const REFINED: u32 = 2;
+/// Maximum number of finest cells along an axis: the table of cells is dense.
+pub const FINEST: u32 = 256;
+
+/// Cells of the finest level along an axis, for `cells` requested ones.
+pub fn finest_cells(cells: u32) -> u32 {
+    (REFINED * cells).min(FINEST)
+}
+
 /// Normal codes: one for each of the 26 neighbours of a cube, about 30° apart.
 pub const CODE_COUNT: u32 = 26;
 

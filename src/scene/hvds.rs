@@ -5,34 +5,13 @@
 //! Within a level, the order is by cluster code and then along a Morton curve. So the children of a
 //! cluster are contiguous one level down, in order, and neighbours on a surface are close together.
 
-use crate::scene::split_planes::{self, CellCluster, PART_BITS, Plane, SplitPlanes};
+use crate::scene::fragment::{Fragment, Keyed, Plane};
+use crate::scene::split_planes::{self, CellCluster, PART_BITS, SplitPlanes};
 use crate::scene::{Triangle, clip};
 use crate::types;
 use glam::{UVec3, Vec3};
 use std::collections::HashMap;
 use std::ops::Range;
-
-/// The polygon of one triangle side in one base cell, in which candidate cache points are drawn.
-#[derive(Clone, Debug)]
-pub struct Fragment {
-    /// 2·triangle + (1 if the back side).
-    pub side: u32,
-    /// Its base cluster.
-    pub cluster: u32,
-    /// Exact area, m².
-    pub area_m2: f64,
-    /// Exposed area fraction: the fraction outside of solids, 0..=1.
-    pub open: f32,
-    /// Corners of the convex polygon, on the surface.
-    pub corners: Vec<Vec3>,
-}
-
-impl Fragment {
-    /// Exposed area, m².
-    pub fn open_area_m2(&self) -> f64 {
-        f64::from(self.open) * self.area_m2
-    }
-}
 
 /// The clusters of a scene.
 #[derive(Clone, Debug)]
@@ -286,9 +265,6 @@ impl Hvds {
         self.child_offsets = child_offsets;
     }
 }
-
-/// Items with the key of their cluster.
-pub(super) type Keyed<T> = Vec<(u64, T)>;
 
 /// Clips every active side against the grid. Returns (cluster key, area) of each polygon, and the
 /// fragments without cluster numbers.

@@ -16,6 +16,7 @@ pub mod directions;
 mod file;
 pub mod film;
 mod fit;
+pub mod fragment;
 mod geometry;
 pub mod grid;
 pub mod host_bvh;

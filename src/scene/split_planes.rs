@@ -2,7 +2,7 @@
 //! surface, however near they are, so the cluster is split along the wall. A cluster of stacked
 //! surfaces is split between them.
 
-use super::hvds::{Fragment, Keyed};
+use super::fragment::{Fragment, Keyed, Plane};
 use super::{clip, stacked_surfaces};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -14,9 +14,6 @@ const TOUCH: f64 = 0.02;
 const HEIGHT: f64 = 0.1;
 /// Smallest fraction of a cluster's area that a split plane may cut off.
 const MIN_FRACTION: f64 = 0.02;
-
-/// The plane that splits a cluster: `normal·x = w`. The second half lies in front of it.
-pub type Plane = [f32; 4];
 
 fn over(plane: Plane, point: DVec3) -> f64 {
     let [x, y, z, w] = plane.map(f64::from);

@@ -2,8 +2,7 @@
 //! wall. The gap between them may be bright while the room is dark, so they need separate clusters.
 //! [Yue §5, Figure 3]
 
-use super::hvds::Fragment;
-use super::split_planes::Plane;
+use super::fragment::{Fragment, Plane};
 use glam::{DVec2, DVec3, Vec3};
 
 /// Smallest distance between stacked surfaces, in cells.

@@ -10,7 +10,7 @@ use lightpaths::passes::frame::hvds::{ClusterFlux, ClusterLight, ClusterLists, P
 use lightpaths::passes::frame::near_field::{NearCluster, NearField};
 use lightpaths::passes::precompute::cache_points::Placed;
 use lightpaths::passes::precompute::near_clusters::{self, Extent};
-use lightpaths::scene::hvds::Fragment;
+use lightpaths::scene::fragment::Fragment;
 use lightpaths::types::{Contribution, NO_CLUSTER, OPEN, Record};
 
 #[test]

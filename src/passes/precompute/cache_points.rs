@@ -18,7 +18,7 @@ use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::passes::SceneBuffers;
-use crate::scene::{Triangle, hvds::Fragment, hvds::Hvds, solids::Solids};
+use crate::scene::{Triangle, fragment::Fragment, hvds::Hvds, solids::Solids};
 use crate::types::{CachePoint, Surface};
 use glam::{DVec3, UVec2, Vec3};
 use std::collections::HashMap;

@@ -1,7 +1,7 @@
 //! Points on fragments of the surface.
 
 use crate::cpu::sampling::hash;
-use crate::scene::hvds::Fragment;
+use crate::scene::fragment::Fragment;
 use glam::Vec3;
 
 /// Maximum number of fragments of a cluster whose clearance is measured.

@@ -12,16 +12,6 @@ use glam::DVec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Links of a cluster in the hierarchy.
-    pub struct ClusterLink {
-        /// Cluster one level up; `NO_CLUSTER` at the root.
-        pub parent: u32,
-        /// Expected number of entry points on its surface.
-        pub entry_points: f32,
-    }
-}
-
-gpu_struct! {
     pub struct GatherRaysPush {
         pub grid: Grid,
         /// First cache point of the dispatch.
@@ -42,7 +32,7 @@ gpu_struct! {
 }
 
 /// Layouts of the structs shared with the shader.
-pub const LAYOUTS: &[Layout] = &[ClusterLink::LAYOUT, GatherRaysPush::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[GatherRaysPush::LAYOUT];
 
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "gather_rays";

@@ -8,7 +8,8 @@
 use super::rays::{RayQuery, Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
-use crate::scene::hvds::{Fragment, Hvds};
+use crate::scene::fragment::Fragment;
+use crate::scene::hvds::Hvds;
 use crate::types::Surface;
 use glam::{DVec3, UVec2, UVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};

@@ -14,20 +14,9 @@ use crate::scene::{Scene, grid, hvds::Hvds, surfaces, unweighted::NEARBY};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Factor of the resolution of the finest level over the requested one. Where surfaces are nearer
-/// than a requested cell, clusters are smaller than that cell.
-const REFINED: u32 = 2;
-/// Maximum number of finest cells along an axis: the table of cells is dense.
-pub(in crate::renderer) const FINEST: u32 = 256;
-
 /// Entry points that each cluster at a split plane must hold before a gather ray reads it. The
 /// coarser cluster around it also holds the other side of the plane.
 const MIN_APART: f32 = 3.0;
-
-/// Cells of the finest level along an axis, for `cells` requested ones.
-pub(in crate::renderer) fn finest_cells(cells: u32) -> u32 {
-    (REFINED * cells).min(FINEST)
-}
 
 /// Whether only direct light is rendered: no pass reads clusters then.
 pub(super) fn is_direct(scene: &Scene) -> bool {
@@ -66,7 +55,7 @@ impl Cells {
             Ok::<_, Error>(hvds)
         };
         let requested = build(scene.quality.cells)?;
-        let finest = build(finest_cells(scene.quality.cells))?;
+        let finest = build(grid::finest_cells(scene.quality.cells))?;
         let gaps = narrow_cavities::find(&reachable.rays, &reachable.buffers, &scene.lights)?;
         Ok(Self { requested, finest, gaps })
     }

@@ -7,7 +7,6 @@ mod recipe;
 mod surfaces;
 mod targets;
 
-pub(super) use hierarchy::{FINEST, finest_cells};
 pub(super) use recipe::precompute;
 
 use super::Statistics;

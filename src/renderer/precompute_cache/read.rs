@@ -13,7 +13,7 @@ use crate::passes::precompute::{narrow_cavities, rays::Rays, sides};
 use crate::passes::{ClusterTables, SceneBuffers};
 use crate::renderer::Statistics;
 use crate::renderer::enclosures::{Enclosures, lost_lights};
-use crate::renderer::precompute::{Precomputed, finest_cells};
+use crate::renderer::precompute::Precomputed;
 use crate::renderer::quality_warnings::{blurred, outgoing_directions, uncovered, undersampled, wide_cells};
 use crate::scene::directions::Directions;
 use crate::scene::host_bvh::HostBvh;
@@ -57,7 +57,7 @@ impl Checked {
     pub(super) fn from_file(scene: &Scene, file: &File) -> Result<std::result::Result<Self, CacheMiss>> {
         let bvh = Bvh::build(&scene.triangles)?;
         let (low, high) = scene.bounds();
-        let grid = grid::grid(low, high, finest_cells(scene.quality.cells));
+        let grid = grid::grid(low, high, grid::finest_cells(scene.quality.cells));
         Ok(Contents::read(file, grid).and_then(|mut contents| {
             checks::check(&mut contents, scene, &bvh.order)?;
             let surfaces = surfaces_of(&contents, scene, &bvh.order)?;

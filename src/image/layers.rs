@@ -5,8 +5,7 @@ use std::io::Cursor;
 
 use exr::prelude::{ReadChannels, ReadLayers, Vec2};
 
-use super::Picture;
-use super::read::check_size;
+use super::picture::{Picture, check_size};
 
 /// Layers that stand for the whole image if the file has several and no layer is requested, best
 /// first. The empty name is channels without a prefix.

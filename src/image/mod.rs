@@ -4,9 +4,11 @@
 //! the same bytes.
 
 mod layers;
+mod picture;
 mod read;
 
-pub use read::{Picture, parse, read};
+pub use picture::Picture;
+pub use read::{parse, read};
 
 use std::borrow::Cow;
 use std::io::{self, Seek, Write};

@@ -2,6 +2,7 @@
 
 mod cluster_buffers;
 pub mod frame;
+pub mod gloss_tables;
 pub mod kernel_copy;
 mod loop_limit;
 mod one_light;
@@ -34,6 +35,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::antialias::LAYOUTS,
         frame::form_factors::LAYOUTS,
         cluster_buffers::LAYOUTS,
+        gloss_tables::LAYOUTS,
         frame::near_lights::LAYOUTS,
         frame::light_sum::LAYOUTS,
         frame::path_scan::LAYOUTS,

@@ -13,7 +13,7 @@ use crate::passes::frame::bin_reads::BinReads;
 use crate::passes::frame::gloss::{Gloss, vertices_for};
 use crate::passes::frame::gloss_pixels::{GlossPixels, Surroundings};
 use crate::passes::frame::hvds::Pyramid;
-use crate::passes::precompute::gloss::GlossTables;
+use crate::passes::gloss_tables::GlossTables;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, Scene};
 use glam::Vec3;

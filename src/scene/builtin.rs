@@ -1,10 +1,9 @@
 //! Sources of scene files: the disk, memory, or the built-in scenes in the binary.
 
-use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::{Component, Path, PathBuf};
-use std::sync::Arc;
 
+use super::load_options::Memory;
 use super::{LoadOptions, limits};
 use crate::{Error, Result, files};
 
@@ -32,9 +31,6 @@ pub(super) fn model_file(name: &str) -> PathBuf {
 pub(super) fn model(name: &str) -> Option<Vec<u8>> {
     MODELS.contains(&name).then(|| Files::Embedded.read(&model_file(name), limits::OBJ_BYTES).ok()).flatten()
 }
-
-/// Files by path that are read instead of the disk's.
-pub type Memory = Arc<BTreeMap<PathBuf, Vec<u8>>>;
 
 /// A source of files.
 #[derive(Clone, Debug)]

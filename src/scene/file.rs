@@ -6,34 +6,16 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2};
 
-use super::builtin::{self, Files, Memory, utf8};
+use super::builtin::{self, Files, utf8};
 use super::geometry::{Assembled, Mesh, assemble, too_many};
 use super::keys;
+use super::load_options::LoadOptions;
 use super::material::{MAX_ALBEDO, Override};
 use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
 use super::{Camera, Light, Material, Quality, Scene, Triangle, camera, fit, kinds, limits, models, obj};
 use crate::{Error, Result};
-
-/// A user's changes to a scene at load.
-#[derive(Clone, Debug, Default)]
-pub struct LoadOptions {
-    /// `KEY=VALUE` changes to the scene file, in order: `camera.size=[64,64]`,
-    /// `light.lamp.position=[0,1,0]`.
-    pub set: Vec<String>,
-    /// Quality preset that replaces `[quality]` except the seed; `set` still changes its numbers.
-    pub preset: Option<String>,
-    /// Image size in pixels, for every camera.
-    pub size: Option<[u32; 2]>,
-    /// Name of the camera to put first.
-    pub camera: Option<String>,
-    /// Whether a file may name files outside of the folder of the user's file. Paths in `set`
-    /// may lie anywhere.
-    pub allow_outside: bool,
-    /// Files that are read instead of the disk's.
-    pub memory: Option<Memory>,
-}
 
 impl Scene {
     /// Loads a scene file, an OBJ file alone (with a chosen camera and light), or a built-in

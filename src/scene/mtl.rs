@@ -10,8 +10,8 @@ use super::image_map::Map;
 use super::limits::MATERIALS;
 use super::lines::Lines;
 use super::material::{Material, NEUTRAL};
+use super::material_names::{NO_MATERIAL, shown};
 use super::missed::{Missed, missed};
-use super::obj::NO_MATERIAL;
 use super::obj_lines::{Checking, name, statement};
 use super::reading::Reading;
 use super::texture::{Image, Texture};
@@ -274,11 +274,6 @@ impl Draft {
         }
         definition
     }
-}
-
-/// A path for use in a message.
-pub(super) fn shown(path: &Path) -> String {
-    printable(&path.display().to_string())
 }
 
 fn place(path: &Path, line: usize, draft: Option<&Draft>) -> String {

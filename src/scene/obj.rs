@@ -15,7 +15,8 @@ use super::geometry::Mesh;
 use super::limits::{LIBRARIES, MATERIALS, MTL_BYTES};
 use super::lines::decode;
 use super::material::Material;
-use super::mtl::{self, Definition, shown};
+use super::material_names::{NO_MATERIAL, shown, too_many_materials};
+use super::mtl::{self, Definition};
 use super::obj_lines::check;
 use super::polygons::Triangulator;
 use super::reading::Reading;
@@ -32,9 +33,6 @@ pub(super) struct Model {
     /// neutral until overridden.
     pub(super) undefined: Vec<(usize, usize)>,
 }
-
-/// Name of the material of faces before the first `usemtl`, or after one without a name.
-pub(super) const NO_MATERIAL: &str = "default";
 
 /// Reads the contents of `path`, and the MTL files that it names relative to itself. Notes
 /// ignored and repaired statements.
@@ -194,10 +192,6 @@ fn keep_last(definitions: &mut Vec<Definition>) {
     definitions.reverse();
     definitions.retain(|definition| seen.insert(definition.material.name.clone()));
     definitions.reverse();
-}
-
-pub(super) fn too_many_materials() -> String {
-    format!("there are more than {MATERIALS} materials")
 }
 
 fn convert(model: tobj::Model, definitions: &[Definition], triangulator: &mut Triangulator) -> Mesh {

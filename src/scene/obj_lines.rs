@@ -7,9 +7,8 @@ use std::path::Path;
 use super::geometry::too_many;
 use super::limits::{LIBRARIES, MATERIALS, NAME_BYTES, TRIANGLES};
 use super::lines::Lines;
-use super::mtl::shown;
+use super::material_names::{NO_MATERIAL, shown, too_many_materials};
 use super::notes::Notes;
-use super::obj::{NO_MATERIAL, too_many_materials};
 use super::value::{excerpt, printable};
 use crate::{Error, Result};
 

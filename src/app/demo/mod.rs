@@ -15,43 +15,24 @@ mod reference;
 mod session;
 mod shortcuts;
 mod stage;
+mod start;
 mod ui_state;
+mod view_request;
 mod viewport;
 mod watch;
 mod window;
 mod window_state;
 
-use clap::Args;
 use winit::event_loop::EventLoop;
 
-use super::args::{CacheArgs, DeviceArgs, SceneArgs};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::scene::LoadOptions;
 use session::Source;
+use start::{WakeUp, no_display};
 use watch::Watch;
-use window::{App, WakeUp, keep_edits};
+use window::{App, keep_edits};
 
-/// Open the window: move lights, edit materials, walk, and see the light follow
-///
-/// Direct light is shown at once, all light when the light paths are traced. F1 lists the keys.
-#[derive(Debug, Args)]
-pub(super) struct Demo {
-    /// A .toml scene file, an .obj model, or a built-in scene
-    #[arg(default_value = "box")]
-    scene: String,
-    /// Fills the screen
-    #[arg(long)]
-    fullscreen: bool,
-    /// Presents frames as soon as they are done
-    #[arg(long)]
-    no_vsync: bool,
-    #[command(flatten, next_help_heading = "Kept light paths")]
-    cache_args: CacheArgs,
-    #[command(flatten, next_help_heading = "Scene")]
-    scene_args: SceneArgs,
-    #[command(flatten, next_help_heading = "Device and messages")]
-    device_args: DeviceArgs,
-}
+pub(super) use start::Demo;
 
 impl Demo {
     pub(super) fn run(self) -> Result<()> {
@@ -69,12 +50,6 @@ impl Demo {
         app.into_result()?;
         ended.map_err(|error| no_display(&error.to_string()))
     }
-}
-
-/// The reason why no window opens, without the source position in the library.
-fn no_display(said: &str) -> Error {
-    let after_place = said.rsplit_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
-    Error::NoDisplay(after_place.map_or(said, |(_, why)| why).trim_end_matches('.').to_owned())
 }
 
 #[cfg(test)]

@@ -7,8 +7,9 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::session::{Session, ViewRequest};
+use super::session::Session;
 use super::stage::Wake;
+use super::view_request::ViewRequest;
 use crate::cpu::tonemap::dithered;
 use crate::error::{Error, Result};
 use crate::gpu::Context;

@@ -7,6 +7,7 @@ use std::time::Instant;
 use super::document::{Document, History};
 use super::rebase::Rebase;
 use super::stage::{Preparing, Progressed, Ready, Wake};
+use super::view_request::ViewRequest;
 use super::watch::Watch;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
@@ -34,16 +35,6 @@ pub(super) struct Cost {
     pub(super) device_ms: f64,
     /// Wall-clock time, milliseconds.
     pub(super) frame_ms: f64,
-}
-
-/// Everything that a picture depends on.
-#[derive(Clone, PartialEq)]
-pub(super) struct ViewRequest {
-    pub(super) document: Document,
-    pub(super) camera: Camera,
-    pub(super) exposure_stops: f32,
-    /// Weights of direct and indirect light.
-    pub(super) weights: [f32; 2],
 }
 
 enum Preparation {

@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::document::{Document, MaterialEdit};
-use super::session::ViewRequest;
+use super::view_request::ViewRequest;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::renderer::{FrameReport, Preview, Progress, Renderer, Store};

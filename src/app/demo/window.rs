@@ -1,6 +1,6 @@
 //! The event loop of the window.
 
-use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
 
 use winit::application::ApplicationHandler;
@@ -8,22 +8,10 @@ use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::WindowId;
 
-use super::Demo;
-use super::session::Source;
-use super::watch::Watch;
+use super::start::{Demo, Start, WakeUp};
 use super::window_state::WindowState;
 use crate::app::interrupt;
 use crate::error::{Error, Result};
-use crate::scene::Scene;
-
-/// Events from outside the window.
-#[derive(Debug)]
-pub(super) enum WakeUp {
-    /// The worker has a new state to show.
-    Shows,
-    /// A signal ends the program after an answer.
-    Ends(SyncSender<()>),
-}
 
 /// Time limit for saving edits after a signal: long enough for a frame on a slow device of
 /// a busy machine.
@@ -39,9 +27,6 @@ pub(super) fn keep_edits(proxy: EventLoopProxy<WakeUp>) {
         }
     });
 }
-
-/// A scene, its source, and the state of its files before they were read.
-pub(super) type Start = (Source, Scene, Watch);
 
 /// The application, before and after its window opens.
 pub(super) struct App {

@@ -6,9 +6,10 @@ use std::sync::Arc;
 
 use clap::Args;
 
+use super::format::Shown;
 use super::measure::measure;
 use super::reference::Reference;
-use super::report::{self, Shown};
+use super::report;
 use super::{DIRECT, OURS, Preset, ReferenceArgs, baselines, file_stem, settings, shown, titles};
 use crate::app::args::{DeviceArgs, SceneArgs, device_label, shell_word};
 use crate::app::output::{OutputFile, create_folder};

@@ -3,6 +3,7 @@
 mod baselines;
 mod cache;
 pub(super) mod figures;
+mod format;
 mod measure;
 mod plots;
 mod reference;
@@ -31,9 +32,9 @@ use crate::image::write_png;
 use crate::renderer::Layer;
 use crate::scene::Scene;
 use baselines::Outcome;
+use format::Shown;
 use measure::{Judged, Measured, judge, measure};
 use reference::Reference;
-use report::Shown;
 use results::{Machine, Results, SceneFacts, Setting, StageError, mark_pareto_front};
 
 /// Default time of the reference, seconds.
@@ -310,7 +311,7 @@ fn shown(
             title: title.to_owned(),
             lines: vec![
                 time,
-                format!("relMSE {}, FLIP {:.3}", report::figure(error.relmse_debiased), error.flip),
+                format!("relMSE {}, FLIP {:.3}", format::figure(error.relmse_debiased), error.flip),
             ],
             png: png(&display(&picture.pixels), size)?,
             heatmap: Some(png(&heatmap::of_flip(&picture.flip), size)?),
@@ -318,11 +319,11 @@ fn shown(
     };
     let setting = &preset.setting;
     let mut shown =
-        vec![show(DIRECT, format!("{} a frame", report::seconds(1e-3 * setting.ms.Tdi)), &preset.direct)?];
+        vec![show(DIRECT, format!("{} a frame", format::seconds(1e-3 * setting.ms.Tdi)), &preset.direct)?];
     let sampled = |(name, outcome): &(&str, Outcome)| {
         let title = title(name);
         let samples = if outcome.spp == 1 { "sample" } else { "samples" };
-        let time = format!("{} {samples} a pixel, {}", outcome.spp, report::seconds(outcome.seconds));
+        let time = format!("{} {samples} a pixel, {}", outcome.spp, format::seconds(outcome.seconds));
         show(&title, time, &outcome.picture)
     };
     // Photon mapping before ours, path tracing after it.
@@ -330,8 +331,8 @@ fn shown(
     shown.extend(others.into_iter().map(sampled).collect::<Result<Vec<_>>>()?);
     let time = format!(
         "{} with precomputation, then {} a relit frame",
-        report::seconds(setting.first_picture_s()),
-        report::seconds(setting.relit_s())
+        format::seconds(setting.first_picture_s()),
+        format::seconds(setting.relit_s())
     );
     shown.push(show(OURS, time, &preset.picture)?);
     shown.extend(path.into_iter().map(sampled).collect::<Result<Vec<_>>>()?);
@@ -339,8 +340,8 @@ fn shown(
     shown.push(Shown {
         title: REFERENCE.to_owned(),
         lines: vec![
-            format!("{} samples a pixel, {}", facts.spp, report::seconds(facts.seconds)),
-            format!("noise {} relMSE", report::figure(facts.noise_relmse)),
+            format!("{} samples a pixel, {}", facts.spp, format::seconds(facts.seconds)),
+            format!("noise {} relMSE", format::figure(facts.noise_relmse)),
         ],
         png: png(&display(reference.picture()), size)?,
         heatmap: None,

@@ -1,6 +1,6 @@
 //! The plots of a report.
 
-use super::report::{figure, seconds};
+use super::format::{figure, seconds};
 use super::results::{Baseline, Occasion, Results, Setting};
 use super::settings::{FRONT_SERIES, PRESET, QUANTITIES};
 use crate::app::plot::{Plot, Point, Series};

@@ -1,7 +1,8 @@
 //! Tests of the report and its data.
 
+use super::format::{Shown, seconds};
 use super::plots;
-use super::report::{Shown, html, seconds};
+use super::report::html;
 use super::results::{
     Baseline, ErrorFigures, FrameTimes, Machine, Occasion, ReferenceFacts, Results, SceneFacts, Setting,
     StageError, mark_pareto_front,

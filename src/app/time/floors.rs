@@ -53,7 +53,7 @@ fn is_closest(pass: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::super::measure::Summary;
-    use super::super::ray_rates::Rates;
+    use super::super::rates::Rates;
     use super::*;
 
     fn pass(name: &'static str, bytes: u64, rays: Option<u64>) -> PassSummary {

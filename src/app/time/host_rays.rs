@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use super::measure::Summary;
-use super::ray_rates::{Rates, RaySets, mrays_per_s};
+use super::rates::{Rates, RaySets, mrays_per_s};
 use crate::error::Result;
 use crate::passes::precompute::rays::RayQuery;
 use crate::scene::{Triangle, bvh::Bvh, host_bvh::HostBvh};

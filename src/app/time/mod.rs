@@ -6,6 +6,7 @@ mod host_rays;
 pub(super) mod lights;
 pub(super) mod measure;
 mod paper;
+mod rates;
 mod ray_rates;
 mod replay;
 mod report;

@@ -11,6 +11,7 @@ use glam::Vec3;
 
 use super::host_rays;
 use super::measure::Summary;
+use super::rates::{Rates, RaySets, mrays_per_s};
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::sampling::hash;
 use crate::error::Result;
@@ -31,19 +32,6 @@ const CLEAR: f32 = 1e-5;
 /// Length of segments, as a fraction of the distance to the surface at their end.
 const SHORT: f32 = 0.999;
 
-/// Rays per second of each kind, in 10⁶. `None` if the list is empty or the clock is too coarse.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-pub(super) struct Rates {
-    /// Closest hits of camera rays.
-    pub(super) closest_coherent: Option<f64>,
-    /// Closest hits of reflected rays.
-    pub(super) closest_incoherent: Option<f64>,
-    /// Any hit towards a light.
-    pub(super) any_coherent: Option<f64>,
-    /// Any hit between two surfaces.
-    pub(super) any_incoherent: Option<f64>,
-}
-
 /// The ray rates of one scene.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(super) struct RayRates {
@@ -51,14 +39,6 @@ pub(super) struct RayRates {
     pub(super) device: Rates,
     /// Closest hits with `obvhs` on all threads, if the device is this processor.
     pub(super) host: Option<Rates>,
-}
-
-/// The lists of rays.
-pub(super) struct RaySets {
-    pub(super) camera: Vec<RayQuery>,
-    pub(super) reflected: Vec<RayQuery>,
-    pub(super) shadow: Vec<RayQuery>,
-    pub(super) pairs: Vec<RayQuery>,
 }
 
 /// Measures a scene seen by its first camera. The context's memory use must not be reported.
@@ -87,11 +67,6 @@ pub(super) fn measure(context: &Arc<Context>, scene: Scene) -> Result<RayRates> 
     let host =
         context.is_cpu().then(|| host_rays::rates(&traced.scene.triangles, &sets, REPEATS)).transpose()?;
     Ok(RayRates { device, host })
-}
-
-/// Rays a second, in 10⁶.
-pub(super) fn mrays_per_s(rays: usize, ms: f64) -> Option<f64> {
-    (rays > 0 && ms > 0.0).then(|| rays as f64 / (1e3 * ms))
 }
 
 /// Rays through the image in tiles, each tile row by row.

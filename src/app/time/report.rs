@@ -10,7 +10,7 @@ use super::bandwidth::CopyRates;
 use super::floors::Limits;
 use super::measure::{PassSummary, STAGES, Summary};
 use super::paper::{self, COLUMNS, LIGHT_COUNTS};
-use super::ray_rates::Rates;
+use super::rates::Rates;
 use crate::gpu::Context;
 
 /// The lines above all tables.

@@ -6,8 +6,9 @@ use ash::vk;
 
 use super::super::barrier::SUBMISSION;
 use super::super::{Context, VkResultExt};
+use super::image::COLOUR;
 use super::picture::Picture;
-use super::swapchain::{COLOUR, Swapchain, SwapchainImage};
+use super::swapchain::{Swapchain, SwapchainImage};
 use crate::error::Result;
 
 /// Maximum wait for an image of the swapchain, nanoseconds: a hidden window may never get one.

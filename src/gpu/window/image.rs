@@ -7,7 +7,6 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
 use super::super::{Context, VkResultExt};
-use super::swapchain::image_view;
 use crate::error::{Error, Result};
 
 /// The use of an image.
@@ -91,3 +90,25 @@ impl Drop for Image {
         }
     }
 }
+
+/// A view of a colour image.
+pub(super) fn image_view(context: &Context, image: vk::Image, format: vk::Format) -> Result<vk::ImageView> {
+    let info = vk::ImageViewCreateInfo::default()
+        .image(image)
+        .view_type(vk::ImageViewType::TYPE_2D)
+        .format(format)
+        .subresource_range(COLOUR);
+    // SAFETY: the device and every object in the description are alive.
+    let view = unsafe { context.device.create_image_view(&info, None) }.vk("vkCreateImageView")?;
+    context.set_name(view, "whole image");
+    Ok(view)
+}
+
+/// The whole of a colour image.
+pub(super) const COLOUR: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
+    aspect_mask: vk::ImageAspectFlags::COLOR,
+    base_mip_level: 0,
+    level_count: 1,
+    base_array_layer: 0,
+    layer_count: 1,
+};

@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
-use crate::passes::precompute::gloss::GlossTables;
+use crate::passes::gloss_tables::GlossTables;
 use crate::scene::directions::{Directions, resolved_exponent};
 use glam::{UVec2, Vec3};
 use std::sync::Arc;

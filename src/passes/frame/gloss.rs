@@ -12,29 +12,11 @@ use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
 use crate::passes::frame::light_sum::LightSum;
-use crate::passes::precompute::gloss::GlossTables;
+use crate::passes::gloss_tables::GlossTables;
 use crate::scene::Material;
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
-
-gpu_struct! {
-    /// An entry point that may be glossy.
-    pub struct GlossEntry {
-        /// Position on the surface, metres.
-        pub position: Vec3,
-        pub path: u32,
-        /// Unit geometric normal of its side.
-        pub normal: Vec3,
-        /// Its area over the mean of all.
-        pub weight: f32,
-        /// Unit direction in which its path leaves; zero if the path ends at once.
-        pub departure: Vec3,
-        pub material: u32,
-        /// Packed colour of the image there; white if there is none.
-        pub colour: u32,
-    }
-}
 
 gpu_struct! {
     /// Light of one point sample at an entry point that may be glossy.
@@ -44,26 +26,6 @@ gpu_struct! {
         /// Irradiance per unit of the light's emission: 1/m² of point and spot lights, sr of area
         /// lights, 1 of directional ones.
         pub factor: f32,
-    }
-}
-
-gpu_struct! {
-    /// A path vertex in a cluster that may be glossy.
-    pub struct GlossVertex {
-        /// Unit mirror direction of the incoming light; unused at entry points.
-        pub mirror: Vec3,
-        pub material: u32,
-        /// At an entry point that may be glossy: its index; else [`NO_ENTRY`].
-        pub entry: u32,
-    }
-}
-
-gpu_struct! {
-    /// One outgoing direction of one cluster.
-    pub struct GlossBin {
-        pub cluster: u32,
-        /// Unit direction: the mean direction of its readers.
-        pub direction: Vec3,
     }
 }
 
@@ -107,15 +69,8 @@ gpu_struct! {
 }
 
 /// Layouts of the structs shared with the shaders.
-pub const LAYOUTS: &[Layout] = &[
-    GlossEntry::LAYOUT,
-    GlossBeam::LAYOUT,
-    GlossVertex::LAYOUT,
-    GlossBin::LAYOUT,
-    GlossSpan::LAYOUT,
-    GlossBasePush::LAYOUT,
-    GlossLevelPush::LAYOUT,
-];
+pub const LAYOUTS: &[Layout] =
+    &[GlossBeam::LAYOUT, GlossSpan::LAYOUT, GlossBasePush::LAYOUT, GlossLevelPush::LAYOUT];
 
 /// Iterations of the loop over a cluster's vertices and their beams in one dispatch. A sample of a
 /// pixel visits four clusters, and lavapipe (Mesa 22.3.6) ends loops after 65 535 iterations.
@@ -148,10 +103,6 @@ pub fn vertices_for(material: &Material) -> u32 {
     let excess = (material.gloss_fraction() / 0.25).max(1.0);
     (4.0 * excess * excess * (material.exponent + 1.0).sqrt()).ceil() as u32
 }
-
-/// Marks a vertex that is not a possibly glossy entry point, and a base cluster
-/// without such vertices.
-pub const NO_ENTRY: u32 = u32::MAX;
 
 /// The cached contributions of a light on glossy surfaces.
 #[derive(Clone, Copy)]

@@ -1,7 +1,7 @@
 //! The number of records that a surface needs, and the unit length at which their total
 //! meets the budget.
 
-use super::cache_points::Geometry;
+use super::geometry::Geometry;
 use super::parallel;
 
 /// A point counts as covered from this record weight on; records then overlap enough to blend.

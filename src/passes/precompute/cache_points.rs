@@ -12,15 +12,16 @@ use super::budget::{Demand, spread};
 use super::clearance::{Clearance, ClearanceProbe};
 pub use super::coverage::Placed;
 use super::coverage::{Cover, Neighbourhood, Records};
-use super::fragment_points::{plane_sequence, point_in_polygon, probed_fragments};
+use super::fragment_points::probed_fragments;
+use super::geometry::Geometry;
 use super::{Progress, parallel};
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::passes::SceneBuffers;
-use crate::scene::{Triangle, fragment::Fragment, hvds::Hvds, solids::Solids};
-use crate::types::{CachePoint, Surface};
-use glam::{DVec3, UVec2, Vec3};
+use crate::scene::{fragment::Fragment, hvds::Hvds};
+use crate::types::CachePoint;
+use glam::Vec3;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -139,61 +140,6 @@ pub fn place(
         // The estimate is rarely far off. If it is, longer radii blur more than relaxed records do.
         is_last = unit > first;
         unit *= 1.1;
-    }
-}
-
-/// The scene as placement reads it.
-pub struct Geometry<'a> {
-    /// In BVH order.
-    pub triangles: &'a [Triangle],
-    /// In BVH order.
-    pub surfaces: &'a [Surface],
-    /// The hierarchy with the fragments on which candidates are drawn.
-    pub hvds: &'a Hvds,
-    /// Diagonal of the scene, metres.
-    pub scene_size: f32,
-    /// Watertight solids that may contain surface.
-    pub solids: &'a Solids,
-    /// Offset of ray origins from surfaces, metres.
-    pub clear_distance: f32,
-}
-
-impl Geometry<'_> {
-    /// Whether a watertight solid contains a point of the surface.
-    pub(super) fn is_interior(&self, point: &CachePoint) -> bool {
-        self.solids.hold(point.position + self.clear_distance * point.facet)
-    }
-
-    /// Candidate number `index` of a fragment: uniform over it, low-discrepancy in `index`. The
-    /// radius is left at zero.
-    pub(super) fn draw(&self, fragment: usize, index: u32, seed: u32) -> CachePoint {
-        let Fragment { side, corners, .. } = &self.hvds.fragments[fragment];
-        let u = plane_sequence(index, hash(fragment as u32 ^ hash(seed)));
-        let corner_mean = self.triangles[*side as usize / 2].positions.iter().sum::<Vec3>() / 3.0;
-        // Slightly off the triangle's edges: a ray from a point on an edge may slip out
-        // between two surfaces.
-        self.point(*side, point_in_polygon(corners, u).lerp(corner_mean, 1.0 / 32_768.0))
-    }
-
-    fn point(&self, side: u32, position: Vec3) -> CachePoint {
-        let triangle = &self.triangles[side as usize / 2];
-        let [p0, p1, p2] = triangle.positions.map(Vec3::as_dvec3);
-        let normal = triangle.cross();
-        let inside = position.as_dvec3();
-        let weight =
-            |a: DVec3, b: DVec3| (a - inside).cross(b - inside).dot(normal) / normal.length_squared();
-        let (w0, w1) = (weight(p1, p2), weight(p2, p0));
-        let [n0, n1, n2] = triangle.normals.map(Vec3::as_dvec3);
-        let shading = (w0 * n0 + w1 * n1 + (1.0 - w0 - w1) * n2).normalize().as_vec3();
-        CachePoint {
-            position,
-            radius: 0.0,
-            normal: if side % 2 == 1 { -shading } else { shading },
-            side,
-            occluder: Vec3::ZERO,
-            facet: self.surfaces[side as usize / 2].normal_of(side % 2 == 1),
-            unused: UVec2::ZERO,
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 //! and surface on top of other surface covers it except for a gap that no cell resolves. Hidden
 //! surface receives no light. It gets no entry points, and its area is subtracted from its cluster.
 
-use super::cache_points::Geometry;
+use super::geometry::Geometry;
 use super::parallel;
 use super::rays::{RayQuery, Rays};
 use super::sides::{plastic_sequence, sphere};

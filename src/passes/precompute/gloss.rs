@@ -5,43 +5,13 @@
 use super::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
 use super::path_orders::LightPaths;
 use crate::error::Result;
-use crate::passes::frame::gloss::{GlossBin, GlossEntry, GlossVertex, NO_ENTRY};
 use crate::passes::frame::hvds::contribution_ranges;
+use crate::passes::gloss_tables::{GlossBin, GlossEntry, GlossTables, GlossVertex, NO_ENTRY};
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
 use crate::types::{CachePoint, GatherRay, NO_CLUSTER, NO_TARGET, PathVertex, Surface};
 use glam::{DVec3, UVec2, Vec3};
 use std::collections::HashMap;
-use std::ops::Range;
-
-/// The tables. A *gloss bin* is one outgoing direction of one cluster.
-#[derive(Debug, Default)]
-pub struct GlossTables {
-    /// Entry points that may be glossy.
-    pub entries: Vec<GlossEntry>,
-    /// Vertices of the base clusters that hold a surface that may be glossy, in the order
-    /// of their contributions.
-    pub vertices: Vec<GlossVertex>,
-    /// Maximum number of vertices below a gloss bin that is no sum.
-    pub max_vertices: u32,
-    /// Offset, wrapping, from the index of a contribution to that of its vertex, for each base
-    /// cluster; [`NO_ENTRY`] if it is not glossy.
-    pub shifts: Vec<u32>,
-    /// Range of base clusters below each cluster.
-    pub base_ranges: Vec<UVec2>,
-    /// Gloss bins: first those computed from vertices, then the sums, level by level.
-    pub bins: Vec<GlossBin>,
-    /// Number of gloss bins that are no sums.
-    pub leaf_count: u32,
-    /// Range of the sums of each level that has any.
-    pub sums: Vec<Range<u32>>,
-    /// CSR offsets into `children`: one for each sum, and the end.
-    pub child_offsets: Vec<u32>,
-    /// The gloss bins one level down that each sum adds.
-    pub children: Vec<u32>,
-    /// Gather rays that read gloss bins.
-    pub readers: u64,
-}
 
 /// Inputs of the tables.
 #[derive(Clone, Copy)]

@@ -11,6 +11,7 @@ pub mod entry_points;
 pub mod exposed_fractions;
 mod fragment_points;
 pub mod gather_rays;
+pub mod geometry;
 pub mod gloss;
 pub mod inconsistent;
 pub mod light_paths;

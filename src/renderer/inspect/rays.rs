@@ -15,7 +15,7 @@ use crate::cpu::gather_rays::{Ray, Tracing};
 use crate::cpu::hemisphere::Strata;
 use crate::cpu::rays::Hit;
 use crate::error::Result;
-use crate::passes::frame::gloss::GlossBin;
+use crate::passes::gloss_tables::GlossBin;
 use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::rays::{RayAnswer, RayQuery};
 use crate::scene::directions::Directions;

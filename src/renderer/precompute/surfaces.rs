@@ -4,7 +4,7 @@ use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::passes::SceneBuffers;
-use crate::passes::precompute::cache_points::Geometry;
+use crate::passes::precompute::geometry::Geometry;
 use crate::passes::precompute::{Progress, rays::Rays, sides};
 use crate::renderer::enclosures::{Enclosures, lost_lights};
 use crate::renderer::statistics::Watch;

@@ -3,6 +3,7 @@
 //! length of its list.
 
 use super::contents::Contents;
+use super::demand::{cuts, demand};
 use super::gloss_checks;
 use crate::cache_file::CacheMiss;
 use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD};
@@ -11,16 +12,6 @@ use crate::scene::hvds::Hvds;
 use crate::scene::{Scene, split_planes};
 use crate::types::{CachePoint, NO_CLUSTER, Surface};
 use glam::Vec3;
-
-/// Returns a damage report if `is_so` is false.
-pub(super) fn demand(is_so: bool, what: &str) -> Result<(), CacheMiss> {
-    if is_so { Ok(()) } else { Err(CacheMiss::damaged(what)) }
-}
-
-/// Whether `first` holds the offsets of `runs` segments of `length` items, the end included.
-pub(super) fn cuts(first: &[u32], ranges: usize, length: usize) -> bool {
-    first.len() == ranges + 1 && first[0] == 0 && first.is_sorted() && first[ranges] as usize == length
-}
 
 /// Checks the contents against themselves and the scene. `order` is the tree's order of the
 /// triangles. Links the hierarchy.

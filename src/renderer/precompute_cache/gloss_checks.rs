@@ -1,9 +1,9 @@
 //! Checks whether the tables of glossy surfaces are consistent.
 
-use super::checks::{cuts, demand};
 use super::contents::Contents;
+use super::demand::{cuts, demand};
 use crate::cache_file::CacheMiss;
-use crate::passes::frame::gloss::NO_ENTRY;
+use crate::passes::gloss_tables::NO_ENTRY;
 use crate::scene::{Material, Scene};
 
 pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {

@@ -2,6 +2,7 @@
 
 mod checks;
 mod contents;
+mod demand;
 mod gloss_checks;
 mod key;
 mod read;

@@ -4,10 +4,13 @@
 pub mod builtin;
 mod channels;
 mod curve;
+mod material_state;
 mod read;
 mod thin;
 mod tracks;
 mod write;
+
+pub use material_state::MaterialState;
 
 use super::{Camera, LightKind, LoadOptions, Scene};
 use crate::{Error, Result};
@@ -42,19 +45,6 @@ pub struct State {
     pub lights: Vec<(usize, LightKind, bool)>,
     /// The animated materials.
     pub materials: Vec<MaterialState>,
-}
-
-/// The reflectance of a material at some time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MaterialState {
-    /// Index into the scene's materials.
-    pub material: usize,
-    /// Diffuse albedo, which multiplies the material's image.
-    pub diffuse: Vec3,
-    /// Specular albedo of the lobe.
-    pub specular: Vec3,
-    /// Exponent of the Phong lobe.
-    pub exponent: f32,
 }
 
 impl Film {

@@ -1,7 +1,7 @@
 //! Tracks of the animated parts of a scene.
 
-use super::MaterialState;
 use super::curve::{Curve, Fades};
+use super::material_state::MaterialState;
 use crate::scene::{Camera, LightKind};
 use glam::{DVec3, Vec3};
 

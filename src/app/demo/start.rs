@@ -1,0 +1,51 @@
+//! How the window starts: arguments, scene, and events from outside.
+
+use std::sync::mpsc::SyncSender;
+
+use clap::Args;
+
+use super::session::Source;
+use super::watch::Watch;
+use crate::app::args::{CacheArgs, DeviceArgs, SceneArgs};
+use crate::error::Error;
+use crate::scene::Scene;
+
+/// Open the window: move lights, edit materials, walk, and see the light follow
+///
+/// Direct light is shown at once, all light when the light paths are traced. F1 lists the keys.
+#[derive(Debug, Args)]
+pub(in crate::app) struct Demo {
+    /// A .toml scene file, an .obj model, or a built-in scene
+    #[arg(default_value = "box")]
+    pub(super) scene: String,
+    /// Fills the screen
+    #[arg(long)]
+    pub(super) fullscreen: bool,
+    /// Presents frames as soon as they are done
+    #[arg(long)]
+    pub(super) no_vsync: bool,
+    #[command(flatten, next_help_heading = "Kept light paths")]
+    pub(super) cache_args: CacheArgs,
+    #[command(flatten, next_help_heading = "Scene")]
+    pub(super) scene_args: SceneArgs,
+    #[command(flatten, next_help_heading = "Device and messages")]
+    pub(super) device_args: DeviceArgs,
+}
+
+/// A scene, its source, and the state of its files before they were read.
+pub(super) type Start = (Source, Scene, Watch);
+
+/// Events from outside the window.
+#[derive(Debug)]
+pub(super) enum WakeUp {
+    /// The worker has a new state to show.
+    Shows,
+    /// A signal ends the program after an answer.
+    Ends(SyncSender<()>),
+}
+
+/// The reason why no window opens, without the source position in the library.
+pub(super) fn no_display(said: &str) -> Error {
+    let after_place = said.rsplit_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
+    Error::NoDisplay(after_place.map_or(said, |(_, why)| why).trim_end_matches('.').to_owned())
+}

@@ -70,7 +70,7 @@ lint:
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --no-deps
 	@scripts/check_tree.sh
 	@scripts/check_words.sh
-	@if command -v python3 >/dev/null; then scripts/structure.py --check; fi
+	@if command -v python3 >/dev/null; then scripts/structure.py --check && scripts/import_circles.py; fi
 	@scripts/check_crates.sh
 
 audit:

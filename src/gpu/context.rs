@@ -1,6 +1,6 @@
 //! The device, as the other modules use it.
 
-use std::ffi::{CStr, CString};
+use std::ffi::CStr;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -12,13 +12,12 @@ use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 use super::VkResultExt;
 use super::device::{self, CPU, DeviceSummary, Limits, Shows};
 use super::instance::Instance;
+use super::names::Names;
 use super::optional::{Offers, Optional, PipelineStatistics};
 use super::pipeline_store::PipelineStore;
 use super::pipelines::Pipelines;
-use super::recorder::Recorder;
 use super::submission::Submission;
 use super::timeline::Timeline;
-use super::timing::PassTiming;
 use super::tuning::Tuning;
 use crate::error::{Error, Result};
 
@@ -80,8 +79,8 @@ pub struct Context {
     allocator: Mutex<Option<Allocator>>,
     /// Finished submissions, for reuse.
     submissions: Mutex<Vec<Submission>>,
-    redundant_barriers: Mutex<Vec<String>>,
-    submission_count: AtomicU64,
+    pub(super) redundant_barriers: Mutex<Vec<String>>,
+    pub(super) submission_count: AtomicU64,
     read_back_bytes: AtomicU64,
     summary: DeviceSummary,
     tuning: Tuning,
@@ -101,25 +100,7 @@ impl Context {
         Self::open(Arc::new(Instance::new(options.validation, &[])?), options, None)
     }
 
-    /// As [`Self::new`], for a device that can present to the window, with the window's surface.
-    /// The window must outlive the surface.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    #[cfg(feature = "window")]
-    pub fn for_window(
-        options: &ContextOptions,
-        window: &dyn super::window::WindowHandles,
-    ) -> Result<(Arc<Self>, super::window::Surface)> {
-        use super::window::{RawSurface, Surface};
-        let instance = Arc::new(Instance::new(options.validation, RawSurface::extensions(window)?)?);
-        let surface = RawSurface::new(instance.clone(), window)?;
-        let context = Self::open(instance, options, Some(&|device, family| surface.takes(device, family)))?;
-        let surface = Surface::new(surface, &context);
-        Ok((context, surface))
-    }
-
-    fn open(
+    pub(super) fn open(
         instance: Arc<Instance>,
         options: &ContextOptions,
         shows: Option<Shows<'_>>,
@@ -239,46 +220,6 @@ impl Context {
         std::mem::take(&mut self.redundant_barriers.lock().expect("no holder panics"))
     }
 
-    /// Records commands, submits them and waits. Returns the result of `record` and the time of
-    /// each pass in order. If a recording uses pipelines that are not compiled yet, it is not
-    /// submitted: they are compiled in parallel, and `record` is called again.
-    ///
-    /// # Errors
-    /// A Vulkan call failed; after the loss of the device the error names the last pass recorded.
-    pub fn run<T>(self: &Arc<Self>, record: impl Fn(&mut Recorder) -> T) -> Result<(T, Vec<PassTiming>)> {
-        self.run_with(Recorder::begin, record)
-    }
-
-    /// As [`Self::run`], but commands wait only for their data, not for the barriers of the caller,
-    /// and independent ones may run at once. Returns the device time of all passes, milliseconds.
-    ///
-    /// # Errors
-    /// As [`Self::run`].
-    pub fn run_free<T>(self: &Arc<Self>, record: impl Fn(&mut Recorder) -> T) -> Result<(T, f64)> {
-        let (value, timings) = self.run_with(Recorder::begin_free, record)?;
-        Ok((value, timings.iter().map(|timing| timing.ms).sum()))
-    }
-
-    fn run_with<T>(
-        self: &Arc<Self>,
-        begin: impl Fn(&Arc<Self>) -> Result<Recorder>,
-        record: impl Fn(&mut Recorder) -> T,
-    ) -> Result<(T, Vec<PassTiming>)> {
-        let mut recorder = begin(self)?;
-        let mut value = record(&mut recorder);
-        let missing = recorder.take_missing()?;
-        if !missing.is_empty() {
-            drop(recorder);
-            self.pipelines.make(self, &missing)?;
-            recorder = begin(self)?;
-            value = record(&mut recorder);
-        }
-        self.submission_count.fetch_add(1, Ordering::Relaxed);
-        let (timings, redundant) = recorder.submit_and_wait()?;
-        self.redundant_barriers.lock().expect("no holder panics").extend(redundant);
-        Ok((value, timings))
-    }
-
     /// Number of submissions so far; the host has waited for each.
     pub fn submission_count(&self) -> u64 {
         self.submission_count.load(Ordering::Relaxed)
@@ -311,7 +252,7 @@ impl Context {
 
     pub(super) fn take_submission(&self) -> Result<Submission> {
         let idle = self.submissions.lock().expect("no holder panics").pop();
-        idle.map_or_else(|| Submission::new(self), Ok)
+        idle.map_or_else(|| Submission::new(&self.device, &self.names, self.queue_family), Ok)
     }
 
     pub(super) fn give_back_submission(&self, submission: Submission) {
@@ -354,20 +295,6 @@ impl Context {
     /// Names an object for validation messages and debuggers.
     pub(super) fn set_name<H: vk::Handle>(&self, handle: H, name: &str) {
         self.names.set_name(handle, name);
-    }
-}
-
-/// Names of Vulkan objects for validation messages and debuggers. `None` if neither is active.
-pub(super) struct Names(pub(super) Option<ash::ext::debug_utils::Device>);
-
-impl Names {
-    pub(super) fn set_name<H: vk::Handle>(&self, handle: H, name: &str) {
-        let Some(debug_utils) = &self.0 else { return };
-        let name = CString::new(name).expect("names hold no NUL");
-        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
-        // A debug name is optional, so its failure is ignored.
-        // SAFETY: the object is alive, and its name outlives the call.
-        let _ = unsafe { debug_utils.set_debug_utils_object_name(&info) };
     }
 }
 

@@ -3,8 +3,8 @@
 use ash::vk;
 
 use super::VkResultExt;
-use super::buffer::MAX_UNUSED_BYTES;
 use super::instance::Instance;
+use super::quirks::MAX_UNUSED_BYTES;
 use crate::error::{Error, Result};
 
 /// Bytes of a texel: four words.

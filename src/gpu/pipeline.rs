@@ -1,56 +1,20 @@
-//! Compute shaders with a value for each specialisation constant. The whole context shares the
-//! handles to one program; the driver compiles it at its first use.
+//! Compute pipelines: handles to programs, which the whole context shares.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
-use ash::vk;
-
-use super::context::Names;
-use super::device::Limits;
-use super::optional::Optional;
-use super::shaders::Shader;
-use super::spirv::{self, Binding, Module, USE_BUFFER_DEVICE_ADDRESS};
-use super::{Buffer, Context, Tuning, VkResultExt};
-use crate::error::{Error, Result};
+use super::program::Program;
+use super::spirv::USE_BUFFER_DEVICE_ADDRESS;
+use super::{Buffer, Context};
+use crate::error::Result;
 
 /// A compute pipeline. Clones, and pipelines of the same shader and constants, share one program.
 #[derive(Clone)]
 pub struct Pipeline(Arc<Program>);
 
-/// A specialised shader and, from its first use on, the Vulkan objects for it.
-pub(super) struct Program {
-    pub(super) stem: &'static str,
-    pub(super) module: Module,
-    /// All constants except the one that follows from the bindings.
-    constants: Vec<(String, u32)>,
-    /// Variant in which all lists are bound directly.
-    direct: OnceLock<Handles>,
-    /// Variant in which a list is read through an address.
-    following: OnceLock<Handles>,
-}
-
-/// The Vulkan objects of a program. [`Pipelines`](super::pipelines::Pipelines) destroys them
-/// with the device.
-#[derive(Clone, Copy)]
-pub(super) struct Handles {
-    pub(super) pipeline: vk::Pipeline,
-    pub(super) layout: vk::PipelineLayout,
-    set_layout: vk::DescriptorSetLayout,
-}
-
-/// Inputs for the creation of [`Handles`]; threads share it.
-#[derive(Clone, Copy)]
-pub(super) struct Maker<'a> {
-    pub(super) device: &'a ash::Device,
-    pub(super) names: &'a Names,
-    pub(super) optional: &'a Optional,
-    pub(super) cache: vk::PipelineCache,
-}
-
 impl Pipeline {
     /// The embedded shader `stem` with a value for each of its specialisation constants, by name;
-    /// floats are passed as bits. Constants of [`Tuning`] may be left out. Panics if others are
-    /// missing or any is unknown.
+    /// floats are passed as bits. Constants of [`super::Tuning`] may be left out. Panics if others
+    /// are missing or any is unknown.
     ///
     /// # Errors
     /// The shader exceeds the device's limits.
@@ -68,264 +32,12 @@ impl Pipeline {
     }
 }
 
-impl Program {
-    /// Creates the program. Panics if a constant is missing or unknown.
-    pub(super) fn new(
-        stem: &'static str,
-        constants: &[(&str, u32)],
-        tuning: &Tuning,
-        limits: &Limits,
-    ) -> Result<Self> {
-        let mut module = spirv::reflect(&Shader::named(stem).words());
-        let knows = |name: &str| module.constants.iter().any(|constant| constant.name == name);
-        let is_given = |name: &str| constants.iter().any(|(given, _)| *given == name);
-        let tuned = tuning.constants().into_iter().filter(|(name, _)| knows(name) && !is_given(name));
-        let constants: Vec<_> = constants.iter().copied().chain(tuned).collect();
-        for (size, name) in module.local_size.iter_mut().zip(spirv::LOCAL_SIZE) {
-            *size = constants.iter().find(|(given, _)| *given == name).map_or(*size, |(_, value)| *value);
-        }
-        check_limits(stem, &module, limits)?;
-        // Checked here and not at the first use, so that a mistake shows where the
-        // pipeline is created.
-        specialisation(stem, &module, &constants, false);
-        let constants = constants.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-        Ok(Self { stem, module, constants, direct: OnceLock::new(), following: OnceLock::new() })
-    }
-
-    /// Whether these bindings need the variant that reads lists through addresses. Panics if the
-    /// shader has no such variant.
-    pub(super) fn uses_buffer_device_address(&self, bindings: &[(&str, &Buffer)]) -> bool {
-        let follows = bindings.iter().any(|(_, buffer)| buffer.holds_address());
-        let knows =
-            || self.module.constants.iter().any(|constant| constant.name == USE_BUFFER_DEVICE_ADDRESS);
-        assert!(!follows || knows(), "`{}` does not follow addresses", self.stem);
-        follows
-    }
-
-    /// The Vulkan objects of a variant. `None` before [`Self::make`].
-    pub(super) fn handles(&self, uses_buffer_device_address: bool) -> Option<Handles> {
-        self.variant(uses_buffer_device_address).get().copied()
-    }
-
-    /// Creates the Vulkan objects of a variant that has none.
-    pub(super) fn make(&self, maker: Maker<'_>, uses_buffer_device_address: bool) -> Result<()> {
-        let constants: Vec<_> = self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        let handles = Handles::new(maker, self.stem, &self.module, &constants, uses_buffer_device_address)?;
-        // Another thread may have been faster; its objects are in use.
-        if let Err(late) = self.variant(uses_buffer_device_address).set(handles) {
-            late.destroy(maker.device);
-        }
-        Ok(())
-    }
-
-    fn variant(&self, uses_buffer_device_address: bool) -> &OnceLock<Handles> {
-        if uses_buffer_device_address { &self.following } else { &self.direct }
-    }
-
-    /// Destroys the Vulkan objects. No submission may use them any more.
-    pub(super) fn destroy(&self, device: &ash::Device) {
-        let variants = [&self.direct, &self.following];
-        variants.into_iter().filter_map(OnceLock::get).for_each(|handles| handles.destroy(device));
-    }
-
-    /// Workgroups that cover `threads`. One-dimensional work is swizzled if the shader reads the
-    /// number of workgroups.
-    pub(super) fn workgroups(&self, context: &Context, threads: [u32; 3]) -> [u32; 3] {
-        let local = self.module.local_size;
-        let mut groups: [u32; 3] = std::array::from_fn(|axis| threads[axis].div_ceil(local[axis]));
-        if self.module.has_workgroup_count && threads[1..] == [1, 1] && local[1..] == [1, 1] {
-            groups = context.tuning().swizzled(groups[0]);
-        }
-        let most = context.limits().workgroup_count;
-        let fits = groups.iter().zip(&most).all(|(groups, most)| groups <= most);
-        assert!(fits, "`{}`: {groups:?} workgroups, the device takes {most:?}", self.stem);
-        groups
-    }
-}
-
-impl Handles {
-    fn new(
-        maker: Maker<'_>,
-        stem: &'static str,
-        module: &Module,
-        constants: &[(&str, u32)],
-        uses_buffer_device_address: bool,
-    ) -> Result<Self> {
-        let (entries, values) = specialisation(stem, module, constants, uses_buffer_device_address);
-        let mut handles = Self {
-            pipeline: vk::Pipeline::null(),
-            layout: vk::PipelineLayout::null(),
-            set_layout: vk::DescriptorSetLayout::null(),
-        };
-        let made = handles
-            .create_layout(maker, stem, module)
-            .and_then(|()| handles.create_pipeline(maker, stem, &entries, &values))
-            .and_then(|()| maker.optional.note_pipeline(stem, handles.pipeline));
-        if made.is_err() {
-            handles.destroy(maker.device);
-        }
-        made.map(|()| handles)
-    }
-
-    fn create_layout(&mut self, maker: Maker<'_>, stem: &str, module: &Module) -> Result<()> {
-        let device = maker.device;
-        let stages = vk::ShaderStageFlags::COMPUTE;
-        let bindings: Vec<_> = module
-            .bindings
-            .iter()
-            .map(|binding| {
-                vk::DescriptorSetLayoutBinding::default()
-                    .binding(binding.binding)
-                    .descriptor_type(descriptor_type(binding))
-                    .descriptor_count(1)
-                    .stage_flags(stages)
-            })
-            .collect();
-        let info = vk::DescriptorSetLayoutCreateInfo::default()
-            .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
-            .bindings(&bindings);
-        self.set_layout =
-            // SAFETY: the device and every object in the description are alive.
-            unsafe { device.create_descriptor_set_layout(&info, None) }.vk("vkCreateDescriptorSetLayout")?;
-        maker.names.set_name(self.set_layout, stem);
-
-        let push_ranges: Vec<_> = module
-            .push
-            .iter()
-            .map(|push| vk::PushConstantRange::default().stage_flags(stages).size(push.size))
-            .collect();
-        let info = vk::PipelineLayoutCreateInfo::default()
-            .set_layouts(std::slice::from_ref(&self.set_layout))
-            .push_constant_ranges(&push_ranges);
-        // SAFETY: the device and every object in the description are alive.
-        self.layout = unsafe { device.create_pipeline_layout(&info, None) }.vk("vkCreatePipelineLayout")?;
-        maker.names.set_name(self.layout, stem);
-        Ok(())
-    }
-
-    fn create_pipeline(
-        &mut self,
-        maker: Maker<'_>,
-        stem: &str,
-        entries: &[vk::SpecializationMapEntry],
-        values: &[u32],
-    ) -> Result<()> {
-        let device = maker.device;
-        let words = Shader::named(stem).words();
-        let info = vk::ShaderModuleCreateInfo::default().code(&words);
-        // SAFETY: the device and every object in the description are alive.
-        let shader = unsafe { device.create_shader_module(&info, None) }.vk("vkCreateShaderModule")?;
-        maker.names.set_name(shader, stem);
-        let specialisation =
-            vk::SpecializationInfo::default().map_entries(entries).data(bytemuck::cast_slice(values));
-        let stage = vk::PipelineShaderStageCreateInfo::default()
-            .stage(vk::ShaderStageFlags::COMPUTE)
-            .module(shader)
-            .name(c"main")
-            .specialization_info(&specialisation);
-        let info = vk::ComputePipelineCreateInfo::default()
-            .stage(stage)
-            .layout(self.layout)
-            .flags(maker.optional.pipeline_flags());
-        // SAFETY: the device and every object in the description are alive; the cache locks itself.
-        let created = unsafe { device.create_compute_pipelines(maker.cache, &[info], None) };
-        // SAFETY: the pipeline that needed it is made.
-        unsafe { device.destroy_shader_module(shader, None) };
-        let pipelines = created.map_err(|(_, result)| result).vk("vkCreateComputePipelines")?;
-        self.pipeline = pipelines[0];
-        maker.names.set_name(self.pipeline, stem);
-        Ok(())
-    }
-
-    fn destroy(self, device: &ash::Device) {
-        // Null handles, where creation stopped half-way, are ignored by Vulkan.
-        // SAFETY: they are ours, made by this device, and no submission uses them any more.
-        unsafe {
-            device.destroy_pipeline(self.pipeline, None);
-            device.destroy_pipeline_layout(self.layout, None);
-            device.destroy_descriptor_set_layout(self.set_layout, None);
-        }
-    }
-}
-
-/// Map entries and values of the specialisation constants. Panics if one is missing or unknown; the
-/// constant that follows from the bindings is not passed.
-fn specialisation(
-    stem: &str,
-    module: &Module,
-    given: &[(&str, u32)],
-    uses_buffer_device_address: bool,
-) -> (Vec<vk::SpecializationMapEntry>, Vec<u32>) {
-    for (name, _) in given {
-        let is_known = module.constants.iter().any(|constant| constant.name == *name);
-        assert!(is_known, "`{stem}` has no specialisation constant `{name}`");
-    }
-    (0_u32..)
-        .zip(&module.constants)
-        .map(|(index, constant)| {
-            let own = (USE_BUFFER_DEVICE_ADDRESS, u32::from(uses_buffer_device_address));
-            let value = given.iter().copied().chain([own]).find(|(name, _)| *name == constant.name);
-            let (_, value) = value
-                .unwrap_or_else(|| panic!("`{stem}` needs its specialisation constant `{}`", constant.name));
-            let entry = vk::SpecializationMapEntry { constant_id: constant.id, offset: 4 * index, size: 4 };
-            (entry, value)
-        })
-        .unzip()
-}
-
-/// Descriptor type of a binding.
-pub(super) fn descriptor_type(binding: &Binding) -> vk::DescriptorType {
-    if binding.is_texels {
-        vk::DescriptorType::UNIFORM_TEXEL_BUFFER
-    } else {
-        vk::DescriptorType::STORAGE_BUFFER
-    }
-}
-
-fn check_limits(stem: &str, module: &Module, limits: &Limits) -> Result<()> {
-    let [x, y, z] = module.local_size;
-    let [max_x, max_y, max_z] = limits.workgroup_size;
-    let needs = [
-        ("invocations in a workgroup", x * y * z, limits.workgroup_invocations),
-        ("invocations along x", x, max_x),
-        ("invocations along y", y, max_y),
-        ("invocations along z", z, max_z),
-        ("storage buffers", module.bindings.len() as u32, limits.storage_buffers),
-        ("bytes of push constants", module.push.as_ref().map_or(0, |push| push.size), limits.push_bytes),
-    ];
-    match needs.iter().find(|(_, need, limit)| need > limit) {
-        Some((what, need, limit)) => {
-            Err(Error::OutOfMemory(format!("`{stem}` needs {need} {what}, the device has {limit}")))
-        }
-        None => Ok(()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_shader_beyond_the_limits_is_refused_with_need_and_limit() {
-        let module = Module { local_size: [512, 1, 1], ..Module::default() };
-        let limits = Limits { workgroup_invocations: 256, workgroup_size: [1024; 3], ..Limits::default() };
-        let message = check_limits("scan", &module, &limits).unwrap_err().to_string();
-        assert!(
-            message.contains("`scan` needs 512 invocations in a workgroup, the device has 256"),
-            "{message}"
-        );
-    }
-
-    #[test]
-    #[should_panic(expected = "`scan` needs its specialisation constant `ITEMS`")]
-    fn a_forgotten_constant_is_named() {
-        let constant = spirv::Constant { id: 0, name: "ITEMS".into() };
-        specialisation("scan", &Module { constants: vec![constant], ..Module::default() }, &[], false);
-    }
-
-    #[test]
-    #[should_panic(expected = "`scan` has no specialisation constant `ITEM`")]
-    fn an_unknown_constant_is_named() {
-        specialisation("scan", &Module::default(), &[("ITEM", 1)], false);
-    }
+/// Whether these bindings need the variant of a program that reads lists through addresses. Panics
+/// if the shader has no such variant.
+pub(super) fn uses_buffer_device_address(program: &Program, bindings: &[(&str, &Buffer)]) -> bool {
+    let follows = bindings.iter().any(|(_, buffer)| buffer.holds_address());
+    let constants = &program.module.constants;
+    let knows = || constants.iter().any(|constant| constant.name == USE_BUFFER_DEVICE_ADDRESS);
+    assert!(!follows || knows(), "`{}` does not follow addresses", program.stem);
+    follows
 }

@@ -10,7 +10,7 @@ use std::{env, fs};
 use ash::vk;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::context::Names;
+use super::names::Names;
 use crate::files;
 
 /// Environment variable with another folder; empty: nothing is stored.

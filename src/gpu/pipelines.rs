@@ -9,11 +9,12 @@ use std::time::{Duration, Instant};
 
 use ash::vk;
 
-use super::context::Names;
+use super::Tuning;
 use super::device::Limits;
-use super::pipeline::{Maker, Program};
+use super::names::Names;
+use super::optional::Optional;
 use super::pipeline_store::PipelineStore;
-use super::{Context, Tuning};
+use super::program::{Maker, Program};
 use crate::error::Result;
 
 /// Key of a program: shader and specialisation constants.
@@ -70,13 +71,12 @@ impl Pipelines {
     ///
     /// # Errors
     /// The first error in the order of `missing`; the other variants are still compiled.
-    pub(super) fn make(&self, context: &Context, missing: &[Missing]) -> Result<()> {
-        let maker = Maker {
-            device: &context.device,
-            names: &context.names,
-            optional: &context.optional,
-            cache: self.cache,
-        };
+    pub(super) fn make(
+        &self,
+        (device, names, optional): (&ash::Device, &Names, &Optional),
+        missing: &[Missing],
+    ) -> Result<()> {
+        let maker = Maker { device, names, optional, cache: self.cache };
         let start = Instant::now();
         let next = AtomicUsize::new(0);
         let work = || {

@@ -10,8 +10,9 @@ use bytemuck::Pod;
 
 use super::barrier::{Barrier, COMPUTE_TO_HOST, Places, SUBMISSION, TRANSFER_TO_HOST};
 use super::hazard::{Hazards, Use};
-use super::pipeline::{Handles, Program};
+use super::pipeline::uses_buffer_device_address;
 use super::pipelines::Missing;
+use super::program::{Handles, Program};
 use super::schedule::{Bound, Command, Schedule, Workgroups};
 use super::spirv::Access;
 use super::submission::Submission;
@@ -237,7 +238,12 @@ impl Recorder {
         }
         let submission = self.submission.as_ref().expect("taken only in drop");
         let done = submission
-            .submit_and_wait(&self.context)
+            .submit_and_wait(&self.context.device, |infos, fence| {
+                let context = &self.context;
+                // SAFETY: no other thread has the queue; commands and fence live until the fence is
+                // waited for.
+                context.with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, infos, fence) })
+            })
             .and_then(|times| Ok((times, submission.timestamps.read(&self.context.device)?)));
         let (times, ticks) = done.map_err(|error| match error {
             Error::Vulkan { call, result: result @ vk::Result::ERROR_DEVICE_LOST, .. } => {
@@ -251,7 +257,8 @@ impl Recorder {
         }
         let [recorded, submitted, done] = times;
         let host = [self.begun, recorded, submitted, done, Instant::now()];
-        self.context.timeline.note_submission(&self.context, host, &timings, &ticks)?;
+        let device = (&self.context.optional, self.context.limits());
+        self.context.timeline.note_submission(device, host, &timings, &ticks)?;
         Ok((timings, self.hazards.as_ref().map_or_else(Vec::new, Hazards::redundant)))
     }
 
@@ -264,7 +271,8 @@ impl Recorder {
 
     fn timestamp(&mut self) {
         let submission = self.submission.as_mut().expect("taken only in drop");
-        if let Err(error) = submission.timestamps.write(&self.context, self.commands) {
+        let device = (&self.context.device, &self.context.sync2, &self.context.names);
+        if let Err(error) = submission.timestamps.write(device, self.commands) {
             self.failure.get_or_insert(error);
         }
         if self.context.delays_timestamps() {
@@ -373,18 +381,19 @@ impl Recorder {
         if self.leaves_out {
             return false;
         }
-        let uses_buffer_device_address = program.uses_buffer_device_address(bindings);
-        let Some(handles) = program.handles(uses_buffer_device_address) else {
-            let is_known = |(other, follows): &Missing| {
-                Arc::ptr_eq(other, program) && *follows == uses_buffer_device_address
-            };
+        let by_address = uses_buffer_device_address(program, bindings);
+        let Some(handles) = program.handles(by_address) else {
+            let is_known = |(other, follows): &Missing| Arc::ptr_eq(other, program) && *follows == by_address;
             if !self.missing.iter().any(is_known) {
-                self.missing.push((program.clone(), uses_buffer_device_address));
+                self.missing.push((program.clone(), by_address));
             }
             return false;
         };
         let (workgroups, counts) = match size {
-            Size::Threads(threads) => (Workgroups::Direct(program.workgroups(&self.context, threads)), None),
+            Size::Threads(threads) => (
+                Workgroups::Direct(program.workgroups(self.context.tuning(), self.context.limits(), threads)),
+                None,
+            ),
             Size::Indirect(counts, offset) => {
                 (Workgroups::Indirect(counts.allocated.handle, offset), Some(counts))
             }

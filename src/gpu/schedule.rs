@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use ash::vk;
 
 use super::hazard::Use;
-use super::pipeline::Handles;
+use super::program::Handles;
 
 /// What a dispatch binds, in the order of the shader's bindings.
 pub(super) enum Bound {

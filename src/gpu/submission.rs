@@ -2,10 +2,12 @@
 
 use std::time::Instant;
 
+use ash::prelude::VkResult;
 use ash::vk;
 
+use super::VkResultExt;
+use super::names::Names;
 use super::timing::Timestamps;
-use super::{Context, VkResultExt};
 use crate::error::Result;
 
 /// One recording at a time uses it; later ones reuse it.
@@ -17,34 +19,34 @@ pub(super) struct Submission {
 }
 
 impl Submission {
-    pub(super) fn new(context: &Context) -> Result<Self> {
+    pub(super) fn new(device: &ash::Device, names: &Names, queue_family: u32) -> Result<Self> {
         let info = vk::CommandPoolCreateInfo::default()
             .flags(vk::CommandPoolCreateFlags::TRANSIENT)
-            .queue_family_index(context.queue_family);
+            .queue_family_index(queue_family);
         // SAFETY: the device and every object in the description are alive.
-        let pool = unsafe { context.device.create_command_pool(&info, None) }.vk("vkCreateCommandPool")?;
-        let rest = Self::commands_and_fence(context, pool);
+        let pool = unsafe { device.create_command_pool(&info, None) }.vk("vkCreateCommandPool")?;
+        let rest = Self::commands_and_fence(device, pool);
         if rest.is_err() {
             // SAFETY: nothing was recorded yet; its command buffer goes with it.
-            unsafe { context.device.destroy_command_pool(pool, None) };
+            unsafe { device.destroy_command_pool(pool, None) };
         }
         let (commands, fence) = rest?;
-        context.set_name(pool, "recording");
-        context.set_name(commands, "recording");
-        context.set_name(fence, "recording is done");
+        names.set_name(pool, "recording");
+        names.set_name(commands, "recording");
+        names.set_name(fence, "recording is done");
         Ok(Self { pool, commands, fence, timestamps: Timestamps::default() })
     }
 
     fn commands_and_fence(
-        context: &Context,
+        device: &ash::Device,
         pool: vk::CommandPool,
     ) -> Result<(vk::CommandBuffer, vk::Fence)> {
         let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
         // SAFETY: the device and every object in the description are alive.
-        let commands = unsafe { context.device.allocate_command_buffers(&info) };
+        let commands = unsafe { device.allocate_command_buffers(&info) };
         let commands = commands.vk("vkAllocateCommandBuffers")?[0];
         // SAFETY: the device and every object in the description are alive.
-        let fence = unsafe { context.device.create_fence(&vk::FenceCreateInfo::default(), None) };
+        let fence = unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) };
         Ok((commands, fence.vk("vkCreateFence")?))
     }
 
@@ -64,19 +66,19 @@ impl Submission {
     }
 
     /// Ends the recording, submits it, and waits until the device is done with it. Returns the
-    /// times of the end of recording, of the submission, and of the end on the device.
-    pub(super) fn submit_and_wait(&self, context: &Context) -> Result<[Instant; 3]> {
-        let device = &context.device;
+    /// times of the end of recording, of the submission, and of the end on the device. `submit`
+    /// gives the commands to the queue.
+    pub(super) fn submit_and_wait(
+        &self,
+        device: &ash::Device,
+        submit: impl FnOnce(&[vk::SubmitInfo2<'_>], vk::Fence) -> VkResult<()>,
+    ) -> Result<[Instant; 3]> {
         // SAFETY: the commands are ours, and are being recorded.
         unsafe { device.end_command_buffer(self.commands) }.vk("vkEndCommandBuffer")?;
         let recorded = Instant::now();
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
-        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
-        context
-            // SAFETY: no other thread has the queue; commands, semaphores and fence live until the
-            // fence is waited for.
-            .with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, &submit, self.fence) })
-            .vk("vkQueueSubmit2")?;
+        let infos = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        submit(&infos, self.fence).vk("vkQueueSubmit2")?;
         let submitted = Instant::now();
         // SAFETY: the device is alive; whoever holds the queue waits for it.
         let waited = unsafe { device.wait_for_fences(&[self.fence], true, u64::MAX) };

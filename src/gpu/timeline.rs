@@ -3,9 +3,8 @@
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use super::Context;
 use super::device::Limits;
-use super::optional::DeviceClock;
+use super::optional::{DeviceClock, Optional};
 use super::timing::{PassTiming, milliseconds};
 use crate::error::Result;
 
@@ -60,7 +59,7 @@ pub struct HostSpan {
     pub bytes: u64,
 }
 
-/// Actions between [`Context::begin_trace`] and [`Context::end_trace`].
+/// Actions between the begin and the end of a trace.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
     /// Submissions in the order in which they were done.
@@ -87,11 +86,23 @@ impl Open {
 }
 
 impl Timeline {
+    /// Begins a trace. Times count from `origin`.
+    pub(super) fn begin(&self, origin: Instant) {
+        let open = Open { origin, trace: Trace::default() };
+        *self.0.lock().expect("no holder panics") = Some(open);
+    }
+
+    /// Ends the trace and returns it. Empty if none was begun.
+    pub(super) fn end(&self) -> Trace {
+        let open = self.0.lock().expect("no holder panics").take();
+        open.map_or_else(Trace::default, |open| open.trace)
+    }
+
     /// Adds a submission: the host's times, in the order of [`SubmissionSpan`], and the ticks at
     /// which passes began and ended.
     pub(super) fn note_submission(
         &self,
-        context: &Context,
+        (optional, limits): (&Optional, &Limits),
         host: [Instant; 5],
         passes: &[PassTiming],
         ticks: &[[u64; 2]],
@@ -99,14 +110,14 @@ impl Timeline {
         let mut timeline = self.0.lock().expect("no holder panics");
         let Some(open) = timeline.as_mut() else { return Ok(()) };
         let [begun_us, recorded_us, submitted_us, done_us, read_us] = host.map(|time| open.us(time));
-        let reading = context.optional.clock.as_ref().map(Reading::take).transpose()?;
+        let reading = optional.clock.as_ref().map(Reading::take).transpose()?;
         let deviation_us = reading.as_ref().map(|reading| reading.deviation_us);
         let anchor = match (&reading, ticks.first()) {
             (Some(reading), _) => Some(Anchor::Together { ticks: reading.ticks, us: open.us(reading.at) }),
             (None, Some(&[first, _])) => Some(Anchor::Submission { first, us: recorded_us }),
             (None, None) => None,
         };
-        let place = |ticks| anchor.map_or(0.0, |anchor| anchor.place(ticks, context.limits()));
+        let place = |ticks| anchor.map_or(0.0, |anchor| anchor.place(ticks, limits));
         let spans = passes.iter().zip(ticks).map(|(pass, &[begin, end])| PassSpan {
             name: pass.name,
             begin_us: place(begin),
@@ -179,24 +190,6 @@ impl Anchor {
             Self::Together { ticks: last, us } => us - 1e3 * milliseconds(ticks, last, limits),
             Self::Submission { first, us } => us + 1e3 * milliseconds(first, ticks, limits),
         }
-    }
-}
-
-impl Context {
-    /// Begins a trace of host and device. Times count from `origin`.
-    pub fn begin_trace(&self, origin: Instant) {
-        let open = Open { origin, trace: Trace::default() };
-        *self.timeline.0.lock().expect("no holder panics") = Some(open);
-    }
-
-    /// Ends the trace and returns it. Empty if none was begun.
-    pub fn end_trace(&self) -> Trace {
-        self.timeline
-            .0
-            .lock()
-            .expect("no holder panics")
-            .take()
-            .map_or_else(Trace::default, |open| open.trace)
     }
 }
 

@@ -2,8 +2,9 @@
 
 use ash::vk;
 
+use super::VkResultExt;
 use super::device::Limits;
-use super::{Context, VkResultExt};
+use super::names::Names;
 use crate::error::Result;
 
 /// Device time of one pass.
@@ -41,28 +42,27 @@ impl Timestamps {
     }
 
     /// Writes a timestamp once every earlier command is done.
-    pub(super) fn write(&mut self, context: &Context, commands: vk::CommandBuffer) -> Result<()> {
+    pub(super) fn write(
+        &mut self,
+        (device, sync2, names): (&ash::Device, &ash::khr::synchronization2::Device, &Names),
+        commands: vk::CommandBuffer,
+    ) -> Result<()> {
         let pool_index = (self.used / POOL_QUERIES) as usize;
         if pool_index == self.pools.len() {
             let info = vk::QueryPoolCreateInfo::default()
                 .query_type(vk::QueryType::TIMESTAMP)
                 .query_count(POOL_QUERIES);
             // SAFETY: the device and every object in the description are alive.
-            let pool = unsafe { context.device.create_query_pool(&info, None) }.vk("vkCreateQueryPool")?;
+            let pool = unsafe { device.create_query_pool(&info, None) }.vk("vkCreateQueryPool")?;
             // SAFETY: the pool has as many queries, and no submission writes them any more.
-            unsafe { context.device.reset_query_pool(pool, 0, POOL_QUERIES) };
-            context.set_name(pool, "timestamps of passes");
+            unsafe { device.reset_query_pool(pool, 0, POOL_QUERIES) };
+            names.set_name(pool, "timestamps of passes");
             self.pools.push(pool);
         }
         let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
         // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe {
-            context.sync2.cmd_write_timestamp2(
-                commands,
-                stage,
-                self.pools[pool_index],
-                self.used % POOL_QUERIES,
-            );
+            sync2.cmd_write_timestamp2(commands, stage, self.pools[pool_index], self.used % POOL_QUERIES);
         }
         self.used += 1;
         Ok(())

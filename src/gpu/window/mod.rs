@@ -15,5 +15,4 @@ mod swapchain;
 
 pub use painter::{Painting, Shown, WindowPainter};
 pub use picture::PictureId;
-pub(super) use surface::RawSurface;
 pub use surface::{Surface, WindowHandles};

@@ -7,7 +7,7 @@ use ash::vk;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 
 use super::super::VkResultExt;
-use super::super::context::Context;
+use super::super::context::{Context, ContextOptions};
 use super::super::instance::Instance;
 use crate::error::{Error, Result};
 
@@ -69,6 +69,21 @@ impl Drop for RawSurface {
 impl Surface {
     pub(in super::super) fn new(raw: RawSurface, context: &Arc<Context>) -> Self {
         Self { raw, context: context.clone() }
+    }
+}
+
+impl Context {
+    /// As [`Self::new`], for a device that can present to the window, with the window's surface.
+    /// The window must outlive the surface.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn for_window(options: &ContextOptions, window: &dyn WindowHandles) -> Result<(Arc<Self>, Surface)> {
+        let instance = Arc::new(Instance::new(options.validation, RawSurface::extensions(window)?)?);
+        let surface = RawSurface::new(instance.clone(), window)?;
+        let context = Self::open(instance, options, Some(&|device, family| surface.takes(device, family)))?;
+        let surface = Surface::new(surface, &context);
+        Ok((context, surface))
     }
 }
 

@@ -176,7 +176,7 @@ pub struct Gloss {
     /// A `GlossVertex` for each glossy vertex.
     pub vertices: Buffer,
     /// Offset from the index of a contribution to that of its vertex, for each base cluster;
-    /// [`NO_ENTRY`] if it is not glossy.
+    /// [`NO_ENTRY`](crate::passes::gloss_tables::NO_ENTRY) if it is not glossy.
     pub shifts: Buffer,
     /// Range of base clusters below each cluster.
     pub base_ranges: Buffer,

@@ -126,6 +126,25 @@ impl Buffer {
         Ok(Self { allocated: Arc::new(allocated) })
     }
 
+    /// Creates a buffer that the host writes and copies read.
+    pub(super) fn host_upload(context: &Arc<Context>, name: &str, bytes: u64) -> Result<Self> {
+        let (usage, location) = (vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu);
+        Ok(Self { allocated: Arc::new(Allocated::new(context, name, bytes, usage, location)?) })
+    }
+
+    /// Overwrites the start of a buffer of [`Self::host_upload`].
+    pub(super) fn write_mapped(&self, data: &[u8]) {
+        self.allocated.store(data);
+    }
+
+    /// The first elements of a host-visible buffer.
+    pub(super) fn read_mapped<T: Pod>(&self, count: usize) -> Vec<T> {
+        let mut data = vec![T::zeroed(); count];
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
+        bytes.copy_from_slice(&self.allocated.mapped()[..bytes.len()]);
+        data
+    }
+
     /// A word of a host-visible buffer.
     pub(super) fn mapped_word(&self, index: u32) -> u32 {
         let first = 4 * index as usize;

@@ -1,13 +1,15 @@
-//! Words that recordings copy to the host.
+//! Lists in host memory that recordings copy, so that work on the device and the exchange of its
+//! data are one submission.
 
 use std::sync::Arc;
+
+use bytemuck::Pod;
 
 use super::{Buffer, Context};
 use crate::error::Result;
 
-/// A block of words in host memory. Recordings copy counters into it
-/// ([`Recorder::copy_to_host`](super::Recorder::copy_to_host)), and the host reads them without a
-/// submission of its own.
+/// A list that recordings copy to the host ([`Recorder::copy_to_host`](super::Recorder)): counters,
+/// or results. The host reads it without a submission of its own.
 pub struct HostBlock {
     pub(super) buffer: Buffer,
 }
@@ -19,6 +21,14 @@ impl HostBlock {
     /// The device lacks memory.
     pub fn new(context: &Arc<Context>, name: &str, words: u32) -> Result<Self> {
         Ok(Self { buffer: Buffer::host_words(context, name, words)? })
+    }
+
+    /// Creates a block for the whole of a buffer.
+    ///
+    /// # Errors
+    /// The device lacks memory.
+    pub fn of(context: &Arc<Context>, name: &str, buffer: &Buffer) -> Result<Self> {
+        Self::new(context, name, buffer.bytes().div_ceil(4) as u32)
     }
 
     /// Number of words.
@@ -34,5 +44,32 @@ impl HostBlock {
     /// A word, after the recordings that are done. Panics if the block is shorter.
     pub fn word(&self, index: u32) -> u32 {
         self.buffer.mapped_word(index)
+    }
+
+    /// The first elements, after the recordings that are done. Panics if the block is shorter.
+    pub fn read<T: Pod>(&self, count: usize) -> Vec<T> {
+        self.buffer.read_mapped(count)
+    }
+}
+
+/// A list that the host writes and recordings copy to the device
+/// ([`Recorder::copy_from_host`](super::Recorder::copy_from_host)).
+pub struct HostUpload {
+    pub(super) buffer: Buffer,
+}
+
+impl HostUpload {
+    /// Creates a list for the whole of a buffer.
+    ///
+    /// # Errors
+    /// The device lacks memory.
+    pub fn of(context: &Arc<Context>, name: &str, buffer: &Buffer) -> Result<Self> {
+        Ok(Self { buffer: Buffer::host_upload(context, name, buffer.bytes())? })
+    }
+
+    /// Overwrites the start of the list. All recordings that copy it must be done. Panics if the
+    /// data are longer.
+    pub fn write<T: Pod>(&self, data: &[T]) {
+        self.buffer.write_mapped(bytemuck::cast_slice(data));
     }
 }

@@ -40,7 +40,7 @@ pub use buffer::Buffer;
 pub use capture::Capture;
 pub use context::{Context, ContextOptions, MemoryUse};
 pub use device::{DeviceSummary, Limits};
-pub use host_block::HostBlock;
+pub use host_block::{HostBlock, HostUpload};
 pub use optional::{PipelineStatistics, Statistic};
 pub use pipeline::Pipeline;
 pub use recorder::{PassScope, Recorder};

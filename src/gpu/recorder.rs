@@ -17,7 +17,7 @@ use super::schedule::{Bound, Command, Schedule, Workgroups};
 use super::spirv::Access;
 use super::submission::Submission;
 use super::timing::{PassTiming, milliseconds};
-use super::{Buffer, Context, HostBlock, Pipeline};
+use super::{Buffer, Context, HostBlock, HostUpload, Pipeline};
 use crate::error::{Error, Result};
 
 /// Bytes that one `vkCmdUpdateBuffer` takes at most.
@@ -210,6 +210,12 @@ impl Recorder {
             let uses = if index == 0 { vec![transfer(buffer, true)] } else { Vec::new() };
             self.command(Command::Update { buffer: handle, offset, data: update.to_vec() }, |_| uses);
         }
+    }
+
+    /// Copies the first bytes of a list that the host has written to the start of `to`. A transfer.
+    /// Panics if one of them is too short.
+    pub fn copy_from_host(&mut self, from: &HostUpload, to: &Buffer, bytes: u64) {
+        self.copy_bytes(&from.buffer, 0, to, 0, bytes);
     }
 
     /// Copies `words` words from a byte offset of `from` to word `to` of a block that the host

@@ -9,7 +9,8 @@ use super::Chunks;
 use super::gather_rays::Hemisphere;
 use super::path_orders::Vertex;
 use crate::error::Result;
-use crate::gpu::{Buffer, Context, Pipeline};
+use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
+use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::{SceneBuffers, loop_limit};
 use crate::scene::{hvds::Hvds, unweighted::NEARBY};
@@ -110,10 +111,15 @@ pub fn open_rays(
     let asked =
         Buffer::storage(context, "accessibility points", limit * size_of::<AccessibilityPoint>() as u64)?;
     let answered = Buffer::storage(context, "open rays", 4 * limit)?;
+    let from_host = HostUpload::of(context, "accessibility points on the host", &asked)?;
+    let to_host = HostBlock::of(context, "open rays on the host", &answered)?;
     let mut open = Vec::with_capacity(points.len());
     Chunks::new(1 << 13, limit as u32).run(points.len() as u32, |first, count| {
-        asked.write(&points[first as usize..(first + count) as usize])?;
+        from_host.write(&points[first as usize..(first + count) as usize]);
         let ((), timings) = context.run(|rec| {
+            let bytes = u64::from(count) * size_of::<AccessibilityPoint>() as u64;
+            rec.copy_from_host(&from_host, &asked, bytes);
+            rec.barrier(TRANSFER_TO_COMPUTE);
             rec.pass(STEM).dispatch(
                 &pipeline,
                 [count, 1, 1],
@@ -126,8 +132,10 @@ pub fn open_rays(
                     ("OpenRays", &answered),
                 ],
             );
+            rec.barrier(COMPUTE_TO_TRANSFER);
+            rec.copy_to_host(&answered, 0, &to_host, 0, count);
         })?;
-        open.extend(answered.read_range::<u32>(0, count as usize)?);
+        open.extend(to_host.read::<u32>(count as usize));
         loop_limit::refuse(open[first as usize..].contains(&LOOP_TRUNCATED), STEM, 0)?;
         Ok(timings[0].ms)
     })?;

@@ -4,7 +4,8 @@
 use super::gather_rays::Hemisphere;
 use super::{Chunks, Progress};
 use crate::error::Result;
-use crate::gpu::{Buffer, Context, Pipeline};
+use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
+use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::{SceneBuffers, loop_limit};
 use crate::types::CachePoint;
@@ -57,6 +58,8 @@ pub(super) struct ClearanceProbe {
     pipeline: Pipeline,
     candidates: Buffer,
     clearances: Buffer,
+    from_host: HostUpload,
+    to_host: HostBlock,
     /// Size of the dispatches, from the durations of earlier ones.
     chunks: Mutex<Chunks>,
     scene_size: f32,
@@ -72,19 +75,16 @@ impl ClearanceProbe {
         let constants = [rings, sectors];
         let bindable = context.limits().storage_range_bytes / size_of::<CachePoint>() as u64;
         let limit = bindable.clamp(1, Self::LIMIT.into()) as u32;
+        let buffer = |name, bytes: usize| Buffer::storage(context, name, u64::from(limit) * bytes as u64);
+        let candidates = buffer("candidates", size_of::<CachePoint>())?;
+        let clearances = buffer("clearances", size_of::<Clearance>())?;
         Ok(Self {
             context: context.clone(),
             pipeline: Pipeline::new(context, STEM, &constants)?,
-            candidates: Buffer::storage(
-                context,
-                "candidates",
-                u64::from(limit) * size_of::<CachePoint>() as u64,
-            )?,
-            clearances: Buffer::storage(
-                context,
-                "clearances",
-                u64::from(limit) * size_of::<Clearance>() as u64,
-            )?,
+            from_host: HostUpload::of(context, "candidates on the host", &candidates)?,
+            to_host: HostBlock::of(context, "clearances on the host", &clearances)?,
+            candidates,
+            clearances,
             chunks: Mutex::new(Chunks::new(FIRST, limit)),
             scene_size,
             seed,
@@ -100,9 +100,12 @@ impl ClearanceProbe {
         let mut measured = Vec::with_capacity(candidates.len());
         let mut chunks = self.chunks.lock().unwrap_or_else(PoisonError::into_inner);
         chunks.run(candidates.len() as u32, |first, count| {
-            self.candidates.write(&candidates[first as usize..(first + count) as usize])?;
+            self.from_host.write(&candidates[first as usize..(first + count) as usize]);
+            let bytes = |item: usize| u64::from(count) * item as u64;
             let push = ClearancePush { candidate_count: count, seed: self.seed, scene_size: self.scene_size };
             let ((), timings) = self.context.run(|rec| {
+                rec.copy_from_host(&self.from_host, &self.candidates, bytes(size_of::<CachePoint>()));
+                rec.barrier(TRANSFER_TO_COMPUTE);
                 rec.pass(STEM).dispatch(
                     &self.pipeline,
                     [count * self.pipeline.local_size()[0], 1, 1],
@@ -115,8 +118,11 @@ impl ClearanceProbe {
                         ("Clearances", &self.clearances),
                     ],
                 );
+                rec.barrier(COMPUTE_TO_TRANSFER);
+                let words = (bytes(size_of::<Clearance>()) / 4) as u32;
+                rec.copy_to_host(&self.clearances, 0, &self.to_host, 0, words);
             })?;
-            measured.extend(self.clearances.read_range::<Clearance>(0, count as usize)?);
+            measured.extend(self.to_host.read::<Clearance>(count as usize));
             loop_limit::refuse(measured[first as usize..].iter().any(Clearance::is_unknown), STEM, 0)?;
             if let Some(progress) = &mut progress {
                 progress.advance(u64::from(first + count));

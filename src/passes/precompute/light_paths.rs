@@ -4,7 +4,8 @@
 use super::path_orders::{Arrivals, LightPaths, Vertex, WHITE, editable_bits, group};
 use super::{Chunks, Progress};
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Context, Pipeline};
+use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
+use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::path_scan::PathStep;
 use crate::passes::{ClusterBuffers, SceneBuffers, loop_limit};
@@ -190,6 +191,11 @@ struct Walk {
     vertices: Buffer,
     counts: Buffer,
     colours: Buffer,
+    states_from_host: HostUpload,
+    states_to_host: HostBlock,
+    vertices_to_host: HostBlock,
+    counts_to_host: HostBlock,
+    colours_to_host: HostBlock,
     grid: Grid,
     seed: u32,
 }
@@ -212,14 +218,23 @@ impl Walk {
             scene.textures.constant(),
         ];
         let vertex_bytes = limit * u64::from(STEPS) * size_of::<PathVertex>() as u64;
+        let paths = Buffer::storage(context, "path states", limit * size_of::<PathState>() as u64)?;
+        let vertices = Buffer::storage(context, "path vertices", vertex_bytes)?;
+        let counts = Buffer::storage(context, "vertex counts", limit * 4)?;
+        let colours = scene.textures.colours(context, "vertex colours", limit * u64::from(STEPS))?;
         Ok(Self {
             context: context.clone(),
             pipeline: Pipeline::new(context, STEM, &constants)?,
             materials: scene.materials.followed(),
-            paths: Buffer::storage(context, "path states", limit * size_of::<PathState>() as u64)?,
-            vertices: Buffer::storage(context, "path vertices", vertex_bytes)?,
-            counts: Buffer::storage(context, "vertex counts", limit * 4)?,
-            colours: scene.textures.colours(context, "vertex colours", limit * u64::from(STEPS))?,
+            states_from_host: HostUpload::of(context, "new path states on the host", &paths)?,
+            states_to_host: HostBlock::of(context, "path states on the host", &paths)?,
+            vertices_to_host: HostBlock::of(context, "path vertices on the host", &vertices)?,
+            counts_to_host: HostBlock::of(context, "vertex counts on the host", &counts)?,
+            colours_to_host: HostBlock::of(context, "vertex colours on the host", &colours)?,
+            paths,
+            vertices,
+            counts,
+            colours,
             grid: clusters.grid,
             seed,
         })
@@ -235,9 +250,13 @@ impl Walk {
         found: &mut Vec<Vertex>,
         survivors: &mut Vec<PathState>,
     ) -> Result<f64> {
-        self.paths.write(states)?;
+        self.states_from_host.write(states);
+        let (count, vertex_count) = (states.len(), states.len() * STEPS as usize);
+        let words = |count: usize, item: usize| (count * item / 4) as u32;
         let push = LightPathsPush { grid: self.grid, path_count: states.len() as u32, seed: self.seed };
         let ((), timings) = self.context.run(|rec| {
+            rec.copy_from_host(&self.states_from_host, &self.paths, size_of_val(states) as u64);
+            rec.barrier(TRANSFER_TO_COMPUTE);
             rec.pass(STEM).dispatch(
                 &self.pipeline,
                 [push.path_count, 1, 1],
@@ -255,20 +274,29 @@ impl Walk {
                     ("VertexColours", &self.colours),
                 ]),
             );
+            rec.barrier(COMPUTE_TO_TRANSFER);
+            let states = words(count, size_of::<PathState>());
+            rec.copy_to_host(&self.paths, 0, &self.states_to_host, 0, states);
+            let vertices = words(vertex_count, size_of::<PathVertex>());
+            rec.copy_to_host(&self.vertices, 0, &self.vertices_to_host, 0, vertices);
+            rec.copy_to_host(&self.counts, 0, &self.counts_to_host, 0, count as u32);
+            if scene.textures.are_used {
+                rec.copy_to_host(&self.colours, 0, &self.colours_to_host, 0, vertex_count as u32);
+            }
         })?;
-        let counts: Vec<u32> = self.counts.read_range(0, states.len())?;
+        let counts: Vec<u32> = self.counts_to_host.read(count);
         loop_limit::refuse(counts.contains(&LOOP_TRUNCATED), STEM, 0)?;
-        let vertices: Vec<PathVertex> = self.vertices.read_range(0, states.len() * STEPS as usize)?;
+        let vertices: Vec<PathVertex> = self.vertices_to_host.read(vertex_count);
         let colours: Vec<u32> = match scene.textures.are_used {
-            true => self.colours.read_range(0, vertices.len())?,
-            false => vec![WHITE; vertices.len()],
+            true => self.colours_to_host.read(vertex_count),
+            false => vec![WHITE; vertex_count],
         };
         let rows = vertices.chunks_exact(STEPS as usize).zip(colours.chunks_exact(STEPS as usize));
         for ((state, &count), (row, colours)) in states.iter().zip(&counts).zip(rows) {
             let row = row[..count as usize].iter().zip(colours);
             found.extend(row.map(|(vertex, &colour)| Vertex::new(state.path, vertex, colour)));
         }
-        let after: Vec<PathState> = self.paths.read_range(0, states.len())?;
+        let after: Vec<PathState> = self.states_to_host.read(count);
         survivors.extend(after.into_iter().filter(|state| state.is_alive == 1));
         Ok(timings[0].ms)
     }

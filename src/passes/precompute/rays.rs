@@ -3,7 +3,8 @@
 
 use super::Chunks;
 use crate::error::Result;
-use crate::gpu::{Buffer, Context, Pipeline};
+use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
+use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::{SceneBuffers, loop_limit};
 use crate::types::LOOP_TRUNCATED;
@@ -90,13 +91,21 @@ impl Rays {
         let limit = (queries.len() as u32).clamp(1, Self::LIMIT);
         let asked = Buffer::storage(&self.context, "ray queries", u64::from(limit) * 24)?;
         let answered = Buffer::storage(&self.context, "ray answers", u64::from(limit) * 8)?;
+        let from_host = HostUpload::of(&self.context, "ray queries on the host", &asked)?;
+        let to_host = HostBlock::of(&self.context, "ray answers on the host", &answered)?;
         let (mut answers, mut device_ms) = (Vec::with_capacity(queries.len()), 0.0);
         Chunks::new(1 << 14, limit).run(queries.len() as u32, |first, count| {
             let (first, count) = (first as usize, count as usize);
-            asked.write(&queries[first..first + count])?;
-            let push = RaysPush { ray_count: count as u32 };
-            let ms = self.dispatch(scene, &asked, &answered, push)?;
-            answers.extend(answered.read_range::<RayAnswer>(0, count)?);
+            from_host.write(&queries[first..first + count]);
+            let ((), timings) = self.context.run(|rec| {
+                rec.copy_from_host(&from_host, &asked, (count * size_of::<RayQuery>()) as u64);
+                rec.barrier(TRANSFER_TO_COMPUTE);
+                self.record(rec, scene, &asked, &answered, RaysPush { ray_count: count as u32 });
+                rec.barrier(COMPUTE_TO_TRANSFER);
+                rec.copy_to_host(&answered, 0, &to_host, 0, (count * size_of::<RayAnswer>() / 4) as u32);
+            })?;
+            let ms = timings[0].ms;
+            answers.extend(to_host.read::<RayAnswer>(count));
             loop_limit::refuse(
                 answers[first..].iter().any(|answer| answer.side == LOOP_TRUNCATED),
                 Self::STEM,
@@ -130,20 +139,29 @@ impl Rays {
         answered: &Buffer,
         push: RaysPush,
     ) -> Result<f64> {
-        let ((), timings) = self.context.run(|rec| {
-            rec.pass(Self::STEM).dispatch(
-                &self.pipeline,
-                [push.ray_count, 1, 1],
-                &push,
-                &[
-                    ("Nodes", &scene.nodes),
-                    ("Triangles", &scene.triangles),
-                    ("Surfaces", &scene.surfaces),
-                    ("Queries", asked),
-                    ("Answers", answered),
-                ],
-            );
-        })?;
+        let ((), timings) = self.context.run(|rec| self.record(rec, scene, asked, answered, push))?;
         Ok(timings[0].ms)
+    }
+
+    fn record(
+        &self,
+        rec: &mut Recorder,
+        scene: &SceneBuffers,
+        asked: &Buffer,
+        answered: &Buffer,
+        push: RaysPush,
+    ) {
+        rec.pass(Self::STEM).dispatch(
+            &self.pipeline,
+            [push.ray_count, 1, 1],
+            &push,
+            &[
+                ("Nodes", &scene.nodes),
+                ("Triangles", &scene.triangles),
+                ("Surfaces", &scene.surfaces),
+                ("Queries", asked),
+                ("Answers", answered),
+            ],
+        );
     }
 }

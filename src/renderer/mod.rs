@@ -52,8 +52,8 @@ use crate::passes::frame::{
 };
 use crate::passes::reflectances;
 use crate::scene::directions::Directions;
-use crate::scene::{Material, Scene};
-use crate::types::View;
+use crate::scene::{Material, Measure, Scene};
+use crate::types::{PathVertex, View};
 use counters::FrameCounters;
 use dirty::Dirty;
 use gloss::GlossPasses;
@@ -139,8 +139,9 @@ impl Renderer {
         let form_factors = FormFactors::new(context, &made.buffers, &made.entry_points, made.area_m2)?;
         let is_glossy = made.gloss.is_some();
         let may_be_glossy: Vec<bool> = scene.materials.iter().map(Material::may_be_glossy).collect();
-        let near_lights =
-            NearLights::new(context, &made.entry_points, &made.surfaces, &may_be_glossy, made.area_m2)?;
+        let near: &[PathVertex] =
+            if scene.quality.takes(Measure::NearLights) { &made.entry_points } else { &[] };
+        let near_lights = NearLights::new(context, near, &made.surfaces, &may_be_glossy, made.area_m2)?;
         let (paths, bits) = ((form_factors.point_count(), made.area_m2), made.packing.cluster_bits);
         let gloss = |tables| GlossPasses::new(context, &scene, &made.buffers, tables, paths, bits);
         let gloss = made.gloss.as_ref().map(gloss).transpose()?;

@@ -6,7 +6,7 @@
 //! cluster are contiguous one level down, in order, and neighbours on a surface are close together.
 
 use crate::scene::fragment::{Fragment, Keyed, Plane};
-use crate::scene::split_planes::{self, CellCluster, PART_BITS, SplitPlanes};
+use crate::scene::split_planes::{self, CellCluster, PART_BITS, Splits, Walls};
 use crate::scene::{Triangle, clip};
 use crate::types;
 use glam::{UVec3, Vec3};
@@ -60,7 +60,7 @@ impl Hvds {
     /// and along walls without thickness that stand on them. `surfaces` goes with `triangles`;
     /// `cells` is a power of two.
     pub fn build(triangles: &[Triangle], surfaces: &[types::Surface], grid: types::Grid, cells: u32) -> Self {
-        Self::build_with(triangles, surfaces, grid, cells, SplitPlanes::Sheets)
+        Self::build_with(triangles, surfaces, grid, cells, Splits { walls: Walls::Sheets, are_stacked: true })
     }
 
     /// Builds the clusters with base clusters split along all walls that stand on them.
@@ -70,15 +70,16 @@ impl Hvds {
         grid: types::Grid,
         cells: u32,
     ) -> Self {
-        Self::build_with(triangles, surfaces, grid, cells, SplitPlanes::All)
+        Self::build_with(triangles, surfaces, grid, cells, Splits { walls: Walls::All, are_stacked: true })
     }
 
-    fn build_with(
+    /// Builds the clusters with what splits them.
+    pub fn build_with(
         triangles: &[Triangle],
         surfaces: &[types::Surface],
         grid: types::Grid,
         cells: u32,
-        stands: SplitPlanes,
+        splits: Splits,
     ) -> Self {
         let (mut parts, mut fragments) = cut_sides(triangles, surfaces, &grid);
         let normal_of = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
@@ -90,9 +91,9 @@ impl Hvds {
             normal_of,
             split_planes::cell_key,
             is_sheet,
-            stands,
+            splits,
         );
-        if stands == SplitPlanes::All || !planes.is_empty() {
+        if splits.walls == Walls::All || !planes.is_empty() {
             // Cells that a triangle only touches count too. A split cluster's
             // halves count separately.
             parts.retain(|part| part.1 == 0.0 && !planes.contains_key(&part.0));

@@ -30,6 +30,7 @@ mod lines;
 mod load_options;
 pub mod material;
 mod material_names;
+pub mod measures;
 mod missed;
 mod models;
 mod mtl;
@@ -58,6 +59,7 @@ pub use light::{Light, LightKind};
 pub use load_options::LoadOptions;
 pub use load_options::Memory;
 pub use material::Material;
+pub use measures::{Measure, Measures};
 pub use quality::Quality;
 pub use texture::{Image, Texture};
 

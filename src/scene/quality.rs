@@ -1,6 +1,7 @@
 //! The settings that trade time and memory for accuracy, and their presets.
 
 use super::keys;
+use super::measures::{Measure, Measures};
 use super::value::{Section, unknown};
 use crate::Result;
 
@@ -33,6 +34,9 @@ pub struct Quality {
     pub edge_samples: u32,
     /// Seeds every sampled decision; the same seed gives the same bytes.
     pub seed: u32,
+    /// Measures that an ablation leaves out. No scene file and no flag sets it.
+    #[serde(skip)]
+    pub left_out: Measures,
 }
 
 impl Quality {
@@ -49,6 +53,7 @@ impl Quality {
         gap_rounds: 0,
         edge_samples: 16,
         seed: 0,
+        left_out: Measures::NONE,
     };
     /// The paper's settings: 400 000 entry points, 40 000 cache points, 256 gather rays.
     pub const PAPER: Self = Self {
@@ -63,6 +68,7 @@ impl Quality {
         gap_rounds: 0,
         edge_samples: 16,
         seed: 0,
+        left_out: Measures::NONE,
     };
     /// For accuracy before precomputation time.
     pub const HIGH: Self = Self {
@@ -77,6 +83,7 @@ impl Quality {
         gap_rounds: 3,
         edge_samples: 64,
         seed: 0,
+        left_out: Measures::NONE,
     };
 
     /// Names of the presets, fastest first.
@@ -85,6 +92,11 @@ impl Quality {
     /// The preset of that name. `None` if the name is unknown.
     pub fn preset(name: &str) -> Option<Self> {
         [Self::DRAFT, Self::PAPER, Self::HIGH].into_iter().find(|q| q.preset == name)
+    }
+
+    /// Whether the precomputation takes a measure.
+    pub fn takes(&self, measure: Measure) -> bool {
+        !self.left_out.has(measure)
     }
 
     /// Reads `[quality]`: a preset, with some of its numbers replaced.

@@ -21,12 +21,24 @@ fn over(plane: Plane, point: DVec3) -> f64 {
 }
 
 /// The walls along which clusters are split.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum SplitPlanes {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Walls {
+    /// None.
+    None,
     /// Walls without thickness. Light reaches both of their sides, so both sides of the
     /// surface below them are visible.
     Sheets,
+    /// All walls.
     All,
+}
+
+/// What splits base clusters.
+#[derive(Clone, Copy, Debug)]
+pub struct Splits {
+    /// Walls that stand on them.
+    pub walls: Walls,
+    /// Whether stacked surfaces do.
+    pub are_stacked: bool,
 }
 
 /// Splits the fragments of clusters with stacked surfaces, and of clusters on which a wall of this
@@ -39,7 +51,7 @@ pub(super) fn split(
     normal_of: impl Fn(u32) -> Vec3,
     cell_of: impl Fn(u64) -> u64,
     is_sheet: impl Fn(u32) -> bool,
-    along: SplitPlanes,
+    splits: Splits,
 ) -> HashMap<u64, Plane> {
     let mut order: Vec<u32> = (0..fragments.len() as u32).collect();
     order.sort_by_key(|&index| (cell_of(fragments[index as usize].0), fragments[index as usize].0));
@@ -48,9 +60,14 @@ pub(super) fn split(
     {
         let all: Vec<&(u64, Fragment)> = cell.iter().map(|&index| &fragments[index as usize]).collect();
         for cluster in all.chunk_by(|a, b| a.0 == b.0) {
-            let stands = |side: u32| along == SplitPlanes::All || is_sheet(side);
+            let stands = |side: u32| match splits.walls {
+                Walls::None => false,
+                Walls::Sheets => is_sheet(side),
+                Walls::All => true,
+            };
             let wall = || wall_on(cluster, &all, cell_size, &normal_of, &stands);
-            if let Some(plane) = stacked_surfaces::between(cluster, cell_size, &normal_of).or_else(wall) {
+            let stacked = || stacked_surfaces::between(cluster, cell_size, &normal_of);
+            if let Some(plane) = splits.are_stacked.then(stacked).flatten().or_else(wall) {
                 planes.insert(cluster[0].0, plane);
             }
         }

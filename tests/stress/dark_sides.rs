@@ -8,9 +8,9 @@ use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{Light, LightKind, Material, Quality, Scene, Triangle, shapes};
 
 /// A scene. After a half turn about the y axis, its lit side is where the dark one was.
-struct Sides {
-    name: &'static str,
-    scene: Scene,
+pub(crate) struct Sides {
+    pub(crate) name: &'static str,
+    pub(crate) scene: Scene,
     /// Whether a point is on the dark side.
     is_dark: fn(Vec3) -> bool,
 }
@@ -58,7 +58,7 @@ fn block(size: Vec3) -> Vec<Triangle> {
     shapes::closed_box(size, 0.0).triangles.into_iter().map(turned).collect()
 }
 
-fn scenes() -> Vec<Sides> {
+pub(crate) fn scenes() -> Vec<Sides> {
     let mut wall = shapes::thin_wall();
     wall.cameras[0].fov_y_degrees = 90.0;
     let (leg, book) = (Vec3::new(0.05, 0.7, 0.05), Vec3::new(0.2, 0.03, 0.14));
@@ -113,12 +113,17 @@ fn leak(sides: &Sides, quality: Quality) -> f64 {
     // No pixel shows both sides.
     let mut renderer = prepare(sides.scene.clone(), Quality { edge_samples: 0, ..quality });
     renderer.frame().unwrap();
-    assert_eq!(mean(&renderer, Layer::Direct, sides.is_dark), 0.0, "{}", sides.name);
-    let dark = mean(&renderer, Layer::Beauty, sides.is_dark);
+    leak_of(sides, &mut renderer)
+}
+
+/// The same of a renderer without antialiasing, after its first frame.
+pub(crate) fn leak_of(sides: &Sides, renderer: &mut Renderer) -> f64 {
+    assert_eq!(mean(renderer, Layer::Direct, sides.is_dark), 0.0, "{}", sides.name);
+    let dark = mean(renderer, Layer::Beauty, sides.is_dark);
     let camera = &sides.scene.cameras[0];
     renderer.move_camera(turned(camera.position), turned(camera.target));
     renderer.frame().unwrap();
-    dark / mean(&renderer, Layer::Beauty, |p| (sides.is_dark)(turned(p)))
+    dark / mean(renderer, Layer::Beauty, |p| (sides.is_dark)(turned(p)))
 }
 
 /// Asserts upper bounds of the leak: with clusters split only along walls without thickness, and

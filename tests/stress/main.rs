@@ -13,6 +13,7 @@ mod extremes;
 mod film;
 mod geometry;
 mod loop_limit;
+mod measures;
 mod near_lights;
 mod pass_costs;
 mod rays;

@@ -19,7 +19,7 @@ use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::passes::SceneBuffers;
-use crate::scene::{fragment::Fragment, hvds::Hvds};
+use crate::scene::{Measure, Quality, fragment::Fragment, hvds::Hvds};
 use crate::types::CachePoint;
 use glam::Vec3;
 use std::collections::HashMap;
@@ -98,7 +98,7 @@ impl SizeField {
     }
 }
 
-/// Places at most `budget` cache points on the fragments of the active sides.
+/// Places at most `quality.cache_points` cache points on the fragments of the active sides.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -106,10 +106,10 @@ pub fn place(
     size_field: &SizeField,
     buffers: &SceneBuffers,
     geometry: &Geometry<'_>,
-    budget: u32,
-    seed: u32,
+    quality: &Quality,
     progress: &mut dyn Progress,
 ) -> Result<Placement> {
+    let budget = quality.cache_points;
     if budget == 0 {
         return Ok(Placement {
             points: Vec::new(),
@@ -131,8 +131,7 @@ pub fn place(
             unit = sparse;
         }
         let mut records = Records::new(&geometry.hvds.grid, RADIUS_RANGE[1] * unit);
-        let attempt =
-            Attempt { buffers, geometry, probe, neighbourhood, demands, unit, is_last, budget, seed };
+        let attempt = Attempt { buffers, geometry, probe, neighbourhood, demands, unit, is_last, quality };
         let placement = attempt.run(&mut records, &mut known, progress)?;
         if placement.is_covering || is_last {
             return Ok(placement);
@@ -171,8 +170,7 @@ struct Attempt<'a> {
     unit: f64,
     /// No other attempt follows.
     is_last: bool,
-    budget: u32,
-    seed: u32,
+    quality: &'a Quality,
 }
 
 impl Attempt<'_> {
@@ -195,7 +193,7 @@ impl Attempt<'_> {
             }
             let mut probes = self.probes();
             looked_at += probes.len() as u64;
-            let seed = hash(self.seed ^ 0x5eed ^ round);
+            let seed = hash(self.quality.seed ^ 0x5eed ^ round);
             let uncovered = self.uncovered(records, &mut probes, seed, Cover::ANY);
             if uncovered.len() as f64 <= UNCOVERED_FRACTION * probes.len() as f64 {
                 break;
@@ -227,7 +225,7 @@ impl Attempt<'_> {
             // Small batches first, while there are few records to cover the candidates.
             let batch = (first + MIN_BATCH).min(candidates.len().div_ceil(BATCHES)).max(MIN_BATCH);
             let end = candidates.len().min(first + batch);
-            let open = self.uncovered(records, &mut candidates[first..end], self.seed, cover);
+            let open = self.uncovered(records, &mut candidates[first..end], self.quality.seed, cover);
             has_room = self.accept(records, known, open, cover)?;
             progress.advance(end as u64);
             first = end;
@@ -320,11 +318,16 @@ impl Attempt<'_> {
                 if clearance.distance < 0.0 || records.cover(&candidate, cover) {
                     continue;
                 }
-                if records.points.len() as u32 >= self.budget {
+                if records.points.len() as u32 >= self.quality.cache_points {
                     return Ok(false);
                 }
-                candidate.occluder = clearance.occluder;
-                let clearance = self.neighbourhood.clamp(&candidate, clearance.distance);
+                if self.quality.takes(Measure::OccluderPlanes) {
+                    candidate.occluder = clearance.occluder;
+                }
+                let clearance = match self.quality.takes(Measure::ClearanceBounds) {
+                    true => self.neighbourhood.clamp(&candidate, clearance.distance),
+                    false => clearance.distance,
+                };
                 let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);
                 candidate.radius = (0.5 * clearance).clamp(low, high);
                 records.insert(Placed { point: candidate, clearance });

@@ -10,6 +10,7 @@ use crate::cpu::gather_rays::COVERED_SIGHT;
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::passes::SceneBuffers;
+use crate::scene::{Measure, Quality};
 
 /// Tested points of a fragment, and of a fragment whose first points disagree.
 const POINTS: u32 = 4;
@@ -26,9 +27,13 @@ const RAYS: u32 = 12;
 pub fn exposed_fractions(
     geometry: &Geometry<'_>,
     (rays, buffers): (&Rays, &SceneBuffers),
-    seed: u32,
+    quality: &Quality,
 ) -> Result<Vec<f32>> {
+    let seed = quality.seed;
     let mut open = outside_solids(geometry, seed);
+    if !quality.takes(Measure::CoveredSurface) {
+        return Ok(open);
+    }
     let cell = geometry.hvds.grid.cell_size() as f32;
     let origin = |fragment: usize, index: u32| {
         let point = geometry.draw(fragment, index, seed);

@@ -9,7 +9,7 @@
 use super::rays::{RayQuery, Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
-use crate::scene::{Scene, Triangle, solids::Solids};
+use crate::scene::{Measure, Scene, Triangle, solids::Solids};
 use crate::types::{NO_SIDE, Surface};
 use glam::Vec3;
 use std::collections::HashMap;
@@ -92,9 +92,12 @@ pub fn deactivate_unreachable(
             surface.deactivate_side(true);
         }
     }
+    let side_count = 2 * surfaces.len();
+    if !scene.quality.takes(Measure::Enclosures) {
+        return Ok(Enclosures::new(&scene.triangles, vec![None; side_count]));
+    }
     let mut queries = Vec::new();
     let mut sources = Vec::new();
-    let side_count = 2 * surfaces.len();
     let outside = side_count;
     let is_active = |surfaces: &[Surface], side: usize| surfaces[side / 2].side_is_active(side % 2 == 1);
     let rays_per_side = RAYS_PER_SIDE.max(RAYS / side_count.max(1)) as u32;

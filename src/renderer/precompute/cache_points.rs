@@ -11,7 +11,7 @@ use crate::passes::precompute::geometry::Geometry;
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::{Progress, entry_points, near_clusters};
 use crate::renderer::quality_warnings::uncovered;
-use crate::scene::Scene;
+use crate::scene::{Measure, Scene};
 use crate::types::CachePoint;
 use std::sync::Arc;
 
@@ -49,8 +49,7 @@ impl Points {
         progress: &mut dyn Progress,
     ) -> Result<Self> {
         let (quality, hvds, cell_size) = (&scene.quality, &hierarchy.hvds, hierarchy.cell_size);
-        let (buffers, budget, seed) = (&reachable.buffers, quality.cache_points, quality.seed);
-        let mut placement = cache_points::place(size_field, buffers, geometry, budget, seed, progress)?;
+        let mut placement = cache_points::place(size_field, &reachable.buffers, geometry, quality, progress)?;
         entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
         let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;
         let has_gaps = quality.gap_rounds > 0;
@@ -64,7 +63,10 @@ impl Points {
             neighbourhoods: Neighbourhoods::new(&placement.points),
             narrow_count: placement.points.partition_point(is_narrow) as u32,
             near_count: placement.points.partition_point(is_near) as u32,
-            near_clusters: near_clusters::find(patches, hierarchy.extent, cell_size, &placement.points),
+            near_clusters: match quality.takes(Measure::NearClusters) {
+                true => near_clusters::find(patches, hierarchy.extent, cell_size, &placement.points),
+                false => Vec::new(),
+            },
             packing: GatherTargetPacking::new(
                 hvds.cluster_count(),
                 scene.materials.len(),

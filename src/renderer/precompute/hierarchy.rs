@@ -11,7 +11,8 @@ use crate::passes::precompute::near_clusters::{self, Extent, Patch};
 use crate::passes::precompute::{Progress, exposed_fractions, inconsistent, narrow_cavities};
 use crate::passes::{ClusterBuffers, ClusterTables};
 use crate::renderer::quality_warnings::{typical_clearance, undersampled, wide_cells};
-use crate::scene::{Scene, grid, hvds::Hvds, surfaces, unweighted::NEARBY};
+use crate::scene::split_planes::{Splits, Walls};
+use crate::scene::{Measure, Quality, Scene, grid, hvds::Hvds, surfaces, unweighted::NEARBY};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -44,14 +45,15 @@ impl Cells {
         let clustered =
             if is_direct { surfaces::one_side(surfaces).into() } else { Cow::Borrowed(&surfaces[..]) };
         let build = |cells| {
-            let build = if scene.quality.gap_rounds > 0 { Hvds::build_split } else { Hvds::build };
-            let mut hvds = build(&scene.triangles, &clustered, grid::grid(low, high, cells), cells);
+            let grid = grid::grid(low, high, cells);
+            let mut hvds =
+                Hvds::build_with(&scene.triangles, &clustered, grid, cells, splits(&scene.quality));
             if is_direct {
                 return Ok(hvds);
             }
             let geometry = reachable.geometry(scene, &hvds);
             let exposed =
-                exposed_fractions::exposed_fractions(&geometry, reachable.tracer(), scene.quality.seed)?;
+                exposed_fractions::exposed_fractions(&geometry, reachable.tracer(), &scene.quality)?;
             hvds.leave_out_interior(&exposed);
             Ok::<_, Error>(hvds)
         };
@@ -60,6 +62,16 @@ impl Cells {
         let gaps = narrow_cavities::find(&reachable.rays, &reachable.buffers, &scene.lights)?;
         Ok(Self { requested, finest, gaps })
     }
+}
+
+/// What splits base clusters at these settings.
+fn splits(quality: &Quality) -> Splits {
+    let walls = match quality.takes(Measure::SplitPlanes) {
+        true if quality.gap_rounds > 0 => Walls::All,
+        true => Walls::Sheets,
+        false => Walls::None,
+    };
+    Splits { walls, are_stacked: quality.takes(Measure::StackedSurfaces) }
 }
 
 /// The hierarchy, with the budget of entry points in it.
@@ -94,8 +106,12 @@ impl Hierarchy {
         let quality = &scene.quality;
         let cell_size = geometry.hvds.grid.cell_size() as f32;
         let clearances = size_field.clearances_of(geometry, &hvds);
-        add_unweighted(&mut hvds, &clearances);
-        let densities: Vec<f32> = clearances.iter().map(|&c| entry_points::density(c, cell_size)).collect();
+        if quality.takes(Measure::Accessibility) {
+            add_unweighted(&mut hvds, &clearances);
+        }
+        let is_even = !quality.takes(Measure::DenserEntryPoints);
+        let density = |&c: &f32| if is_even { 1.0 } else { entry_points::density(c, cell_size) };
+        let densities: Vec<f32> = clearances.iter().map(density).collect();
         let strata = Strata::new(&hvds, &densities, quality.entry_points);
         let normal = |side: u32| reachable.surfaces[side as usize / 2].normal_of(side % 2 == 1);
         let patches = near_clusters::patches(&hvds, &clearances, normal, 1 + inconsistent::LEVELS);
@@ -109,7 +125,7 @@ impl Hierarchy {
             warnings.extend(wide_cells(clearance, &hvds.grid, quality.cells));
         }
         if quality.occlusion {
-            hvds.inconsistent = inconsistent_clusters(reachable, &hvds, &patches, &strata, parted)?;
+            hvds.inconsistent = inconsistent_clusters(quality, reachable, &hvds, &patches, &strata, parted)?;
         }
         let tables = ClusterTables::new(&hvds, &effective_entry_points(&hvds, &strata));
         let hierarchy = Self {
@@ -151,6 +167,7 @@ fn effective_entry_points(hvds: &Hvds, strata: &Strata) -> Vec<f32> {
 
 /// Clusters whose parts see different surroundings: in narrow cavities, and by rays.
 fn inconsistent_clusters(
+    quality: &Quality,
     reachable: &Reachable,
     hvds: &Hvds,
     patches: &[Patch],
@@ -159,9 +176,16 @@ fn inconsistent_clusters(
 ) -> Result<Vec<bool>> {
     let (rays, in_clusters) = (reachable.tracer(), &strata.in_clusters);
     let (surfaces, clear_distance) = (&reachable.surfaces, reachable.clear_distance);
-    let mut inconsistent =
-        narrow_cavities::inconsistent(rays, hvds, patches, surfaces, in_clusters, parted, clear_distance)?;
-    let by_rays = inconsistent::inconsistent(rays, hvds, patches, in_clusters)?;
+    let mut inconsistent = match quality.takes(Measure::NarrowCavities) {
+        true => {
+            narrow_cavities::inconsistent(rays, hvds, patches, surfaces, in_clusters, parted, clear_distance)?
+        }
+        false => Vec::new(),
+    };
+    let by_rays = match quality.takes(Measure::InconsistentClusters) {
+        true => inconsistent::inconsistent(rays, hvds, patches, in_clusters)?,
+        false => Vec::new(),
+    };
     inconsistent.resize(inconsistent.len().max(by_rays.len()), false);
     inconsistent.iter_mut().zip(by_rays).for_each(|(any, by_rays)| *any |= by_rays);
     Ok(inconsistent)

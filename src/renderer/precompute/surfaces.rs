@@ -8,7 +8,7 @@ use crate::passes::precompute::geometry::Geometry;
 use crate::passes::precompute::{Progress, rays::Rays, sides};
 use crate::renderer::enclosures::{Enclosures, lost_lights};
 use crate::renderer::statistics::Watch;
-use crate::scene::{Scene, bvh::Bvh, host_bvh::HostBvh, hvds::Hvds, solids::Solids, surfaces};
+use crate::scene::{Measure, Scene, bvh::Bvh, host_bvh::HostBvh, hvds::Hvds, solids::Solids, surfaces};
 use crate::types::Surface;
 use std::sync::Arc;
 
@@ -41,7 +41,10 @@ impl Reachable {
         watch.lap("acceleration structure");
 
         progress.stage("surfaces", 1);
-        let solids = Solids::new(&scene.triangles, &scene.viewpoints());
+        let solids = match scene.quality.takes(Measure::Solids) {
+            true => Solids::new(&scene.triangles, &scene.viewpoints()),
+            false => Solids::new(&[], &[]),
+        };
         let warnings: Vec<String> = lost_lights(&solids, &scene.lights).collect();
         scene.warnings.extend(warnings);
         let rays = Rays::new(context)?;

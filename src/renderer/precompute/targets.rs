@@ -18,7 +18,7 @@ use crate::passes::precompute::path_orders::LightPaths;
 use crate::passes::precompute::{Progress, rays::Rays};
 use crate::renderer::quality_warnings::{blurred, outgoing_directions};
 use crate::renderer::statistics::Watch;
-use crate::scene::{Scene, directions::Directions};
+use crate::scene::{Measure, Scene, directions::Directions};
 use crate::types::PathVertex;
 use std::sync::Arc;
 
@@ -71,7 +71,7 @@ impl Targets {
         watch.lap("gather rays");
         let mut packing = points.packing;
         let mut proxies = None;
-        if scene.quality.occlusion {
+        if scene.quality.occlusion && scene.quality.takes(Measure::DirectionalProxies) {
             let (tables, packed) = proxy_tables(context, scene, sources, &rays, progress)?;
             (proxies, packing) = (Some(tables), packed);
             watch.lap("occlusion");
@@ -114,7 +114,7 @@ fn near_hits(scene: &Scene, sources: Sources<'_>, rays: &RayTable) -> Result<Nea
         patches: &hierarchy.patches[..Extent::CONTACTS.end(&hierarchy.hvds)],
         materials: &scene.materials,
         points: &points.placement.points,
-        near_count: points.near_count,
+        near_count: if scene.quality.takes(Measure::NearFieldPatches) { points.near_count } else { 0 },
         min_radius: points.placement.min_radius,
         reach: NEAR_HITS * hierarchy.cell_size,
         hemisphere: hierarchy.hemisphere,

@@ -1,0 +1,172 @@
+//! What each measure against leaks and hidden surface buys: the errors without it over those with
+//! it, and its cost.
+
+use crate::common::context;
+use crate::dark_sides::{self, Sides};
+use crate::prepare;
+use glam::Vec3;
+use lightpaths::metrics::debiased_relmse;
+use lightpaths::reference::{PathTracer, Progressive};
+use lightpaths::renderer::{Layer, Renderer, Silent};
+use lightpaths::scene::{LightKind, LoadOptions, Measure, Measures, Quality, Scene, Triangle, shapes};
+use std::path::Path;
+
+/// A scene and how its error is measured.
+enum Case {
+    /// relMSE of indirect light against two path-traced pictures, whose noise is removed.
+    Picture { name: String, scene: Scene, halves: [Vec<[f32; 3]>; 2] },
+    /// Light on a dark side over that on the lit side.
+    Leak(Sides),
+}
+
+/// Result of one renderer.
+#[derive(Clone, Copy)]
+struct Cost {
+    error: f64,
+    /// Processor time of precomputation and first frame, seconds.
+    seconds: f64,
+    megabytes: f64,
+}
+
+impl Case {
+    fn picture(name: &str, mut scene: Scene, samples: u32) -> Self {
+        let camera = &mut scene.cameras[0];
+        let scale = (f64::from(PIXELS) / camera.size.iter().map(|&n| f64::from(n)).product::<f64>()).sqrt();
+        camera.size = camera.size.map(|pixels| (f64::from(pixels) * scale).round().max(1.0) as u32);
+        let half = |seed| {
+            let mut scene = scene.clone();
+            scene.quality.seed = seed;
+            let mut tracer = PathTracer::new(&context(), scene, &mut Silent).unwrap();
+            tracer.add_samples(samples).unwrap();
+            tracer.picture().unwrap().indirect
+        };
+        Self::Picture { name: name.to_owned(), halves: [half(1), half(2)], scene }
+    }
+
+    fn name(&self) -> &str {
+        match self {
+            Self::Picture { name, .. } => name,
+            Self::Leak(sides) => sides.name,
+        }
+    }
+
+    fn cost(&self, quality: Quality) -> Cost {
+        let scene = match self {
+            Self::Picture { scene, .. } => scene,
+            Self::Leak(sides) => &sides.scene,
+        };
+        context().reset_memory_peak();
+        let before = processor_seconds();
+        let mut renderer = prepare(scene.clone(), Quality { edge_samples: 0, ..quality });
+        renderer.frame().unwrap();
+        let seconds = processor_seconds() - before;
+        let megabytes = renderer.statistics().unwrap().peak_memory_bytes as f64 / 1e6;
+        Cost { error: self.error(&mut renderer), seconds, megabytes }
+    }
+
+    fn error(&self, renderer: &mut Renderer) -> f64 {
+        match self {
+            Self::Picture { halves: [a, b], .. } => {
+                debiased_relmse(&renderer.layer(Layer::Indirect).unwrap(), [a, b])
+            }
+            Self::Leak(sides) => dark_sides::leak_of(sides, renderer),
+        }
+    }
+}
+
+/// Pixels of a picture, about.
+const PIXELS: u32 = 160 * 120;
+
+/// Processor time of this process, the device's threads included, in seconds.
+fn processor_seconds() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap();
+    let ticks = text.rsplit(')').next().unwrap().split_whitespace().skip(11).take(2);
+    ticks.map(|ticks| ticks.parse::<f64>().unwrap()).sum::<f64>() / 100.0
+}
+
+/// A cube of 2 m with a slab of 2 cm sunk into its floor, or `gap` metres above it.
+fn slab(gap: Option<f32>) -> Scene {
+    let mut scene = shapes::closed_box(Vec3::splat(2.0), 0.5);
+    let up = gap.map_or(-1.0, |gap| gap - 0.99);
+    let slab = shapes::closed_box(Vec3::new(1.9, 0.02, 1.9), 0.5).triangles;
+    scene.triangles.extend(slab.into_iter().map(|Triangle { positions: [a, b, c], normals, material }| {
+        let positions = [a, c, b].map(|corner| corner + up * Vec3::Y);
+        Triangle { positions, normals: normals.map(|normal| -normal), material }
+    }));
+    scene
+}
+
+/// A closed cube of 2 m with a closed box of 5 cm, whose walls have no thickness. A second light is
+/// in the box.
+fn lamp_in_a_box() -> Scene {
+    let mut scene = shapes::closed_box(Vec3::splat(2.0), 0.5);
+    let place = Vec3::new(-0.4, -0.3, -0.4);
+    let mut inner = shapes::closed_box(Vec3::new(0.05, 0.4, 0.4), 0.5).triangles;
+    inner.iter_mut().flat_map(|triangle| &mut triangle.positions).for_each(|corner| *corner += place);
+    scene.triangles.extend(inner);
+    let mut lamp = scene.lights[0].clone();
+    lamp.name = "lamp".to_owned();
+    lamp.kind = LightKind::Point { position: place, intensity: Vec3::splat(10.0) };
+    scene.lights.push(lamp);
+    scene
+}
+
+/// A closed cube of 2 m whose light is a millimetre off a wall.
+fn lamp_at_a_wall() -> Scene {
+    let mut scene = shapes::closed_box(Vec3::splat(2.0), 0.5);
+    scene.lights[0].kind =
+        LightKind::Point { position: Vec3::new(-0.999, 0.2, 0.1), intensity: Vec3::splat(1.0) };
+    scene
+}
+
+fn cases() -> Vec<Case> {
+    let samples = std::env::var("LIGHTPATHS_SAMPLES").map_or(256, |samples| samples.parse().unwrap());
+    let chosen = std::env::var("LIGHTPATHS_CASES").unwrap_or_default();
+    let is_chosen = |name: &str| chosen.is_empty() || chosen.split(',').any(|chosen| chosen == name);
+    let built_in = |name: &'static str| (name, Scene::load(name, &LoadOptions::default()).unwrap());
+    let scenes: [(&str, &dyn Fn() -> Scene); 9] = [
+        ("box", &|| built_in("box").1),
+        ("atrium", &|| built_in("atrium").1),
+        ("room", &|| built_in("room").1),
+        ("screen at 16 cm", &|| shapes::hidden_light(0.8, 0.16, 0.5)),
+        ("screen at 4 cm", &|| shapes::hidden_light(0.8, 0.04, 0.5)),
+        ("slab in a floor", &|| slab(None)),
+        ("slab on a floor", &|| slab(Some(0.0005))),
+        ("lamp in a box", &lamp_in_a_box),
+        ("lamp at a wall", &lamp_at_a_wall),
+    ];
+    let pictures = scenes.into_iter().filter(|(name, _)| is_chosen(name));
+    let mut cases: Vec<Case> = pictures.map(|(name, scene)| Case::picture(name, scene(), samples)).collect();
+    let sides = dark_sides::scenes().into_iter().filter(|sides| is_chosen(sides.name));
+    cases.extend(sides.map(Case::Leak));
+    for file in std::env::var("LIGHTPATHS_SCENES").unwrap_or_default().split(':').filter(|f| !f.is_empty()) {
+        let name = Path::new(file).file_stem().unwrap().to_string_lossy();
+        let scene = Scene::load(file, &LoadOptions::default()).unwrap();
+        cases.push(Case::picture(&name, scene, samples));
+    }
+    cases
+}
+
+/// The ablation of `docs/visibility.md`, as tab-separated values: case, measure, error without it,
+/// processor seconds, megabytes. The environment selects cases (`LIGHTPATHS_CASES`, names with
+/// commas), further scene files (`LIGHTPATHS_SCENES`, with colons), the preset, `gap_rounds` and
+/// the samples of references.
+#[test]
+#[ignore = "full size: make ablation"]
+fn what_each_measure_buys() {
+    let variable = |name: &str| std::env::var(name).ok();
+    let preset = variable("LIGHTPATHS_PRESET").unwrap_or("draft".to_owned());
+    let mut quality = Quality::preset(&preset).unwrap();
+    if let Some(rounds) = variable("LIGHTPATHS_GAP_ROUNDS") {
+        quality.gap_rounds = rounds.parse().unwrap();
+    }
+    for case in cases() {
+        let left_out = Measure::ALL.map(Measures::only);
+        let names = Measure::ALL.map(|measure| format!("{measure:?}"));
+        let rows = [("none".to_owned(), Measures::NONE)].into_iter().chain(names.into_iter().zip(left_out));
+        for (name, left_out) in rows {
+            let Cost { error, seconds, megabytes } = case.cost(Quality { left_out, ..quality.clone() });
+            println!("{}\t{name}\t{error:.4e}\t{seconds:.2}\t{megabytes:.1}", case.name());
+        }
+    }
+}

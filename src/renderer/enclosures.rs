@@ -2,7 +2,8 @@
 //! light alone in an enclosure changes nothing visible, and a camera alone sees nothing. An
 //! enclosure takes part once it holds both, after another precomputation.
 
-use crate::passes::precompute::{rays::Rays, sides};
+use crate::passes::precompute::rays::Rays;
+use crate::passes::precompute::visibility::sides;
 use crate::scene::{Light, host_bvh::HostBvh, solids::Solids};
 use crate::types::Surface;
 use glam::Vec3;

@@ -1,7 +1,7 @@
 //! Quality warnings: they name the features of a scene that the settings do not resolve.
 
 use crate::passes::frame::gloss::is_little;
-use crate::passes::precompute::narrow_cavities;
+use crate::passes::precompute::visibility::narrow_cavities;
 use crate::scene::directions::{Directions, directions_for, resolved_exponent};
 
 use crate::scene::fragment::Fragment;

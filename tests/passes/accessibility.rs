@@ -5,8 +5,8 @@ use crate::world::{Random, World};
 use glam::Vec3;
 use lightpaths::cpu;
 use lightpaths::cpu::hemisphere::Strata;
-use lightpaths::passes::precompute::accessibility::{AccessibilityPoint, open_rays};
 use lightpaths::passes::precompute::gather_rays::Hemisphere;
+use lightpaths::passes::precompute::visibility::accessibility::{AccessibilityPoint, open_rays};
 use lightpaths::scene::shapes;
 use std::f64::consts::PI;
 

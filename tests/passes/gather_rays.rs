@@ -10,8 +10,8 @@ use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::precompute::Silent;
-use lightpaths::passes::precompute::clearance::{Clearance, ClearancePush};
 use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere, RayTable};
+use lightpaths::passes::precompute::visibility::clearance::{Clearance, ClearancePush};
 use lightpaths::types::{CachePoint, NO_TARGET};
 
 const SEED: u32 = 5;

@@ -2,9 +2,9 @@
 
 use crate::common::assert_silent;
 use crate::world::World;
-use lightpaths::passes::precompute::inconsistent::{LEVELS, inconsistent};
-use lightpaths::passes::precompute::near_clusters::{self, Patch};
 use lightpaths::passes::precompute::rays::Rays;
+use lightpaths::passes::precompute::visibility::inconsistent::{LEVELS, inconsistent};
+use lightpaths::passes::precompute::visibility::near_clusters::{self, Patch};
 use lightpaths::scene::shapes;
 
 #[test]

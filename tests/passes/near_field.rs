@@ -9,7 +9,7 @@ use lightpaths::gpu::{Buffer, SplitBuffer};
 use lightpaths::passes::frame::hvds::{ClusterFlux, ClusterLight, ClusterLists, Pyramid};
 use lightpaths::passes::frame::near_field::{NearCluster, NearField};
 use lightpaths::passes::precompute::cache_points::Placed;
-use lightpaths::passes::precompute::near_clusters::{self, Extent};
+use lightpaths::passes::precompute::visibility::near_clusters::{self, Extent};
 use lightpaths::scene::fragment::Fragment;
 use lightpaths::types::{Contribution, NO_CLUSTER, OPEN, Record};
 

@@ -9,8 +9,8 @@ use lightpaths::gpu::Buffer;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::cache_points::Placed;
 use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
-use lightpaths::passes::precompute::near_clusters::{self, Extent};
-use lightpaths::passes::precompute::near_hits::{NearHits, Sources};
+use lightpaths::passes::precompute::visibility::near_clusters::{self, Extent};
+use lightpaths::passes::precompute::visibility::near_hits::{NearHits, Sources};
 use lightpaths::types::{GatherRay, MAY_BE_GLOSSY, NO_TARGET};
 use std::collections::HashMap;
 

@@ -9,9 +9,9 @@ use lightpaths::passes::frame::hvds::{
     ClusterLight, ClusterLists, MIN_VERTICES, Pyramid, contribution_ranges, indirect_sources,
 };
 use lightpaths::passes::frame::near_field::NearCluster;
-use lightpaths::passes::precompute::cluster_proxies::ProxyTables;
 use lightpaths::passes::precompute::gather_rays::{GatherTargetPacking, RayTable};
 use lightpaths::passes::precompute::live_clusters::LiveClusters;
+use lightpaths::passes::precompute::visibility::cluster_proxies::ProxyTables;
 use lightpaths::scene::hvds::Hvds;
 use lightpaths::types::{Contribution, GatherRay, NO_CLUSTER, NO_TARGET, OPEN};
 

@@ -9,11 +9,11 @@
 
 pub use super::budget::RADIUS_RANGE;
 use super::budget::{Demand, spread};
-use super::clearance::{Clearance, ClearanceProbe};
 pub use super::coverage::Placed;
 use super::coverage::{Cover, Neighbourhood, Records};
 use super::fragment_points::probed_fragments;
 use super::geometry::Geometry;
+use super::visibility::clearance::{Clearance, ClearanceProbe};
 use super::{Progress, parallel};
 use crate::cpu::sampling::hash;
 use crate::error::Result;

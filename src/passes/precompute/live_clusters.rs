@@ -1,8 +1,8 @@
 //! Live set of the hierarchy, independent of lights. In: gather rays, proxies, near-field patches.
 //! Out: clusters whose irradiance is read; clusters whose flux that needs.
 
-use super::cluster_proxies::ProxyTables;
 use super::gather_rays::{GatherTargetPacking, RayTable};
+use super::visibility::cluster_proxies::ProxyTables;
 use crate::error::Result;
 use crate::passes::frame::near_field::NearCluster;
 use crate::scene::hvds::Hvds;

@@ -1,32 +1,23 @@
 //! Passes that run once, before the first frame. Their dispatches are short, so that no watchdog
 //! ends them and a desktop stays usable. They report progress.
 
-pub mod accessibility;
 mod budget;
 pub mod cache_points;
-pub mod clearance;
-pub mod cluster_proxies;
 mod coverage;
 pub mod entry_points;
-pub mod exposed_fractions;
 mod fragment_points;
 pub mod gather_rays;
 pub mod geometry;
 pub mod gloss;
-pub mod inconsistent;
 pub mod light_paths;
 pub mod live_clusters;
 pub mod merged_rays;
-pub mod narrow_cavities;
-pub mod near_clusters;
-pub mod near_hits;
 pub mod neighbours;
-pub mod occlusion;
 mod parallel;
 pub mod path_orders;
 pub mod rays;
 mod reaches;
-pub mod sides;
+pub mod visibility;
 
 use crate::error::Result;
 

@@ -9,7 +9,8 @@ use crate::passes::precompute::cache_points::{self, Placed, Placement, SizeField
 use crate::passes::precompute::gather_rays::GatherTargetPacking;
 use crate::passes::precompute::geometry::Geometry;
 use crate::passes::precompute::neighbours::Neighbourhoods;
-use crate::passes::precompute::{Progress, entry_points, near_clusters};
+use crate::passes::precompute::visibility::near_clusters;
+use crate::passes::precompute::{Progress, entry_points};
 use crate::renderer::quality_warnings::uncovered;
 use crate::scene::{Measure, Scene};
 use crate::types::CachePoint;

@@ -3,12 +3,13 @@
 use super::surfaces::Reachable;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
+use crate::passes::precompute::Progress;
 use crate::passes::precompute::cache_points::SizeField;
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::geometry::Geometry;
-use crate::passes::precompute::near_clusters::{self, Extent, Patch};
-use crate::passes::precompute::{Progress, exposed_fractions, inconsistent, narrow_cavities};
+use crate::passes::precompute::visibility::near_clusters::{self, Extent, Patch};
+use crate::passes::precompute::visibility::{exposed_fractions, inconsistent, narrow_cavities};
 use crate::passes::{ClusterBuffers, ClusterTables};
 use crate::renderer::quality_warnings::{typical_clearance, undersampled, wide_cells};
 use crate::scene::split_planes::{Splits, Walls};

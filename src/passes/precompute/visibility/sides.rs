@@ -6,9 +6,9 @@
 //! backs inside solids, because interpenetrating solids would join them with the rest. Positions of
 //! lights do not matter: an enclosure without a camera is not visible.
 
-use super::rays::{RayQuery, Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
+use crate::passes::precompute::rays::{RayQuery, Rays};
 use crate::scene::{Measure, Scene, Triangle, solids::Solids};
 use crate::types::{NO_SIDE, Surface};
 use glam::Vec3;

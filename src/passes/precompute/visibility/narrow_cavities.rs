@@ -4,12 +4,12 @@
 //! for any position of the lights, because a light may move into one; the width of the narrowest
 //! cavity around each point and spot light, to detect too few entry points beside it.
 
-use super::entry_points::density;
-use super::gather_rays::Hemisphere;
 use super::near_clusters::Patch;
-use super::rays::{RayQuery, Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
+use crate::passes::precompute::entry_points::density;
+use crate::passes::precompute::gather_rays::Hemisphere;
+use crate::passes::precompute::rays::{RayQuery, Rays};
 use crate::scene::directions::Directions;
 use crate::scene::hvds::Hvds;
 use crate::scene::{Light, LightKind};

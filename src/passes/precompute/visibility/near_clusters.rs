@@ -1,9 +1,9 @@
 //! Small clusters at surfaces that are close together, and the cache point beside each.
 
-use super::coverage::Placed;
-use super::parallel;
-use super::reaches::Reaches;
 use crate::passes::frame::near_field::NearCluster;
+use crate::passes::precompute::coverage::Placed;
+use crate::passes::precompute::parallel;
+use crate::passes::precompute::reaches::Reaches;
 use crate::scene::hvds::Hvds;
 use crate::types::CachePoint;
 use glam::Vec3;

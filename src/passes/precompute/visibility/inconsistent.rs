@@ -3,9 +3,9 @@
 //! cluster cannot see each other from half a cell width above the surface.
 
 use super::near_clusters::Patch;
-use super::rays::{RayQuery, Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
+use crate::passes::precompute::rays::{RayQuery, Rays};
 use crate::scene::hvds::Hvds;
 use glam::Vec3;
 

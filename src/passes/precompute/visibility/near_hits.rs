@@ -3,14 +3,14 @@
 //! indirect light comes from the record beside their hits. In: gather rays, clusters, cache points.
 //! Out: patches; gather rays that read a patch refer to it.
 
-use super::coverage::Placed;
-use super::gather_rays::{GatherTargetPacking, Hemisphere, RayTable};
 use super::near_clusters::{Patch, fits, record_reach};
-use super::parallel;
-use super::reaches::Reaches;
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::Result;
 use crate::passes::frame::near_field::NearCluster;
+use crate::passes::precompute::coverage::Placed;
+use crate::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere, RayTable};
+use crate::passes::precompute::parallel;
+use crate::passes::precompute::reaches::Reaches;
 use crate::scene::Material;
 use crate::types::{GatherRay, NO_TARGET};
 use glam::Vec3;

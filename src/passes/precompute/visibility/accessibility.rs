@@ -5,13 +5,13 @@
 //! Distant rays meet accessible surface more often, and it receives more light. An unweighted mean
 //! over the area is too dark for them: by several per cent in the mouldings of the atrium.
 
-use super::Chunks;
-use super::gather_rays::Hemisphere;
-use super::path_orders::Vertex;
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::precompute::Chunks;
+use crate::passes::precompute::gather_rays::Hemisphere;
+use crate::passes::precompute::path_orders::Vertex;
 use crate::passes::{SceneBuffers, loop_limit};
 use crate::scene::{hvds::Hvds, unweighted::NEARBY};
 use crate::types::{LOOP_TRUNCATED, NO_CLUSTER, OPEN};

@@ -5,9 +5,10 @@
 //! leaves the cell sideways, below a screen as wide as the cell is high, meets the screen of
 //! the next cell.
 
-use super::rays::{RayQuery, Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
+use crate::passes::precompute::gloss;
+use crate::passes::precompute::rays::{RayQuery, Rays};
 use crate::scene::fragment::Fragment;
 use crate::scene::hvds::Hvds;
 use crate::types::Surface;
@@ -133,7 +134,7 @@ impl<'a> Cells<'a> {
             }
         }
         let (fragments, fragment_offsets) = sorted_fragments(&hvds.fragments, base);
-        let base_ranges = super::gloss::base_ranges(hvds);
+        let base_ranges = gloss::base_ranges(hvds);
         let mut in_cells: HashMap<_, Vec<u32>> = HashMap::new();
         for (level, clusters) in hvds.levels.iter().enumerate().skip(1) {
             for cluster in clusters.clone() {

@@ -2,14 +2,14 @@
 //! and surface on top of other surface covers it except for a gap that no cell resolves. Hidden
 //! surface receives no light. It gets no entry points, and its area is subtracted from its cluster.
 
-use super::geometry::Geometry;
-use super::parallel;
-use super::rays::{RayQuery, Rays};
 use super::sides::{plastic_sequence, sphere};
 use crate::cpu::gather_rays::COVERED_SIGHT;
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::passes::SceneBuffers;
+use crate::passes::precompute::geometry::Geometry;
+use crate::passes::precompute::parallel;
+use crate::passes::precompute::rays::{RayQuery, Rays};
 use crate::scene::{Measure, Quality};
 
 /// Tested points of a fragment, and of a fragment whose first points disagree.

@@ -1,12 +1,12 @@
 //! Clearances: the distance from candidate cache points to the nearest visible surface, and their
 //! nearest occluder plane. [Tabellion §4] In: candidates. Out: metres and a plane, for each.
 
-use super::gather_rays::Hemisphere;
-use super::{Chunks, Progress};
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::precompute::gather_rays::Hemisphere;
+use crate::passes::precompute::{Chunks, Progress};
 use crate::passes::{SceneBuffers, loop_limit};
 use crate::types::CachePoint;
 use glam::Vec3;
@@ -53,7 +53,7 @@ const FIRST: u32 = 256;
 const CLEARANCE_RAYS: u32 = 64;
 
 /// Device side: clearances of candidates.
-pub(super) struct ClearanceProbe {
+pub(in crate::passes::precompute) struct ClearanceProbe {
     context: Arc<Context>,
     pipeline: Pipeline,
     candidates: Buffer,
@@ -70,7 +70,11 @@ impl ClearanceProbe {
     /// Maximum number of candidates of one dispatch.
     const LIMIT: u32 = 1 << 15;
 
-    pub(super) fn new(context: &Arc<Context>, scene_size: f32, seed: u32) -> Result<Self> {
+    pub(in crate::passes::precompute) fn new(
+        context: &Arc<Context>,
+        scene_size: f32,
+        seed: u32,
+    ) -> Result<Self> {
         let [rings, sectors] = Hemisphere::new(CLEARANCE_RAYS).constants();
         let constants = [rings, sectors];
         let bindable = context.limits().storage_range_bytes / size_of::<CachePoint>() as u64;
@@ -91,7 +95,7 @@ impl ClearanceProbe {
         })
     }
 
-    pub(super) fn measure(
+    pub(in crate::passes::precompute) fn measure(
         &self,
         scene: &SceneBuffers,
         candidates: &[CachePoint],

@@ -7,13 +7,13 @@
 //! clusters, each weighted by its visible fraction, its area and its cosine with the direction. If
 //! nothing is hidden, or all of it equally, rays keep the cluster.
 
-use super::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
 use super::occlusion::{Ask, Cells, Hiding, Readers, Seen};
-use super::{Progress, parallel, rays::Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 use crate::passes::frame::cluster_proxies::ProxyTermPacking;
 use crate::passes::precompute::gather_rays::MIN_ENTRY_POINTS;
+use crate::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
+use crate::passes::precompute::{Progress, parallel, rays::Rays};
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
 use crate::types::{CachePoint, GatherRay, NO_TARGET, Surface};

@@ -75,7 +75,7 @@ impl Case {
 }
 
 /// Pixels of a picture, about.
-const PIXELS: u32 = 160 * 120;
+const PIXELS: u32 = 128 * 96;
 
 /// Processor time of this process, the device's threads included, in seconds.
 fn processor_seconds() -> f64 {
@@ -119,8 +119,9 @@ fn lamp_at_a_wall() -> Scene {
     scene
 }
 
-fn cases() -> Vec<Case> {
-    let samples = std::env::var("LIGHTPATHS_SAMPLES").map_or(256, |samples| samples.parse().unwrap());
+/// Calls a function for each chosen case.
+fn for_each_case(mut of_case: impl FnMut(Case)) {
+    let samples = std::env::var("LIGHTPATHS_SAMPLES").map_or(128, |samples| samples.parse().unwrap());
     let chosen = std::env::var("LIGHTPATHS_CASES").unwrap_or_default();
     let is_chosen = |name: &str| chosen.is_empty() || chosen.split(',').any(|chosen| chosen == name);
     let built_in = |name: &'static str| (name, Scene::load(name, &LoadOptions::default()).unwrap());
@@ -135,16 +136,16 @@ fn cases() -> Vec<Case> {
         ("lamp in a box", &lamp_in_a_box),
         ("lamp at a wall", &lamp_at_a_wall),
     ];
-    let pictures = scenes.into_iter().filter(|(name, _)| is_chosen(name));
-    let mut cases: Vec<Case> = pictures.map(|(name, scene)| Case::picture(name, scene(), samples)).collect();
+    for (name, scene) in scenes.into_iter().filter(|(name, _)| is_chosen(name)) {
+        of_case(Case::picture(name, scene(), samples));
+    }
     let sides = dark_sides::scenes().into_iter().filter(|sides| is_chosen(sides.name));
-    cases.extend(sides.map(Case::Leak));
+    sides.map(Case::Leak).for_each(&mut of_case);
     for file in std::env::var("LIGHTPATHS_SCENES").unwrap_or_default().split(':').filter(|f| !f.is_empty()) {
         let name = Path::new(file).file_stem().unwrap().to_string_lossy();
         let scene = Scene::load(file, &LoadOptions::default()).unwrap();
-        cases.push(Case::picture(&name, scene, samples));
+        of_case(Case::picture(&name, scene, samples));
     }
-    cases
 }
 
 /// The ablation of `docs/visibility.md`, as tab-separated values: case, measure, error without it,
@@ -160,7 +161,7 @@ fn what_each_measure_buys() {
     if let Some(rounds) = variable("LIGHTPATHS_GAP_ROUNDS") {
         quality.gap_rounds = rounds.parse().unwrap();
     }
-    for case in cases() {
+    for_each_case(|case| {
         let left_out = Measure::ALL.map(Measures::only);
         let names = Measure::ALL.map(|measure| format!("{measure:?}"));
         let rows = [("none".to_owned(), Measures::NONE)].into_iter().chain(names.into_iter().zip(left_out));
@@ -168,5 +169,5 @@ fn what_each_measure_buys() {
             let Cost { error, seconds, megabytes } = case.cost(Quality { left_out, ..quality.clone() });
             println!("{}\t{name}\t{error:.4e}\t{seconds:.2}\t{megabytes:.1}", case.name());
         }
-    }
+    });
 }

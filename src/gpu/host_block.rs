@@ -52,8 +52,8 @@ impl HostBlock {
     }
 }
 
-/// A list that the host writes and recordings copy to the device
-/// ([`Recorder::copy_from_host`](super::Recorder::copy_from_host)).
+/// A list that the host writes. [`Recorder::copy_from_host`](super::Recorder) copies it to the
+/// device.
 pub struct HostUpload {
     pub(super) buffer: Buffer,
 }

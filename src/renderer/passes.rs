@@ -19,7 +19,7 @@ pub(super) enum Column {
     Tsplat,
 }
 
-/// One pass.
+/// A pass of a frame: a line of `ARCHITECTURE.md`.
 pub(super) struct Pass {
     /// Label in timings, in debuggers and of `time --repeat`.
     pub(super) stem: &'static str,

@@ -99,7 +99,7 @@ pub enum Scan {
 pub enum Gathering {
     /// No record: each record that the view uses is current.
     Nothing,
-    /// Every record.
+    /// Every record, whether the view needs it or not.
     All,
     /// The last list again: it holds the records that this view uses.
     Listed,

@@ -12,8 +12,8 @@ pub enum Measure {
     CoveredSurface,
     /// Stacked surfaces in one base cell are different clusters.
     StackedSurfaces,
-    /// Planes of walls without thickness divide base clusters; of all walls with
-    /// `quality.gap_rounds`.
+    /// Planes of walls divide base clusters. Without `quality.gap_rounds`, only walls without
+    /// thickness do.
     SplitPlanes,
     /// Clusters with surface inside and outside a narrow cavity stand for none of their children.
     NarrowCavities,
@@ -63,7 +63,7 @@ impl Measure {
 pub struct Measures(u32);
 
 impl Measures {
-    /// No measure.
+    /// The empty set, which presets leave out.
     pub const NONE: Self = Self(0);
 
     /// A single measure.

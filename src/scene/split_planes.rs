@@ -23,12 +23,12 @@ fn over(plane: Plane, point: DVec3) -> f64 {
 /// The walls along which clusters are split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Walls {
-    /// None.
+    /// Walls split no cluster.
     None,
     /// Walls without thickness. Light reaches both of their sides, so both sides of the
     /// surface below them are visible.
     Sheets,
-    /// All walls.
+    /// Walls of every thickness.
     All,
 }
 

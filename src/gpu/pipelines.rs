@@ -2,12 +2,12 @@
 //! shader and constants.
 
 use std::collections::HashMap;
-use std::num::NonZero;
-use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use ash::vk;
+use rayon::prelude::*;
 
 use super::Tuning;
 use super::device::Limits;
@@ -78,29 +78,13 @@ impl Pipelines {
     ) -> Result<()> {
         let maker = Maker { device, names, optional, cache: self.cache };
         let start = Instant::now();
-        let next = AtomicUsize::new(0);
-        let work = || {
-            let mut made = Vec::new();
-            loop {
-                let index = next.fetch_add(1, Ordering::Relaxed);
-                let Some((program, uses_buffer_device_address)) = missing.get(index) else { return made };
-                made.push((index, program.make(maker, *uses_buffer_device_address)));
-            }
-        };
-        let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
-        let mut made = std::thread::scope(|scope| {
-            let helpers = 1..cores.min(missing.len()).max(1);
-            let helpers: Vec<_> = helpers.map(|_| scope.spawn(work)).collect();
-            let mut made = work();
-            for helper in helpers {
-                made.extend(helper.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
-            }
-            made
-        });
+        let one_at_a_time = missing.par_iter().with_max_len(1);
+        let made = one_at_a_time
+            .map(|(program, uses_buffer_device_address)| program.make(maker, *uses_buffer_device_address));
+        let made: Vec<_> = made.collect();
         self.made.fetch_add(missing.len() as u32, Ordering::Relaxed);
         self.compile_ns.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
-        made.sort_unstable_by_key(|(index, _)| *index);
-        made.into_iter().try_for_each(|(_, result)| result)
+        made.into_iter().collect()
     }
 
     /// Number of variants compiled so far.

@@ -91,13 +91,9 @@ impl View {
             colors.collect()
         };
         // Colours and features take about equal time.
-        std::thread::scope(|scope| {
-            let features =
-                scope.spawn(|| detectors.each_ref().map(|detector| detector.strength(&lightness, size)));
-            let colors = colors();
-            let features = features.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            Self { colors, features }
-        })
+        let features = || detectors.each_ref().map(|detector| detector.strength(&lightness, size));
+        let (colors, features) = rayon::join(colors, features);
+        Self { colors, features }
     }
 }
 

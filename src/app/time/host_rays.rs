@@ -3,14 +3,13 @@
 
 use std::time::Instant;
 
+use rayon::prelude::*;
+
 use super::measure::Summary;
 use super::rates::{Rates, RaySets, mrays_per_s};
 use crate::error::Result;
 use crate::passes::precompute::rays::RayQuery;
 use crate::scene::{Triangle, bvh::Bvh, host_bvh::HostBvh};
-
-/// Rays of a thread's chunk.
-const CHUNK: usize = 4096;
 
 /// Rays per second of each kind, on all threads.
 ///
@@ -26,7 +25,7 @@ pub(super) fn rates(triangles: &[Triangle], sets: &RaySets, repeats: usize) -> R
         }
         let times = (0..repeats).map(|_| {
             let start = Instant::now();
-            std::hint::black_box(count(queries, meets));
+            std::hint::black_box(queries.par_iter().filter(|query| meets(query)).count());
             start.elapsed().as_secs_f64() * 1e3
         });
         mrays_per_s(queries.len(), Summary::from_times(times).median)
@@ -39,40 +38,4 @@ pub(super) fn rates(triangles: &[Triangle], sets: &RaySets, repeats: usize) -> R
         any_coherent: rate(&sets.shadow, &any),
         any_incoherent: rate(&sets.pairs, &any),
     })
-}
-
-/// Number of rays that hit something.
-fn count(queries: &[RayQuery], meets: &(dyn Fn(&RayQuery) -> bool + Sync)) -> usize {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let next = std::sync::atomic::AtomicUsize::new(0);
-    let work = || {
-        let mut found = 0;
-        loop {
-            let first = next.fetch_add(CHUNK, std::sync::atomic::Ordering::Relaxed);
-            if first >= queries.len() {
-                return found;
-            }
-            let chunk = &queries[first..queries.len().min(first + CHUNK)];
-            found += chunk.iter().filter(|query| meets(query)).count();
-        }
-    };
-    std::thread::scope(|scope| {
-        let workers: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
-        let own = work();
-        own + workers.into_iter().map(|worker| worker.join().expect("counting cannot fail")).sum::<usize>()
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::Vec3;
-
-    #[test]
-    fn the_count_does_not_depend_on_threads() {
-        let query = |index: usize| RayQuery { origin: index as f32 * Vec3::X, direction: Vec3::Y };
-        let queries: Vec<RayQuery> = (0..3 * CHUNK + 7).map(query).collect();
-        let is_third = |query: &RayQuery| (query.origin.x as usize).is_multiple_of(3);
-        assert_eq!(count(&queries, &is_third), queries.len().div_ceil(3));
-    }
 }

@@ -2,7 +2,8 @@
 //! meets the budget.
 
 use super::geometry::Geometry;
-use super::parallel;
+use crate::scene::fragment::Fragment;
+use rayon::prelude::*;
 
 /// A point counts as covered from this record weight on; records then overlap enough to blend.
 pub(super) const COVERED: f32 = 0.3;
@@ -29,9 +30,8 @@ pub(super) struct Demand {
 impl Demand {
     /// The demand of every fragment, given their clearances.
     pub(super) fn of_fragment(geometry: &Geometry<'_>, clearances: &[f32]) -> Vec<Self> {
-        parallel::each(clearances.len(), |fragment| {
-            let clearance = f64::from(clearances[fragment]);
-            let fragment = &geometry.hvds.fragments[fragment];
+        let fragments = geometry.hvds.fragments.par_iter().zip(clearances);
+        let demand = |(fragment, &clearance): (&Fragment, &f32)| {
             let triangle = &geometry.triangles[fragment.side as usize / 2];
             let turn = |a: usize, b: usize| {
                 // The chord between unit normals is the angle, for the small angles of a smooth
@@ -43,8 +43,9 @@ impl Demand {
             let fastest = turns.into_iter().fold(1e-12, f64::max);
             let slowest = turns.into_iter().fold(fastest, f64::min).max(1e-12);
             let reach = [NORMAL_RANGE / fastest, NORMAL_RANGE / slowest];
-            Self { area_m2: fragment.open_area_m2(), reach, clearance }
-        })
+            Self { area_m2: fragment.open_area_m2(), reach, clearance: clearance.into() }
+        };
+        fragments.map(demand).collect()
     }
 
     /// Radius of a record before its neighbourhood is known, metres.

@@ -7,6 +7,7 @@
 //! the camera moves. They are also clamped by the clearance of the neighbourhood, so that no record
 //! extends over surface that its own rays missed. [Krivanek 2006]
 
+use super::Progress;
 pub use super::budget::RADIUS_RANGE;
 use super::budget::{Demand, spread};
 pub use super::coverage::Placed;
@@ -14,7 +15,6 @@ use super::coverage::{Cover, Neighbourhood, Records};
 use super::fragment_points::probed_fragments;
 use super::geometry::Geometry;
 use super::visibility::clearance::{Clearance, ClearanceProbe};
-use super::{Progress, parallel};
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::gpu::Context;
@@ -22,6 +22,7 @@ use crate::passes::SceneBuffers;
 use crate::scene::{Measure, Quality, fragment::Fragment, hvds::Hvds};
 use crate::types::CachePoint;
 use glam::Vec3;
+use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -77,7 +78,8 @@ impl SizeField {
         let probe = ClearanceProbe::new(context, geometry.scene_size, seed)?;
         let fragments = probed_fragments(&geometry.hvds.fragments, geometry.hvds.levels[0].len());
         progress.stage("clearances", fragments.len() as u64);
-        let samples = parallel::each(fragments.len(), |index| geometry.draw(fragments[index], 0, seed));
+        let samples: Vec<_> =
+            fragments.par_iter().map(|&fragment| geometry.draw(fragment, 0, seed)).collect();
         let measured = probe.measure(buffers, &samples, Some(progress))?;
         // Interior surface is no surface.
         let open = samples.into_iter().zip(measured).filter(|(_, measured)| measured.distance >= 0.0);
@@ -89,12 +91,11 @@ impl SizeField {
     /// the same surface.
     pub fn clearances_of(&self, geometry: &Geometry<'_>, other: &Hvds) -> Vec<f32> {
         let neighbourhood = Neighbourhood::new(&geometry.hvds.grid, &self.samples, &self.clearances);
-        let middle = |fragment: usize| {
-            let fragment: &Fragment = &other.fragments[fragment];
+        let middle = |fragment: &Fragment| {
             let position = fragment.corners.iter().sum::<Vec3>() / fragment.corners.len() as f32;
             neighbourhood.clamp(&geometry.point(fragment.side, position), geometry.scene_size)
         };
-        parallel::each(other.fragments.len(), middle)
+        other.fragments.par_iter().map(middle).collect()
     }
 }
 
@@ -248,9 +249,9 @@ impl Attempt<'_> {
             let candidate = move |i| Candidate { rank: rank(i), fragment: fragment as u32, index: 1 + i };
             (0..count.ceil() as u32).map(candidate)
         };
-        let mut candidates =
-            parallel::in_chunks(self.demands.len(), |chunk| chunk.flat_map(of_fragment).collect());
-        candidates.sort_unstable();
+        let mut candidates: Vec<_> =
+            (0..self.demands.len()).into_par_iter().flat_map_iter(of_fragment).collect();
+        candidates.par_sort_unstable();
         candidates
     }
 
@@ -275,20 +276,18 @@ impl Attempt<'_> {
         cover: Cover,
     ) -> Vec<CachePoint> {
         // Neighbours on the surface are consecutive, because they test the same records.
-        candidates.sort_unstable_by_key(|candidate| (candidate.fragment, candidate.index));
+        candidates.par_sort_unstable_by_key(|candidate| (candidate.fragment, candidate.index));
         let candidates = &*candidates;
-        let mut open = parallel::in_chunks(candidates.len(), |chunk| {
-            let drawn = candidates[chunk].iter().map(|candidate| {
-                let &Candidate { fragment, index, .. } = candidate;
-                (candidate, self.geometry.draw(fragment as usize, index, seed))
-            });
-            let is_open = |(candidate, point): &(&Candidate, CachePoint)| {
-                let fragment = &self.geometry.hvds.fragments[candidate.fragment as usize];
-                !records.cover(point, cover) && (fragment.open == 1.0 || !self.geometry.is_interior(point))
-            };
-            drawn.filter(is_open).collect()
+        let drawn = candidates.par_iter().map(|candidate| {
+            let &Candidate { fragment, index, .. } = candidate;
+            (candidate, self.geometry.draw(fragment as usize, index, seed))
         });
-        open.sort_unstable_by_key(|drawn| drawn.0);
+        let is_open = |(candidate, point): &(&Candidate, CachePoint)| {
+            let fragment = &self.geometry.hvds.fragments[candidate.fragment as usize];
+            !records.cover(point, cover) && (fragment.open == 1.0 || !self.geometry.is_interior(point))
+        };
+        let mut open: Vec<_> = drawn.filter(is_open).collect();
+        open.par_sort_unstable_by_key(|drawn| drawn.0);
         open.into_iter().map(|drawn| drawn.1).collect()
     }
 

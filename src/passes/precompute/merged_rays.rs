@@ -4,12 +4,12 @@
 //! In: gather rays. Out: merged rays, a list a cache point; targets.
 
 use super::gather_rays::{Hemisphere, RayTable};
-use super::parallel;
 use crate::cpu::gather::unpack;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::types::{GatherRay, MOVEMENT_EXPONENT, MergedRay, NO_TARGET};
 use glam::{DVec2, Vec2};
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::Range;
 use std::sync::Arc;
@@ -17,8 +17,8 @@ use std::sync::Arc;
 /// Maximum number of rays that the host reads at a time, unless a row has more.
 const CHUNK_RAYS: usize = 1 << 20;
 
-/// Cache points in one chunk of a thread.
-const CHUNK: usize = 64;
+/// Rays in one chunk of the search for distinct targets.
+const CHUNK: usize = 2048;
 
 /// Common packing of all merged rays of a table.
 pub struct MergedRayPacking {
@@ -219,13 +219,11 @@ impl MergedRays {
                 let read: Vec<GatherRay> = rays.read_range(place, length)?;
                 let image_colours: Vec<u32> =
                     if has_colours { colours.read_range(place, length)? } else { Vec::new() };
-                rows.extend(parallel::in_chunks_of(CHUNK, length / per_row, |chunk| {
-                    let merged_rays = |row: usize| {
-                        let own = row * per_row..(row + 1) * per_row;
-                        packing.merged_rays(&read[own.clone()], image_colours.get(own).unwrap_or(&[]))
-                    };
-                    chunk.map(merged_rays).collect()
-                }));
+                let merged_rays = |row: usize| {
+                    let own = row * per_row..(row + 1) * per_row;
+                    packing.merged_rays(&read[own.clone()], image_colours.get(own).unwrap_or(&[]))
+                };
+                rows.par_extend((0..length / per_row).into_par_iter().map(merged_rays));
                 while rows.len() >= records_per_chunk as usize {
                     let rest = rows.split_off(records_per_chunk as usize);
                     found.add_rows(context, &std::mem::replace(&mut rows, rest))?;
@@ -306,13 +304,14 @@ impl MergedRays {
 
 /// The targets of some rays, each once or a few times.
 fn distinct(rays: &[GatherRay]) -> Vec<u32> {
-    parallel::in_chunks(rays.len(), |chunk| {
-        let mut targets: Vec<u32> = rays[chunk].iter().map(|ray| ray.target).collect();
+    let distinct = rays.par_chunks(CHUNK).flat_map_iter(|rays| {
+        let mut targets: Vec<u32> = rays.iter().map(|ray| ray.target).collect();
         targets.retain(|&target| target != NO_TARGET);
         targets.sort_unstable();
         targets.dedup();
         targets
-    })
+    });
+    distinct.collect()
 }
 
 /// Weight of each stratum's radiance in the rotational gradient, along tangent and bitangent:

@@ -13,7 +13,6 @@ pub mod light_paths;
 pub mod live_clusters;
 pub mod merged_rays;
 pub mod neighbours;
-mod parallel;
 pub mod path_orders;
 pub mod rays;
 mod reaches;

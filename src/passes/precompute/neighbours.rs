@@ -1,11 +1,11 @@
 //! Neighbourhoods: cache points with so similar a view that their records may be blended.
 
 use super::cache_points::Placed;
-use super::parallel;
 use super::reaches::Reaches;
 use crate::cpu::records::{FACETS_ALIKE, Tolerance};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use glam::Vec3;
+use rayon::prelude::*;
 
 gpu_struct! {
     /// A neighbour of a record, for blending.
@@ -59,7 +59,7 @@ impl Neighbourhoods {
             own.iter_mut().for_each(|neighbour| neighbour.weight /= sum);
             own
         };
-        let lists = parallel::each(points.len(), of_point);
+        let lists: Vec<_> = (0..points.len()).into_par_iter().map(of_point).collect();
         let mut neighbourhoods = Self { first: vec![0], list: Vec::new() };
         for own in lists {
             neighbourhoods.list.extend(own);

@@ -13,11 +13,12 @@ use crate::passes::SceneBuffers;
 use crate::passes::frame::cluster_proxies::ProxyTermPacking;
 use crate::passes::precompute::gather_rays::MIN_ENTRY_POINTS;
 use crate::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
-use crate::passes::precompute::{Progress, parallel, rays::Rays};
+use crate::passes::precompute::{Progress, rays::Rays};
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
 use crate::types::{CachePoint, GatherRay, NO_TARGET, Surface};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Gather rays whose origins represent all readers of a pair.
@@ -29,7 +30,7 @@ const MIN_CHANGE: f64 = 1.0 / 32.0;
 /// Pairs in one measurement of a thread: one thread prepares rays while the device traces
 /// those of another.
 const CHUNK: usize = 1 << 11;
-/// Clusters in one chunk of the search for occluders.
+/// Maximum number of clusters in one chunk of the search for occluders: coarse clusters take long.
 const FEW: usize = 64;
 /// Pairs between two reports of progress.
 const PAIRS_AT_A_TIME: usize = 1 << 15;
@@ -130,9 +131,10 @@ pub fn build(
     let mut redirected = Vec::new();
     let mut done = 0;
     for ranges in ranges.chunks(PAIRS_AT_A_TIME) {
-        let outcomes = parallel::in_chunks_of(CHUNK, ranges.len(), |chunk| {
-            vec![measure(&sources, &cells, (rays, scene), &ranges[chunk])]
-        });
+        let chunks = ranges.par_chunks(CHUNK).with_max_len(1);
+        let outcomes = chunks.map(|ranges| measure(&sources, &cells, (rays, scene), ranges));
+        // The first error in the order of the chunks.
+        let outcomes: Vec<_> = outcomes.collect();
         let outcomes = outcomes.into_iter().collect::<Result<Vec<_>>>()?;
         for (outcome, range) in outcomes.into_iter().flatten().zip(ranges) {
             let weights = match outcome {
@@ -209,31 +211,25 @@ fn readers(
     table.scan(1, |_, rays| {
         rays.iter().filter_map(cluster_of).for_each(|cluster| is_read[cluster as usize] = true);
     })?;
-    // Small chunks, because coarse clusters take long.
-    let hidings = parallel::in_chunks_of(FEW, is_read.len(), |chunk| {
-        let hiding = |cluster: usize| match is_read[cluster] {
-            true => cells.hiding(cluster as u32),
-            false => Hiding::Nothing,
-        };
-        chunk.map(hiding).collect()
-    });
+    let hiding = |(cluster, &is_read): (usize, &bool)| match is_read {
+        true => cells.hiding(cluster as u32),
+        false => Hiding::Nothing,
+    };
+    let hidings: Vec<_> = is_read.par_iter().enumerate().with_max_len(FEW).map(hiding).collect();
     let mut readers = Vec::new();
     table.scan(1, |first, rays| {
-        readers.extend(parallel::in_chunks(rays.len(), |chunk| {
-            let read = chunk.filter_map(|index| {
-                let (cluster, ray) = (cluster_of(&rays[index])?, first + index);
-                let hiding = &hidings[cluster as usize];
-                if matches!(hiding, Hiding::Nothing) {
-                    return None;
-                }
-                let back = directions.back(ray);
-                let pair = u64::from(cluster) << 32 | u64::from(sources.directions.bin(back));
-                hiding.is_possible_along(back).then_some((pair, ray as u32))
-            });
-            read.collect()
+        readers.par_extend(rays.par_iter().enumerate().filter_map(|(index, row)| {
+            let (cluster, ray) = (cluster_of(row)?, first + index);
+            let hiding = &hidings[cluster as usize];
+            if matches!(hiding, Hiding::Nothing) {
+                return None;
+            }
+            let back = directions.back(ray);
+            let pair = u64::from(cluster) << 32 | u64::from(sources.directions.bin(back));
+            hiding.is_possible_along(back).then_some((pair, ray as u32))
         }));
     })?;
-    parallel::sort(&mut readers);
+    readers.par_sort_unstable();
     Ok(readers)
 }
 

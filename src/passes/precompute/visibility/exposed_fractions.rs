@@ -8,9 +8,9 @@ use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 use crate::passes::precompute::geometry::Geometry;
-use crate::passes::precompute::parallel;
 use crate::passes::precompute::rays::{RayQuery, Rays};
 use crate::scene::{Measure, Quality};
+use rayon::prelude::*;
 
 /// Tested points of a fragment, and of a fragment whose first points disagree.
 const POINTS: u32 = 4;
@@ -44,7 +44,7 @@ pub fn exposed_fractions(
         RayQuery { origin, direction }
     };
     let left: Vec<usize> = (0..open.len()).filter(|&fragment| open[fragment] > 0.0).collect();
-    let queries = parallel::each(left.len(), |index| ahead(left[index]));
+    let queries: Vec<_> = left.par_iter().copied().map(ahead).collect();
     let answers = rays.trace(buffers, &queries)?;
     let near = |(&fragment, t): (&usize, f32)| (t >= 0.0 && t < GAP * cell).then_some(fragment);
     let near: Vec<usize> = left.iter().zip(answers.iter().map(|answer| answer.t)).filter_map(near).collect();
@@ -53,7 +53,8 @@ pub fn exposed_fractions(
         let [x, y, _] = plastic_sequence(ray ^ hash(seed) >> 8);
         RayQuery { origin, direction: (normal + sphere([x, y])).try_normalize().unwrap_or(normal) }
     };
-    let queries = parallel::each(near.len() * (POINTS * RAYS) as usize, |ray| around(ray as u32));
+    let queries: Vec<_> =
+        (0..near.len() * (POINTS * RAYS) as usize).into_par_iter().map(|ray| around(ray as u32)).collect();
     let answers = rays.trace(buffers, &queries)?;
     for (&fragment, answers) in near.iter().zip(answers.chunks_exact((POINTS * RAYS) as usize)) {
         let is_covered = |t: f32| t >= 0.0 && t < COVERED_SIGHT * cell;
@@ -70,12 +71,13 @@ fn outside_solids(geometry: &Geometry<'_>, seed: u32) -> Vec<f32> {
     if geometry.solids.is_empty() {
         return vec![1.0; fragments.len()];
     }
-    parallel::each(fragments.len(), |fragment| {
+    let exposed = |fragment: usize| {
         let is_open = |index: &u32| !geometry.is_interior(&geometry.draw(fragment, *index, seed));
         let open = (0..POINTS).filter(is_open).count() as u32;
         if open == 0 || open == POINTS {
             return (open / POINTS) as f32;
         }
         (open + (POINTS..MORE_POINTS).filter(is_open).count() as u32) as f32 / MORE_POINTS as f32
-    })
+    };
+    (0..fragments.len()).into_par_iter().map(exposed).collect()
 }

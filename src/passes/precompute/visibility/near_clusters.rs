@@ -2,11 +2,11 @@
 
 use crate::passes::frame::near_field::NearCluster;
 use crate::passes::precompute::coverage::Placed;
-use crate::passes::precompute::parallel;
 use crate::passes::precompute::reaches::Reaches;
 use crate::scene::hvds::Hvds;
 use crate::types::CachePoint;
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// Selection of the clusters that take their light from the records beside them.
 #[derive(Clone, Copy, Debug)]
@@ -155,5 +155,5 @@ pub fn find(patches: &[Patch], extent: Extent, cell_size: f32, points: &[Placed]
         let cluster = cluster as u32;
         best.0.is_finite().then_some(NearCluster { cluster, record: best.1, offset, target: cluster })
     };
-    parallel::in_chunks(patches.len(), |chunk| chunk.filter_map(beside).collect())
+    (0..patches.len()).into_par_iter().filter_map(beside).collect()
 }

@@ -9,11 +9,11 @@ use crate::error::Result;
 use crate::passes::frame::near_field::NearCluster;
 use crate::passes::precompute::coverage::Placed;
 use crate::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere, RayTable};
-use crate::passes::precompute::parallel;
 use crate::passes::precompute::reaches::Reaches;
 use crate::scene::Material;
 use crate::types::{GatherRay, NO_TARGET};
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// Maximum distance of the record of a patch, in units of the smallest validity radius.
 const FARTHEST: f32 = 2.0;
@@ -75,14 +75,15 @@ impl NearHits {
         table.revise(per_point as u32, |first, rays| {
             let points = first / per_point..(first + rays.len()) / per_point;
             let points = points.start..points.end.min(sources.near_count as usize).max(points.start);
-            let parts = parallel::in_chunks_of(CHUNK, points.len(), |chunk| {
+            let near_rays = rays[..points.len() * per_point].par_chunks(CHUNK * per_point).enumerate();
+            let parts = near_rays.map(|(chunk, rays)| {
                 let mut part = Self::default();
-                for row in chunk {
-                    let row_rays = &rays[row * per_point..(row + 1) * per_point];
-                    part.add(&sources, &records, (points.start + row) as u32, row_rays, packing);
+                for (point, row) in (points.start + chunk * CHUNK..).zip(rays.chunks_exact(per_point)) {
+                    part.add(&sources, &records, point as u32, row, packing);
                 }
-                vec![part]
+                part
             });
+            let parts: Vec<_> = parts.collect();
             for part in parts {
                 part.readers.iter().for_each(|reader| rays[reader.ray as usize - first].target = NO_TARGET);
                 found.append(part);

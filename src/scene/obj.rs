@@ -1,15 +1,9 @@
 //! Reads models from OBJ files.
-//!
-//! `tobj` turns indices into meshes. But its errors name no line, it takes polylines for faces,
-//! and it gives a face without normals those of another. So each line is checked first, and
-//! `tobj` reads only checked lines: positions (f64), normals, texture coordinates, and faces
-//! with absolute indices.
 
-use std::collections::HashSet;
-use std::io::Read;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::geometry::Mesh;
 use super::limits::{LIBRARIES, MATERIALS, MTL_BYTES};
@@ -17,7 +11,7 @@ use super::lines::decode;
 use super::material::Material;
 use super::material_names::{NO_MATERIAL, shown, too_many_materials};
 use super::mtl::{self, Definition};
-use super::obj_lines::check;
+use super::obj_lines::{self, Contents, Corner, Group};
 use super::polygons::Triangulator;
 use super::reading::Reading;
 use super::value::excerpt;
@@ -41,19 +35,25 @@ pub(super) struct Model {
 /// Also fails without any face, or above a limit.
 pub(super) fn load(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result<Model> {
     let text = decoded(reading, path, bytes);
-    let checked = check(path, &text)?;
+    let mut contents = obj_lines::read(path, &text)?;
     drop(text);
-    let mut definitions = read_libraries(reading, path, &checked.libraries)?;
+    let mut definitions = read_libraries(reading, path, &contents.libraries)?;
     let mut undefined = Vec::new();
-    let known: HashSet<String> = definitions.iter().map(|d| d.material.name.clone()).collect();
-    for (line, name) in checked.used.into_iter().filter(|(_, name)| !known.contains(name)) {
-        if name != NO_MATERIAL {
-            undefined.push((definitions.len(), line));
+    let named = |(index, definition): (usize, &Definition)| (definition.material.name.clone(), index);
+    let known: HashMap<String, usize> = definitions.iter().enumerate().map(named).collect();
+    let used = contents.used.iter().map(|(line, name)| {
+        if let Some(&index) = known.get(name) {
+            return index;
         }
-        definitions.push(Definition::new(Material::neutral(&name)));
-    }
-    reading.notes.absorb(checked.notes);
-    let meshes = read_meshes(reading, path, [&checked.vertices, &checked.faces], &definitions)?;
+        if name != NO_MATERIAL {
+            undefined.push((definitions.len(), *line));
+        }
+        definitions.push(Definition::new(Material::neutral(name)));
+        definitions.len() - 1
+    });
+    let used: Vec<usize> = used.collect();
+    reading.notes.absorb(std::mem::take(&mut contents.notes));
+    let meshes = meshes(reading, path, contents, &used, &definitions)?;
     let materials = definitions.into_iter().map(|definition| definition.material).collect();
     Ok(Model { meshes, materials, undefined })
 }
@@ -150,25 +150,21 @@ fn libraries(line: &str) -> Vec<&str> {
     names
 }
 
-/// Converts the checked face lines to triangles.
-fn read_meshes(
+/// Divides the faces into triangles. `used` holds the definition of each used material.
+fn meshes(
     reading: &mut Reading,
     path: &Path,
-    [vertices, faces]: [&str; 2],
+    mut contents: Contents,
+    used: &[usize],
     definitions: &[Definition],
 ) -> Result<Vec<Mesh>> {
-    // The materials are already read: `tobj` gets their names.
-    let library = |_: &Path| {
-        let named = |(index, definition): (usize, &Definition)| (definition.material.name.clone(), index);
-        let indices = definitions.iter().enumerate().map(named).collect();
-        Ok((vec![tobj::Material::default(); definitions.len()], indices))
-    };
-    let options = tobj::LoadOptions { single_index: true, ..Default::default() };
-    let (models, _) = tobj::load_obj_buf(&mut vertices.as_bytes().chain(faces.as_bytes()), &options, library)
-        .map_err(|fault| Error::input(path, format!("cannot be read: {fault}")))?;
-    let models = models.into_iter().filter(|model| !model.mesh.indices.is_empty());
     let mut triangulator = Triangulator::default();
-    let meshes: Vec<Mesh> = models.map(|model| convert(model, definitions, &mut triangulator)).collect();
+    let groups = std::mem::take(&mut contents.groups).into_iter().filter(|group| !group.arities.is_empty());
+    let meshes = groups.map(|group| {
+        let material = used[group.material];
+        mesh(&contents, group, (material as u32, &definitions[material]), &mut triangulator)
+    });
+    let meshes: Vec<Mesh> = meshes.collect();
     if meshes.is_empty() {
         return Err(Error::input(path, "holds no face: an OBJ file with `v` and `f` lines was expected"));
     }
@@ -194,33 +190,33 @@ fn keep_last(definitions: &mut Vec<Definition>) {
     definitions.reverse();
 }
 
-fn convert(model: tobj::Model, definitions: &[Definition], triangulator: &mut Triangulator) -> Mesh {
-    let mesh = model.mesh;
-    let points = |numbers: &[f64]| -> Vec<DVec3> { numbers.chunks_exact(3).map(DVec3::from_slice).collect() };
-    let definition = mesh.material_id.and_then(|index| definitions.get(index));
-    let place = |d: &Definition| {
-        let place = |vt: &[f64]| d.scale * DVec2::from_slice(vt) + d.offset;
-        mesh.texcoords.chunks_exact(2).map(place).collect()
+/// The mesh of a group, divided into triangles.
+fn mesh(
+    contents: &Contents,
+    group: Group,
+    material: (u32, &Definition),
+    triangulator: &mut Triangulator,
+) -> Mesh {
+    let (index, definition) = material;
+    let corners = &group.corners;
+    let positions: Vec<DVec3> = corners.iter().map(|corner| contents.positions[corner[0] - 1]).collect();
+    let normal = |corner: &Corner| Some(contents.normals[corner[1].checked_sub(1)?]);
+    let place = |corner: &Corner| {
+        Some(definition.scale * contents.coordinates[corner[2].checked_sub(1)?] + definition.offset)
     };
-    let positions = points(&mesh.positions);
-    // `tobj` stores no arities if all faces are triangles.
-    let indices = if mesh.face_arities.is_empty() {
-        mesh.indices
-    } else {
-        let mut triangles = Vec::with_capacity(3 * mesh.indices.len());
-        let mut rest = &mesh.indices[..];
-        for &arity in &mesh.face_arities {
-            let (corners, after) = rest.split_at(arity as usize);
-            triangulator.divide(&positions, corners, &mut triangles);
-            rest = after;
-        }
-        triangles
-    };
+    let has_image = definition.material.texture.is_some();
+    let mut triangles = Vec::with_capacity(group.indices.len());
+    let mut rest = &group.indices[..];
+    for &arity in &group.arities {
+        let (face, after) = rest.split_at(arity);
+        triangulator.divide(&positions, face, &mut triangles);
+        rest = after;
+    }
     Mesh {
-        coordinates: definition.filter(|d| d.material.texture.is_some()).map_or_else(Vec::new, place),
-        normals: points(&mesh.normals),
+        coordinates: corners.iter().filter(|_| has_image).filter_map(place).collect(),
+        normals: corners.iter().filter_map(normal).collect(),
         positions,
-        indices,
-        material: mesh.material_id.map_or(0, |index| index as u32),
+        indices: triangles,
+        material: index,
     }
 }

@@ -1,8 +1,9 @@
-//! Line-by-line check of an OBJ file.
+//! Reads the lines of an OBJ file.
 
-use std::collections::HashSet;
-use std::fmt::Write as _;
+use std::collections::HashMap;
 use std::path::Path;
+
+use glam::{DVec2, DVec3};
 
 use super::geometry::too_many;
 use super::limits::{LIBRARIES, MATERIALS, NAME_BYTES, TRIANGLES};
@@ -12,31 +13,47 @@ use super::notes::Notes;
 use super::value::{excerpt, printable};
 use crate::{Error, Result};
 
-/// The checked lines of an OBJ file.
+/// The contents of an OBJ file.
 #[derive(Default)]
-pub(super) struct Checked {
-    /// First input of `tobj`: `v`, `vn` and `vt`, which faces may precede in the file.
-    pub(super) vertices: String,
-    /// Second input of `tobj`: the faces.
-    pub(super) faces: String,
+pub(super) struct Contents {
+    pub(super) positions: Vec<DVec3>,
+    pub(super) normals: Vec<DVec3>,
+    pub(super) coordinates: Vec<DVec2>,
+    /// All faces, in the order of the file.
+    pub(super) groups: Vec<Group>,
     /// Names of MTL files, each with its line.
     pub(super) libraries: Vec<(usize, String)>,
     /// Materials, each with the line of its first use.
     pub(super) used: Vec<(usize, String)>,
     pub(super) notes: Notes,
-    /// Names of the used materials.
-    names: HashSet<String>,
+    /// Indices of the used materials by name.
+    names: HashMap<String, usize>,
+    /// Indices of the last group's corners.
+    known: HashMap<Corner, u32>,
     triangles: usize,
-    /// Whether a `usemtl` is in effect.
-    has_material: bool,
+    /// Index of the material in effect.
+    material: Option<usize>,
     /// Whether the last face had normals, and texture coordinates.
     had: Option<[bool; 2]>,
-    /// Counts of positions, normals and texture coordinates so far.
-    counts: [usize; 3],
     /// Counts of normals and texture coordinates in the whole file. `None` in the first pass.
     totals: Option<[usize; 2]>,
     /// The highest index of each kind and its line: a face may precede its vertices.
     highest: [(usize, usize); 3],
+}
+
+/// Indices of position, normal and texture coordinates. They count from 1; 0 is none.
+pub(super) type Corner = [usize; 3];
+
+/// Faces of one material. All of them have normals, or none; so for texture coordinates.
+pub(super) struct Group {
+    /// Its index in [`Contents::used`].
+    pub(super) material: usize,
+    /// Each corner once, in the order of their first use.
+    pub(super) corners: Vec<Corner>,
+    /// The faces' corners, one face after another.
+    pub(super) indices: Vec<u32>,
+    /// Number of corners of each face.
+    pub(super) arities: Vec<usize>,
 }
 
 /// The result of a line's check, with the fault as text.
@@ -53,44 +70,45 @@ const LACKING: usize = usize::MAX;
 const SILENT: [&str; 12] =
     ["", "o", "g", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "end"];
 
-/// Checks the lines of `text`, the contents of `path`.
-pub(super) fn check(path: &Path, text: &str) -> Result<Checked> {
-    let checked = check_with(path, text, None)?;
-    let [vertices, normals, coordinates] = checked.highest;
-    if vertices.0 > checked.counts[0] {
-        let message =
-            format!("f: index {} is out of range: the file has {} vertices", vertices.0, checked.counts[0]);
+/// Reads `text`, the contents of `path`. All indices of the result are in range.
+pub(super) fn read(path: &Path, text: &str) -> Result<Contents> {
+    let contents = read_with(path, text, None)?;
+    let [vertices, normals, coordinates] = contents.highest;
+    let count = contents.positions.len();
+    if vertices.0 > count {
+        let message = format!("f: index {} is out of range: the file has {count} vertices", vertices.0);
         return Err(Error::input_at(path, vertices.1, message));
     }
-    let totals = [checked.counts[1], checked.counts[2]];
+    let totals = [contents.normals.len(), contents.coordinates.len()];
     if normals.0 > totals[0] || coordinates.0 > totals[1] {
         // Some faces refer to data that the whole file lacks. The second pass has the totals.
-        return check_with(path, text, Some(totals));
+        drop(contents);
+        return read_with(path, text, Some(totals));
     }
-    Ok(checked)
+    Ok(contents)
 }
 
-fn check_with(path: &Path, text: &str, totals: Option<[usize; 2]>) -> Result<Checked> {
-    let mut checked = Checked { vertices: "mtllib all\n".to_owned(), totals, ..Default::default() };
+fn read_with(path: &Path, text: &str, totals: Option<[usize; 2]>) -> Result<Contents> {
+    let mut contents = Contents { totals, ..Default::default() };
     for (line, content) in Lines::new(text) {
         let (keyword, rest) = statement(&content);
         let place = || format!("{}:{line}", shown(path));
         let result = match keyword {
-            "v" => checked.vertex(rest, place),
-            "vn" => checked.normal(rest),
-            "vt" => checked.coordinates(rest, place),
-            "f" => checked.face(line, rest, place),
-            "mtllib" => checked.library(line, rest),
-            "usemtl" if rest.is_empty() => checked.material(line, NO_MATERIAL),
-            "usemtl" => name(rest).and_then(|name| checked.material(line, name)),
+            "v" => contents.vertex(rest, place),
+            "vn" => contents.normal(rest),
+            "vt" => contents.coordinates(rest, place),
+            "f" => contents.face(line, rest, place),
+            "mtllib" => contents.library(line, rest),
+            "usemtl" if rest.is_empty() => contents.material(line, NO_MATERIAL),
+            "usemtl" => name(rest).and_then(|name| contents.material(line, name)),
             _ => {
-                checked.pass_over(keyword, place);
+                contents.pass_over(keyword, place);
                 Ok(())
             }
         };
         result.map_err(|message| Error::input_at(path, line, format!("{keyword}: {message}")))?;
     }
-    Ok(checked)
+    Ok(contents)
 }
 
 /// A name at the end of a line; it must be printable.
@@ -110,7 +128,7 @@ pub(super) fn statement(line: &str) -> (&str, &str) {
     line.split_once(char::is_whitespace).map_or((line, ""), |(keyword, rest)| (keyword, rest.trim_start()))
 }
 
-impl Checked {
+impl Contents {
     fn vertex(&mut self, rest: &str, place: impl Fn() -> String) -> Checking<()> {
         let mut words = rest.split_whitespace();
         let mut next = || {
@@ -126,8 +144,7 @@ impl Checked {
         if words.take_while(|word| !word.starts_with('#')).count() >= 3 {
             self.notes.add("colours of vertices are passed over", place);
         }
-        self.counts[0] += 1;
-        write(&mut self.vertices, format_args!("v {x:e} {y:e} {z:e}\n"));
+        self.positions.push(DVec3::new(x, y, z));
         Ok(())
     }
 
@@ -135,8 +152,7 @@ impl Checked {
     fn normal(&mut self, rest: &str) -> Checking<()> {
         let mut words = rest.split_whitespace().map(|word| word.parse().unwrap_or(f64::NAN));
         let [x, y, z] = [(); 3].map(|()| words.next().unwrap_or(f64::NAN));
-        self.counts[1] += 1;
-        write(&mut self.vertices, format_args!("vn {x:e} {y:e} {z:e}\n"));
+        self.normals.push(DVec3::new(x, y, z));
         Ok(())
     }
 
@@ -149,8 +165,7 @@ impl Checked {
             let what = "texture coordinates that are no numbers, or beyond 1e6, are taken as 0";
             self.notes.add_named(what, &excerpt(rest), place);
         }
-        self.counts[2] += 1;
-        write(&mut self.vertices, format_args!("vt {:e} {:e}\n", u.unwrap_or(0.0), v.unwrap_or(0.0)));
+        self.coordinates.push(DVec2::new(u.unwrap_or(0.0), v.unwrap_or(0.0)));
         Ok(())
     }
 
@@ -179,15 +194,18 @@ impl Checked {
     }
 
     fn material(&mut self, line: usize, name: &str) -> Checking<()> {
-        if !self.names.contains(name) {
-            if self.used.len() >= MATERIALS {
-                return Err(too_many_materials());
+        let index = match self.names.get(name) {
+            Some(&index) => index,
+            None if self.used.len() >= MATERIALS => return Err(too_many_materials()),
+            None => {
+                self.names.insert(name.to_owned(), self.used.len());
+                self.used.push((line, name.to_owned()));
+                self.used.len() - 1
             }
-            self.names.insert(name.to_owned());
-            self.used.push((line, name.to_owned()));
+        };
+        if self.material.replace(index) != Some(index) {
+            self.start_group(index);
         }
-        self.has_material = true;
-        write(&mut self.faces, format_args!("usemtl {name}\n"));
         Ok(())
     }
 
@@ -202,7 +220,7 @@ impl Checked {
         if self.triangles > TRIANGLES {
             return Err(too_many(self.triangles));
         }
-        if !self.has_material {
+        if self.material.is_none() {
             self.material(line, NO_MATERIAL)?;
         }
         let has = [1, 2].map(|kind| corners.iter().all(|corner| corner[kind] > 0 && corner[kind] != LACKING));
@@ -212,46 +230,60 @@ impl Checked {
                 self.notes.add(&what, &place);
             }
         }
-        if self.had.replace(has).is_some_and(|had| had != has) {
-            // Starts another mesh: faces with and without normals, or texture coordinates,
-            // must not mix.
-            self.faces.push_str("o next\n");
+        if self.had.replace(has).is_some_and(|had| had != has)
+            && let Some(material) = self.material
+        {
+            self.start_group(material);
         }
-        self.faces.push('f');
-        for corner in corners {
-            for (highest, index) in self.highest.iter_mut().zip(corner) {
+        for corner in &corners {
+            for (highest, index) in self.highest.iter_mut().zip(*corner) {
                 if index != LACKING {
                     *highest = (*highest).max((index, line));
                 }
             }
-            let [position, normal, coordinates] = corner;
-            match has {
-                [true, true] => write(&mut self.faces, format_args!(" {position}/{coordinates}/{normal}")),
-                [true, false] => write(&mut self.faces, format_args!(" {position}//{normal}")),
-                [false, true] => write(&mut self.faces, format_args!(" {position}/{coordinates}")),
-                [false, false] => write(&mut self.faces, format_args!(" {position}")),
-            }
         }
-        self.faces.push('\n');
+        let group = self.groups.last_mut().expect("a material starts a group");
+        group.arities.push(corners.len());
+        for [position, normal, coordinates] in corners {
+            let corner = [position, normal * usize::from(has[0]), coordinates * usize::from(has[1])];
+            let index = *self.known.entry(corner).or_insert_with(|| {
+                group.corners.push(corner);
+                group.corners.len() as u32 - 1
+            });
+            group.indices.push(index);
+        }
         Ok(())
     }
 
+    /// Starts a group, instead of the last one if that has no face.
+    fn start_group(&mut self, material: usize) {
+        self.groups.pop_if(|last| last.arities.is_empty());
+        self.groups.push(Group { material, corners: Vec::new(), indices: Vec::new(), arities: Vec::new() });
+        // Not cleared: that takes as long as the largest group, for each of many small ones.
+        self.known = HashMap::new();
+    }
+
+    /// Counts of positions, normals and texture coordinates so far.
+    fn count(&self, kind: usize) -> usize {
+        [self.positions.len(), self.normals.len(), self.coordinates.len()][kind]
+    }
+
     /// Indices of position, normal and texture coordinates of `v`, `v/vt`, `v//vn` or `v/vt/vn`.
-    /// They count from 1; 0 is none, and [`LACKING`] is an index that the file lacks.
-    fn corner(&self, word: &str) -> Checking<[usize; 3]> {
+    /// [`LACKING`] is an index that the file lacks.
+    fn corner(&self, word: &str) -> Checking<Corner> {
         let mut parts = word.split('/');
         let (position, coordinates, normal) = (parts.next().unwrap_or_default(), parts.next(), parts.next());
         // Negative indices count back from the last item so far.
         let absolute = |index: i64, of: usize| match index {
             0.. => index as usize,
-            _ => usize::try_from(index.saturating_add_unsigned(self.counts[of] as u64 + 1)).unwrap_or(0),
+            _ => usize::try_from(index.saturating_add_unsigned(self.count(of) as u64 + 1)).unwrap_or(0),
         };
         let Ok(index) = position.parse() else {
             return Err(format!("{} is not a corner: v, v/vt, v//vn or v/vt/vn was expected", excerpt(word)));
         };
         let vertex = absolute(index, 0);
         if vertex == 0 {
-            let count = self.counts[0];
+            let count = self.positions.len();
             return Err(format!("index {index} is out of range: {count} vertices precede it"));
         }
         let optional = |part: Option<&str>, of: usize| match part {
@@ -264,8 +296,4 @@ impl Checked {
         };
         Ok([vertex, optional(normal, 1), optional(coordinates, 2)])
     }
-}
-
-fn write(text: &mut String, line: std::fmt::Arguments) {
-    text.write_fmt(line).expect("writing to a String cannot fail");
 }

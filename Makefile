@@ -67,8 +67,8 @@ soak:
 lint:
 	@scripts/setup.sh --lint
 	$(CARGO) fmt --all --check
-	$(CARGO) clippy --locked --all-targets -- -D warnings
-	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --no-deps
+	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
+	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --workspace --no-deps
 	@scripts/check_tree.sh
 	@scripts/check_words.sh
 	@if command -v python3 >/dev/null; then scripts/structure.py --check && scripts/import_circles.py; fi

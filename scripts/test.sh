@@ -53,7 +53,9 @@ note_times() {
 binaries() {
     local order='stress readers scene window physics cli passes failures cache soak' name path
     sed -n 's/^ *Executable \(unittests \)\{0,1\}\([^ ]*\) (\(.*\))$/\2 \3/p' | while read -r name path; do
-        name=${name#tests/} name=${name#src/} name=${name#examples/}
+        # Unit tests have the name of their crate.
+        [ "$name" != src/lib.rs ] || { name=${path##*/} && name=${name%-*}; }
+        name=${name#tests/} name=${name#examples/}
         name=${name%.rs} name=${name%/main}
         echo "$name $path"
     done | awk -v order="$order" '
@@ -78,8 +80,8 @@ trap 'rm -rf "$DIR"' EXIT
 
 start=$SECONDS
 # Only the library and the program are optimised (profile.test): see scripts/rustc_for_tests.sh.
-RUSTC_WORKSPACE_WRAPPER=$PWD/scripts/rustc_for_tests.sh $CARGO test --locked --lib --example time_ratios --test '*' \
-    --no-run 2>&1 | tee "$DIR/cargo"
+RUSTC_WORKSPACE_WRAPPER=$PWD/scripts/rustc_for_tests.sh $CARGO test --locked -p lightpaths -p lightpaths-models \
+    --lib --example time_ratios --test '*' --no-run 2>&1 | tee "$DIR/cargo"
 built=$((SECONDS - start))
 
 # Processes inherit ignored signals from nohup and from background jobs. Tests of signals need the default

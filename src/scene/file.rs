@@ -4,7 +4,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2};
+use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2, Vec3};
 
 use super::builtin::{self, Files, utf8};
 use super::geometry::{Assembled, Mesh, assemble, too_many};
@@ -14,7 +14,7 @@ use super::material::{MAX_ALBEDO, Override};
 use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
-use super::{Camera, Light, Material, Quality, Scene, Triangle, camera, fit, kinds, limits, models, obj};
+use super::{Camera, Light, Material, Quality, Scene, Triangle, camera, fit, kinds, limits, obj};
 use crate::{Error, Result};
 
 impl Scene {
@@ -289,16 +289,23 @@ fn built_in(section: &Section, name: &str, reading: &mut Reading) -> Result<Mode
         reading.files = Files::Embedded;
         return read_obj(reading, &builtin::model_file(name), bytes);
     }
-    let triangles = section.integer("triangles", models::TRIANGLES)?;
-    let (meshes, materials) = models::generate(name, triangles).ok_or_else(|| {
-        let names = [&builtin::MODELS[..], &models::NAMES].concat();
+    let triangles = section.integer("triangles", lightpaths_models::TRIANGLES)?;
+    let model = lightpaths_models::generate(name, triangles).ok_or_else(|| {
+        let names = [&builtin::MODELS[..], &lightpaths_models::NAMES].concat();
         section.fault_at("built_in", unknown("built-in model", &names, name))
     })?;
-    Ok(Models { meshes, materials, undefined: Vec::new() })
+    let mut models = Models::default();
+    for (material, mesh) in (0..).zip(model.meshes) {
+        let diffuse = Vec3::from(mesh.diffuse);
+        models.materials.push(Material { diffuse, ..Material::neutral(mesh.material) });
+        let lightpaths_models::Mesh { positions, normals, indices, .. } = mesh;
+        models.meshes.push(Mesh { positions, normals, indices, material, ..Mesh::default() });
+    }
+    Ok(models)
 }
 
 fn refuse_triangles(section: &Section) -> Result<()> {
-    let [atrium, room] = models::NAMES;
+    let [atrium, room] = lightpaths_models::NAMES;
     let message = format!("only the built-in models {atrium} and {room} can be had as fine as asked");
     if section.get("triangles").is_some() { Err(section.fault_at("triangles", message)) } else { Ok(()) }
 }

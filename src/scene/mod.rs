@@ -32,7 +32,6 @@ pub mod material;
 mod material_names;
 pub mod measures;
 mod missed;
-mod models;
 mod mtl;
 mod notes;
 mod numbers;

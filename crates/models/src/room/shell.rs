@@ -4,12 +4,12 @@
 use glam::{DAffine3, DVec3, dvec3};
 
 use super::{HALF, HEIGHT, Site};
-use crate::scene::models::joinery::{Door, architrave, leaf};
-use crate::scene::models::model::{Finish, at, turn};
-use crate::scene::models::moulding::{drawn, mitred};
-use crate::scene::models::outline::Outline;
-use crate::scene::models::panel::{block, lines, panel};
-use crate::scene::models::rng::Rng;
+use crate::joinery::{Door, architrave, leaf};
+use crate::model::{Finish, at, turn};
+use crate::moulding::{drawn, mitred};
+use crate::outline::Outline;
+use crate::panel::{block, lines, panel};
+use crate::rng::Rng;
 
 /// The corridor's walls across x, metres.
 const CORRIDOR: [f64; 2] = [3.62, 5.0];

@@ -5,12 +5,12 @@ use std::f64::consts::FRAC_PI_4;
 use glam::{DAffine3, DVec2, DVec3, dvec3};
 
 use super::{BAY, COURT, GALLERY, SPRINGING, Site, sides};
-use crate::scene::models::model::at;
-use crate::scene::models::outline::{Detail, Outline};
-use crate::scene::models::panel::block;
-use crate::scene::models::sheet::leaf;
-use crate::scene::models::solid::Part;
-use crate::scene::models::turning::turned;
+use crate::model::at;
+use crate::outline::{Detail, Outline};
+use crate::panel::block;
+use crate::sheet::leaf;
+use crate::solid::Part;
+use crate::turning::turned;
 
 /// Distance of the columns of the gallery.
 const UPPER_BAY: f64 = 1.5;

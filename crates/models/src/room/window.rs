@@ -4,12 +4,12 @@ use glam::{DVec3, dvec3};
 
 use super::shell::WINDOW;
 use super::{HALF, Site};
-use crate::scene::models::drapery::{Cloth, curtain};
-use crate::scene::models::model::at;
-use crate::scene::models::moulding::{drawn, mitred, rod};
-use crate::scene::models::outline::{Outline, circle};
-use crate::scene::models::panel::{block, panel};
-use crate::scene::models::turning::{turned, turned_ring};
+use crate::drapery::{Cloth, curtain};
+use crate::model::at;
+use crate::moulding::{drawn, mitred, rod};
+use crate::outline::{Outline, circle};
+use crate::panel::{block, panel};
+use crate::turning::{turned, turned_ring};
 
 pub(super) fn build(site: &mut Site) {
     let [[left, right], [sill, head]] = WINDOW;

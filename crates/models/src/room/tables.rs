@@ -4,15 +4,15 @@ use glam::{DVec3, dvec3};
 
 use super::bookcase::{stack, vessel};
 use super::{Site, lamps::LAMP};
-use crate::scene::models::cushion::{edge_cuts, rounded};
-use crate::scene::models::model::{at, turn};
-use crate::scene::models::moulding::rod;
-use crate::scene::models::outline::{Detail, Outline};
-use crate::scene::models::panel::{block, lines, panel};
-use crate::scene::models::plants::agave;
-use crate::scene::models::rng::Rng;
-use crate::scene::models::solid::Part;
-use crate::scene::models::turning::turned;
+use crate::cushion::{edge_cuts, rounded};
+use crate::model::{at, turn};
+use crate::moulding::rod;
+use crate::outline::{Detail, Outline};
+use crate::panel::{block, lines, panel};
+use crate::plants::agave;
+use crate::rng::Rng;
+use crate::solid::Part;
+use crate::turning::turned;
 
 /// Where the dining table stands: under the lamp.
 pub(super) const DINING: [f64; 2] = [LAMP[0], LAMP[2]];

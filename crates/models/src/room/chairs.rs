@@ -4,13 +4,13 @@ use glam::{DAffine3, DVec3, dvec3};
 
 use super::Site;
 use super::tables::{DINING, TOP, turned_leg};
-use crate::scene::models::cushion::{cushion, edge_cuts};
-use crate::scene::models::model::{at, turn};
-use crate::scene::models::moulding::rod;
-use crate::scene::models::outline::{Detail, Outline};
-use crate::scene::models::sheet::slab;
-use crate::scene::models::solid::{Part, Solid};
-use crate::scene::models::turning::turned;
+use crate::cushion::{cushion, edge_cuts};
+use crate::model::{at, turn};
+use crate::moulding::rod;
+use crate::outline::{Detail, Outline};
+use crate::sheet::slab;
+use crate::solid::{Part, Solid};
+use crate::turning::turned;
 
 const SEAT: f64 = 0.455;
 /// Half the seat along x and z.

@@ -3,13 +3,13 @@
 use glam::{DAffine3, DVec3, dvec3};
 
 use super::{HALF, Site};
-use crate::scene::models::cushion::{cushion, edge_cuts, rounded};
-use crate::scene::models::model::{at, turn};
-use crate::scene::models::moulding::rod;
-use crate::scene::models::outline::Detail;
-use crate::scene::models::plants::{tree, urn};
-use crate::scene::models::solid::Part;
-use crate::scene::models::turning::turned;
+use crate::cushion::{cushion, edge_cuts, rounded};
+use crate::model::{at, turn};
+use crate::moulding::rod;
+use crate::outline::Detail;
+use crate::plants::{tree, urn};
+use crate::solid::Part;
+use crate::turning::turned;
 
 /// Half its length, and where it stands.
 const LENGTH: f64 = 1.05;

@@ -5,12 +5,12 @@ use std::f64::consts::TAU;
 use glam::{DAffine3, DVec3, dvec3};
 
 use super::{HALF, Site};
-use crate::scene::models::model::{Finish, at, turn};
-use crate::scene::models::moulding::{drawn, mitred};
-use crate::scene::models::outline::Outline;
-use crate::scene::models::panel::block;
-use crate::scene::models::sheet::slab;
-use crate::scene::models::turning::turned;
+use crate::model::{Finish, at, turn};
+use crate::moulding::{drawn, mitred};
+use crate::outline::Outline;
+use crate::panel::block;
+use crate::sheet::slab;
+use crate::turning::turned;
 
 pub(super) fn build(site: &mut Site) {
     let [x, z] = HALF;

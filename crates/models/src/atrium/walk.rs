@@ -6,13 +6,13 @@ use glam::{DAffine3, DVec3, dvec3};
 
 use super::columns::pier;
 use super::{BAY, COURT, GALLERY, SPRINGING, Side, Site, WALK, WALL, around, sides};
-use crate::scene::models::joinery::{Door, door};
-use crate::scene::models::model::at;
-use crate::scene::models::moulding::{Frame, drawn, mitred};
-use crate::scene::models::outline::{Outline, rectangle};
-use crate::scene::models::panel::{lines, panel};
-use crate::scene::models::sheet::slab;
-use crate::scene::models::solid::Solid;
+use crate::joinery::{Door, door};
+use crate::model::at;
+use crate::moulding::{Frame, drawn, mitred};
+use crate::outline::{Outline, rectangle};
+use crate::panel::{lines, panel};
+use crate::sheet::slab;
+use crate::solid::Solid;
 
 /// The outer wall's face, from the columns' axes.
 pub(super) const OUTER: f64 = 0.5 * WALL + WALK;

@@ -3,13 +3,13 @@
 use glam::{DAffine3, DVec3, dvec2, dvec3};
 
 use super::{HALF, Site};
-use crate::scene::models::model::{at, turn};
-use crate::scene::models::moulding::{Frame, drawn, mitred, plate};
-use crate::scene::models::outline::{Detail, Outline};
-use crate::scene::models::panel::{block, panel};
-use crate::scene::models::rng::Rng;
-use crate::scene::models::solid::Part;
-use crate::scene::models::turning::turned;
+use crate::model::{at, turn};
+use crate::moulding::{Frame, drawn, mitred, plate};
+use crate::outline::{Detail, Outline};
+use crate::panel::{block, panel};
+use crate::rng::Rng;
+use crate::solid::Part;
+use crate::turning::turned;
 
 /// Its left end along the back wall, width, height and depth, metres.
 const LEFT: f64 = -1.85;
@@ -131,7 +131,7 @@ pub(super) fn book(detail: Detail, size: DVec3) -> Part {
 }
 
 /// A small vase of that radius and height.
-pub(super) fn vessel(detail: Detail, r: f64, h: f64) -> crate::scene::models::solid::Solid {
+pub(super) fn vessel(detail: Detail, r: f64, h: f64) -> crate::solid::Solid {
     let profile = Outline::from(0.5 * r, 0.0, detail)
         .to(0.55 * r, 0.0)
         .through(&[[0.98 * r, 0.30 * h], [0.9 * r, 0.55 * h], [0.42 * r, 0.80 * h], [0.5 * r, 0.97 * h]], 3.0)

@@ -5,10 +5,10 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec3, dvec3};
 
 use super::{HALF, HEIGHT, Site};
-use crate::scene::models::model::{at, turn};
-use crate::scene::models::moulding::rod;
-use crate::scene::models::outline::{Outline, circle};
-use crate::scene::models::turning::{turned, turned_ring};
+use crate::model::{at, turn};
+use crate::moulding::rod;
+use crate::outline::{Outline, circle};
+use crate::turning::{turned, turned_ring};
 
 /// The light of the room, under the chandelier.
 pub(super) const LAMP: [f64; 3] = [-1.35, 1.95, 0.15];

@@ -1,10 +1,8 @@
 //! A model under construction: parts placed in the world, sorted by material.
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use super::solid::{Part, Solid};
-use crate::scene::geometry::Mesh;
-use crate::scene::material::Material;
 
 /// Corners lie on a lattice of this many points a metre. It is exact in f32 within 64 m, so that
 /// shared corners stay shared, and finer than any part. It also hides differences in the last bits
@@ -15,20 +13,34 @@ const LATTICE: f64 = 262_144.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Finish(usize);
 
-/// The meshes and materials of a generator.
+/// Indexed triangles of one diffuse material.
+#[derive(Debug)]
+pub struct Mesh {
+    /// Name of the material.
+    pub material: &'static str,
+    /// Its diffuse albedo, linear Rec.709.
+    pub diffuse: [f32; 3],
+    /// Positions of the corners, metres.
+    pub positions: Vec<DVec3>,
+    /// Unit normals, one per position.
+    pub normals: Vec<DVec3>,
+    /// Three per triangle.
+    pub indices: Vec<u32>,
+}
+
+/// A model, one mesh for each material.
 #[derive(Debug, Default)]
-pub(super) struct Model {
-    pub(super) materials: Vec<Material>,
-    pub(super) meshes: Vec<Mesh>,
+pub struct Model {
+    /// In the order in which the generator names the materials.
+    pub meshes: Vec<Mesh>,
 }
 
 impl Model {
     /// A diffuse material of that albedo, linear Rec.709.
-    pub(super) fn diffuse(&mut self, name: &str, diffuse: [f32; 3]) -> Finish {
-        let index = self.materials.len();
-        self.materials.push(Material { diffuse: Vec3::from(diffuse), ..Material::neutral(name) });
-        self.meshes.push(Mesh { material: index as u32, ..Mesh::default() });
-        Finish(index)
+    pub(super) fn diffuse(&mut self, material: &'static str, diffuse: [f32; 3]) -> Finish {
+        let (positions, normals, indices) = Default::default();
+        self.meshes.push(Mesh { material, diffuse, positions, normals, indices });
+        Finish(self.meshes.len() - 1)
     }
 
     /// Places a part of one material.

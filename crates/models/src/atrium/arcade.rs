@@ -6,12 +6,12 @@ use glam::{DVec2, DVec3, dvec2, dvec3};
 
 use super::columns::UPPER_SPRINGING;
 use super::{BAY, EAVES, GALLERY, SPRINGING, Side, Site, WALL, around, sides};
-use crate::scene::models::model::at;
-use crate::scene::models::moulding::{Frame, drawn, mitred, plate};
-use crate::scene::models::outline::{Detail, Outline, QUARTER};
-use crate::scene::models::panel::block;
-use crate::scene::models::sheet::slab;
-use crate::scene::models::solid::{Part, Solid};
+use crate::model::at;
+use crate::moulding::{Frame, drawn, mitred, plate};
+use crate::outline::{Detail, Outline, QUARTER};
+use crate::panel::block;
+use crate::sheet::slab;
+use crate::solid::{Part, Solid};
 
 /// A row of round arches.
 #[derive(Clone, Copy)]

@@ -1,4 +1,5 @@
-//! Built-in models that are generated at load, at the requested fineness.
+//! Built-in models of lightpaths, generated at the requested fineness.
+#![forbid(unsafe_code)]
 
 mod atrium;
 mod cushion;
@@ -15,9 +16,7 @@ mod sheet;
 mod solid;
 mod turning;
 
-use super::geometry::Mesh;
-use super::material::Material;
-use model::Model;
+pub use model::{Mesh, Model};
 use outline::Detail;
 
 /// A generator of a model.
@@ -36,9 +35,9 @@ const GENERATORS: [Generator; 2] = [
 ];
 
 /// Names of the generated models.
-pub(super) const NAMES: [&str; 2] = [GENERATORS[0].name, GENERATORS[1].name];
+pub const NAMES: [&str; 2] = [GENERATORS[0].name, GENERATORS[1].name];
 /// Range of triangle counts that can be requested.
-pub(super) const TRIANGLES: std::ops::RangeInclusive<u32> = 10_000..=20_000_000;
+pub const TRIANGLES: std::ops::RangeInclusive<u32> = 10_000..=20_000_000;
 /// Relative tolerance of the number of triangles.
 const CLOSE: f64 = 0.015;
 /// Largest number of attempts to meet the number of triangles.
@@ -49,7 +48,7 @@ const ATTEMPTS: usize = 10;
 ///
 /// Parts have whole numbers of segments, so that triangle counts come in steps; the
 /// nearest is taken.
-pub(super) fn generate(name: &str, triangles: Option<u32>) -> Option<(Vec<Mesh>, Vec<Material>)> {
+pub fn generate(name: &str, triangles: Option<u32>) -> Option<Model> {
     let generator = GENERATORS.iter().find(|generator| generator.name == name)?;
     let wanted = f64::from(triangles.unwrap_or(generator.triangles));
     // The triangle count grows with a power of the detail between 1.5 and 2. `low` has too few,
@@ -77,5 +76,5 @@ pub(super) fn generate(name: &str, triangles: Option<u32>) -> Option<(Vec<Mesh>,
         let is_between = guess > low && guess < high;
         detail = if is_between { guess } else { 0.5 * (low + high.min(4.0 * detail)) };
     }
-    best.map(|(_, model)| (model.meshes, model.materials))
+    best.map(|(_, model)| model)
 }

@@ -5,11 +5,11 @@ use std::f64::consts::PI;
 use glam::{DVec3, dvec3};
 
 use super::{BAY, COURT, GALLERY, GROUND, SPRINGING, Side, Site, sides};
-use crate::scene::models::drapery::{Cloth, banner, curtain};
-use crate::scene::models::model::at;
-use crate::scene::models::moulding::rod;
-use crate::scene::models::plants::{agave, tree, urn};
-use crate::scene::models::turning::turned_ring;
+use crate::drapery::{Cloth, banner, curtain};
+use crate::model::at;
+use crate::moulding::rod;
+use crate::plants::{agave, tree, urn};
+use crate::turning::turned_ring;
 
 /// Lower bays of a long side with a banner over them, and with a curtain.
 const BANNERS: [usize; 4] = [0, 2, 5, 7];
@@ -79,7 +79,7 @@ fn hang_curtain(site: &mut Site, side: &Side, bay: usize, colour: usize, seed: u
         let cloth = curtain(detail, cloth).smooth_below(75.0);
         let place = place * at(sign * 0.56, -0.025, 0.0);
         site.model.place(&cloth, &place, site.finishes.cloth[colour]);
-        let section: Vec<_> = crate::scene::models::outline::circle(0.009, detail.cuts(3.0, 3))
+        let section: Vec<_> = crate::outline::circle(0.009, detail.cuts(3.0, 3))
             .into_iter()
             .map(|p| p + glam::dvec2(0.035, 0.0))
             .collect();

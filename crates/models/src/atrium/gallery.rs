@@ -7,13 +7,13 @@ use glam::{DVec3, dvec3};
 
 use super::walk::{OUTER, flat};
 use super::{COURT, EAVES, GALLERY, Site, around, sides, turn};
-use crate::scene::models::joinery::{Door, door};
-use crate::scene::models::model::at;
-use crate::scene::models::moulding::{drawn, mitred, rod};
-use crate::scene::models::outline::{Outline, rectangle};
-use crate::scene::models::panel::{block, lines, panel};
-use crate::scene::models::sheet::sheet;
-use crate::scene::models::turning::turned;
+use crate::joinery::{Door, door};
+use crate::model::at;
+use crate::moulding::{drawn, mitred, rod};
+use crate::outline::{Outline, rectangle};
+use crate::panel::{block, lines, panel};
+use crate::sheet::sheet;
+use crate::turning::turned;
 
 /// Distance of the columns, and height of the course on which they stand.
 const BAY: f64 = 1.5;

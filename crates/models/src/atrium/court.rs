@@ -4,11 +4,11 @@ use glam::{DAffine3, DVec3};
 
 use super::walk::{EDGE, flat};
 use super::{COURT, GROUND, Site, around};
-use crate::scene::models::model::at;
-use crate::scene::models::moulding::{drawn, mitred};
-use crate::scene::models::outline::Outline;
-use crate::scene::models::panel::{lines, panel};
-use crate::scene::models::turning::{fluted, turned, turned_ring};
+use crate::model::at;
+use crate::moulding::{drawn, mitred};
+use crate::outline::Outline;
+use crate::panel::{lines, panel};
+use crate::turning::{fluted, turned, turned_ring};
 
 pub(super) fn build(site: &mut Site) {
     steps(site);

@@ -4,13 +4,13 @@ use glam::{DVec3, dvec3};
 
 use super::Site;
 use super::tables::{DINING, TABLE_HEIGHT};
-use crate::scene::models::model::{at, turn};
-use crate::scene::models::moulding::rod;
-use crate::scene::models::outline::{Detail, Outline};
-use crate::scene::models::rng::Rng;
-use crate::scene::models::sheet::slab;
-use crate::scene::models::solid::Solid;
-use crate::scene::models::turning::{fluted, turned};
+use crate::model::{at, turn};
+use crate::moulding::rod;
+use crate::outline::{Detail, Outline};
+use crate::rng::Rng;
+use crate::sheet::slab;
+use crate::solid::Solid;
+use crate::turning::{fluted, turned};
 
 pub(super) fn build(site: &mut Site) {
     let detail = site.detail;
@@ -148,9 +148,6 @@ fn open_book(site: &mut Site, [x, z]: [f64; 2]) {
         }
     }
     site.model.place(&leaves.smooth(), &place, site.finishes.paper);
-    let cover = crate::scene::models::panel::block(
-        [-w - 0.006, 0.0, -0.5 * h - 0.005],
-        [w + 0.006, 0.003, 0.5 * h + 0.005],
-    );
+    let cover = crate::panel::block([-w - 0.006, 0.0, -0.5 * h - 0.005], [w + 0.006, 0.003, 0.5 * h + 0.005]);
     site.model.place(&cover.smooth(), &place, site.finishes.covers[0]);
 }

@@ -106,18 +106,24 @@ pub fn indirect_sources(
     (0..hvds.cluster_count()).map(source).collect()
 }
 
-/// Factor from flux to irradiance of a cluster, 1/m²: its inverse area; the area of a root is at
-/// least `min_area_m2`. Zero for a cluster without area.
-pub fn inverse_area(hvds: &Hvds, cluster: usize, min_area_m2: f32) -> f64 {
+/// Factor from flux to irradiance of a cluster, 1/m²: its inverse shown area; the area of a root is
+/// at least `min_area_m2`. Zero for a cluster without area.
+pub fn inverse_area(hvds: &Hvds, shown_m2: &[f32], cluster: usize, min_area_m2: f32) -> f64 {
     let is_root = hvds.parents[cluster] == NO_CLUSTER;
-    let area_m2 = f64::from(hvds.shown_m2[cluster].max(if is_root { min_area_m2 } else { 0.0 }));
+    let area_m2 = f64::from(shown_m2[cluster].max(if is_root { min_area_m2 } else { 0.0 }));
     if area_m2 > 0.0 { 1.0 / area_m2 } else { 0.0 }
 }
 
 /// Irradiance of every cluster, W/m²: its own direct flux and the indirect flux of its source,
 /// each over its area.
-pub fn irradiance(hvds: &Hvds, flux: &[[DVec3; 2]], sources: &[u32], min_area_m2: f32) -> Vec<DVec3> {
-    let inverse = |cluster: usize| inverse_area(hvds, cluster, min_area_m2);
+pub fn irradiance(
+    hvds: &Hvds,
+    shown_m2: &[f32],
+    flux: &[[DVec3; 2]],
+    sources: &[u32],
+    min_area_m2: f32,
+) -> Vec<DVec3> {
+    let inverse = |cluster: usize| inverse_area(hvds, shown_m2, cluster, min_area_m2);
     let of_cluster = |(cluster, &source): (usize, &u32)| {
         let source = source as usize;
         inverse(cluster) * flux[cluster][0] + inverse(source) * flux[source][1]

@@ -145,8 +145,13 @@ impl Renderer {
         let (paths, bits) = ((form_factors.point_count(), made.area_m2), made.packing.cluster_bits);
         let gloss = |tables| GlossPasses::new(context, &scene, &made.buffers, tables, paths, bits);
         let gloss = made.gloss.as_ref().map(gloss).transpose()?;
-        let mut pyramid =
-            Pyramid::new(context, &made.hvds, &made.paths.contribution_offsets, made.area_m2, is_glossy)?;
+        let mut pyramid = Pyramid::new(
+            context,
+            (&made.hvds, &made.shown_m2),
+            &made.paths.contribution_offsets,
+            made.area_m2,
+            is_glossy,
+        )?;
         let proxies = Proxies::new(context, made.proxies.take(), &made.hvds, &mut pyramid)?;
         pyramid.reserve_patches(context, made.near_patches.len() as u32)?;
         let reads = liveness::reads(&made, &proxies, &pyramid)?;

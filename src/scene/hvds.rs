@@ -27,10 +27,8 @@ pub struct Hvds {
     pub cell_clusters: Vec<u32>,
     /// Exact surface area of each cluster, m². An unweighted cluster has the area of its cluster.
     pub areas_m2: Vec<f32>,
-    /// Area of each cluster that distant readers see, m².
-    pub shown_m2: Vec<f32>,
-    /// The unweighted cluster of each base cluster, for readers nearby ([`Self::add_unweighted`]);
-    /// [`types::NO_CLUSTER`] if it has none.
+    /// The unweighted cluster of each base cluster, for readers nearby
+    /// ([`Self::with_unweighted`]); [`types::NO_CLUSTER`] if it has none.
     pub unweighted: Vec<u32>,
     /// The cluster one level up; [`types::NO_CLUSTER`] at the root.
     pub parents: Vec<u32>,
@@ -121,7 +119,6 @@ impl Hvds {
             cell_offsets: Vec::new(),
             cell_clusters: Vec::new(),
             areas_m2: Vec::new(),
-            shown_m2: Vec::new(),
             unweighted: Vec::new(),
             parents: Vec::new(),
             child_offsets: vec![0],
@@ -151,7 +148,6 @@ impl Hvds {
             level = parents;
         }
         hvds.link_children();
-        hvds.shown_m2.clone_from(&hvds.areas_m2);
         hvds.unweighted = vec![types::NO_CLUSTER; hvds.levels[0].len()];
         hvds
     }
@@ -164,7 +160,6 @@ impl Hvds {
             cell_offsets: self.cell_offsets.clone(),
             cell_clusters: self.cell_clusters.clone(),
             areas_m2: self.areas_m2.clone(),
-            shown_m2: self.shown_m2.clone(),
             unweighted: self.unweighted.clone(),
             parents: self.parents.clone(),
             child_offsets: self.child_offsets.clone(),
@@ -192,21 +187,28 @@ impl Hvds {
         for (fragment, value) in self.fragments.iter().zip(of_fragment) {
             of_base[fragment.cluster as usize] += value;
         }
-        self.sum_levels(self.with_unweighted(of_base))
+        self.sum_levels(self.copied_to_unweighted(of_base))
     }
 
-    /// Removes interior surface: `open` is the exposed area fraction, 0..=1, of each fragment.
-    /// Clusters stay, even without any exposed area.
-    pub fn leave_out_interior(&mut self, open: &[f32]) {
+    /// The clusters without interior surface: `open` is the exposed area fraction, 0..=1, of each
+    /// fragment. Clusters stay, even without any exposed area.
+    #[must_use]
+    pub fn without_interior(mut self, open: &[f32]) -> Self {
         if open.iter().all(|&open| open == 1.0) {
-            return;
+            return self;
         }
         for (fragment, &open) in self.fragments.iter_mut().zip(open) {
             fragment.open = open;
         }
         self.fragments.retain(|fragment| fragment.open > 0.0);
         self.areas_m2 = self.sum_up(self.fragments.iter().map(Fragment::open_area_m2));
-        self.shown_m2.clone_from(&self.areas_m2);
+        self
+    }
+
+    /// The clusters with marks of the visibility-inconsistent ones.
+    #[must_use]
+    pub fn with_inconsistent(self, inconsistent: Vec<bool>) -> Self {
+        Self { inconsistent, ..self }
     }
 
     /// The clusters of a base cell, by its index in the table.

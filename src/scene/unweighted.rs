@@ -10,9 +10,10 @@ use crate::types::NO_CLUSTER;
 pub const NEARBY: f32 = 2.0;
 
 impl Hvds {
-    /// Adds unweighted clusters to the marked base clusters. Fragments stay with
+    /// The clusters with unweighted ones of the marked base clusters. Fragments stay with
     /// the weighted clusters.
-    pub fn add_unweighted(&mut self, has_unweighted: &[bool]) {
+    #[must_use]
+    pub fn with_unweighted(mut self, has_unweighted: &[bool]) -> Self {
         let levels = std::mem::take(&mut self.levels);
         let parents = std::mem::take(&mut self.parents);
         let areas_m2 = std::mem::take(&mut self.areas_m2);
@@ -44,14 +45,14 @@ impl Hvds {
         }
         self.link_children();
         let exact = self.areas_m2[..self.levels[0].len()].iter().map(|&area| f64::from(area));
-        self.areas_m2 = self.sum_levels(self.with_unweighted(exact.collect()));
-        self.shown_m2.clone_from(&self.areas_m2);
+        self.areas_m2 = self.sum_levels(self.copied_to_unweighted(exact.collect()));
+        self
     }
 
-    /// Scales the area of clusters with an unweighted one to the area that distant readers see.
-    /// `samples` of each cluster: the visible weight and the total weight of its sample points.
-    /// Without samples, the whole area counts.
-    pub fn show(&mut self, samples: &[[f64; 2]]) {
+    /// Area of each cluster that distant readers see, m². It differs from the cluster's area if
+    /// there is an unweighted cluster. `samples` of each cluster: the visible weight and the total
+    /// weight of its sample points. Without samples, the whole area counts.
+    pub fn shown_m2(&self, samples: &[[f64; 2]]) -> Vec<f32> {
         let areas = self.areas_m2[..self.levels[0].len()].iter().map(|&area| f64::from(area));
         let mut shown: Vec<f64> = areas.collect();
         for (cluster, &[open, all]) in samples.iter().enumerate() {
@@ -59,11 +60,11 @@ impl Hvds {
                 shown[cluster] *= open / all;
             }
         }
-        self.shown_m2 = self.sum_levels(shown);
+        self.sum_levels(shown)
     }
 
     /// Copies values of base clusters to their unweighted clusters.
-    pub(super) fn with_unweighted(&self, mut of_base: Vec<f64>) -> Vec<f64> {
+    pub(super) fn copied_to_unweighted(&self, mut of_base: Vec<f64>) -> Vec<f64> {
         for (cluster, &unweighted) in
             self.unweighted.iter().enumerate().filter(|(_, unweighted)| **unweighted != NO_CLUSTER)
         {
@@ -103,8 +104,7 @@ mod tests {
         let plain = Hvds::build(&triangles, &surfaces, grid::grid(low, high, 8), 8);
         let base = plain.levels[0].len();
         let has_unweighted: Vec<bool> = (0..base).map(|cluster| cluster % 5 != 1).collect();
-        let mut hvds = plain.clone();
-        hvds.add_unweighted(&has_unweighted);
+        let hvds = plain.clone().with_unweighted(&has_unweighted);
 
         let area = |hvds: &Hvds, cluster: u32| f64::from(hvds.areas_m2[cluster as usize]);
         for (level, before) in hvds.levels.iter().zip(&plain.levels) {
@@ -128,17 +128,16 @@ mod tests {
         // Half of the clusters are half visible; the others have no samples.
         let samples: Vec<[f64; 2]> =
             (0..base).map(|c| if c % 2 == 0 { [1.5, 3.0] } else { [0.0; 2] }).collect();
-        hvds.show(&samples);
+        let shown_m2 = hvds.shown_m2(&samples);
         for (cluster, &has_unweighted) in has_unweighted.iter().enumerate() {
             let fraction = if cluster % 2 == 0 && has_unweighted { 0.5 } else { 1.0 };
-            assert!((hvds.shown_m2[cluster] - fraction * plain.areas_m2[cluster]).abs() < 1e-6);
+            assert!((shown_m2[cluster] - fraction * plain.areas_m2[cluster]).abs() < 1e-6);
             if has_unweighted {
-                assert_eq!(hvds.shown_m2[hvds.unweighted[cluster] as usize], plain.areas_m2[cluster]);
+                assert_eq!(shown_m2[hvds.unweighted[cluster] as usize], plain.areas_m2[cluster]);
             }
         }
         let root = hvds.levels.last().unwrap().clone();
-        let sum =
-            |level: std::ops::Range<u32>| level.map(|c| f64::from(hvds.shown_m2[c as usize])).sum::<f64>();
+        let sum = |level: std::ops::Range<u32>| level.map(|c| f64::from(shown_m2[c as usize])).sum::<f64>();
         assert!((sum(root) - sum(hvds.levels[0].clone())).abs() < 1e-4);
     }
 }

@@ -7,7 +7,6 @@ use lightpaths::gpu::Buffer;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::entry_points::{Strata, place};
 use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
-use lightpaths::passes::precompute::light_paths;
 use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::types::{GatherRay, Node, Surface, Triangle};
 
@@ -23,19 +22,8 @@ fn made(world: &World) -> [Vec<u8>; 4] {
     assert!(answers.iter().filter(|answer| answer.t > 0.0).count() > 2_000);
 
     let strata = Strata::new(&world.hvds, &world.densities, 3_000);
-    let mut entry_points = place(context, buffers, clusters, &strata, SEED).unwrap();
-    let paths = light_paths::trace(
-        context,
-        buffers,
-        clusters,
-        &world.surfaces,
-        &world.materials,
-        &mut entry_points,
-        SEED,
-        &mut Silent,
-        |_| Ok(()),
-    )
-    .unwrap();
+    let entry_points = place(context, buffers, clusters, &strata, SEED).unwrap();
+    let (entry_points, paths) = world.light_paths(entry_points, SEED).unwrap();
     assert!(paths.steps.len() > 1_000);
 
     let points = world.cache_points(&mut random, 200, 0.2);

@@ -6,7 +6,6 @@ use crate::world::{Random, World};
 use glam::{UVec3, Vec3};
 use lightpaths::cpu;
 use lightpaths::passes::precompute::entry_points::{Strata, place};
-use lightpaths::passes::precompute::{Silent, light_paths};
 use lightpaths::scene::shapes;
 use lightpaths::types::{Grid, NO_CLUSTER, PathVertex};
 
@@ -94,20 +93,9 @@ fn no_vertex_of_a_box_is_lost_wherever_its_walls_lie_in_the_grid() {
         };
         let world = World::on_grid(&scene, grid, 16);
         let strata = Strata::new(&world.hvds, &world.densities, 1_009);
-        let mut points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
+        let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
         assert!(points.iter().all(|point| point.cluster != NO_CLUSTER), "{offset}/64 of a cell");
-        let paths = light_paths::trace(
-            &world.context,
-            &world.buffers,
-            &world.clusters,
-            &world.surfaces,
-            &world.materials,
-            &mut points,
-            0,
-            &mut Silent,
-            |_| Ok(()),
-        )
-        .unwrap();
+        let (_, paths) = world.light_paths(points, 0).unwrap();
         assert!(paths.steps.len() > 3_000);
         assert_eq!(paths.lost, 0, "{offset}/64 of a cell");
         assert_silent(&world.context);

@@ -27,7 +27,6 @@ fn two_levels(count: u32) -> Hvds {
         levels: vec![0..count, count..count + 1],
         cell_offsets: Vec::new(),
         cell_clusters: Vec::new(),
-        shown_m2: areas_m2.clone(),
         areas_m2,
         unweighted: vec![NO_CLUSTER; count as usize],
         parents,
@@ -103,7 +102,9 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
         let factors: Vec<f32> = (0..PATHS).map(|_| 50.0 * random.unit()).collect();
         let first_bounce: Vec<Vec3> = factors.iter().map(|factor| factor * (1.0 + random.cube())).collect();
         let emission = 1.5 + random.cube();
-        let pyramid = Pyramid::new(&context, &hvds, &contribution_offsets, min_area_m2, true).unwrap();
+        let pyramid =
+            Pyramid::new(&context, (&hvds, &hvds.areas_m2), &contribution_offsets, min_area_m2, true)
+                .unwrap();
         let all = ClusterLists::all(&context, &hvds.levels).unwrap();
         let light = light(&context, &factors, Some(&first_bounce), base as u32);
         let contribution_buffer = SplitBuffer::cut(&context, "contributions", &contributions, 97).unwrap();
@@ -127,7 +128,7 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
         assert_eq!(indirect_sources(&hvds, &runs, MIN_VERTICES), sources);
         let borrowing = (0..base as u32).zip(&sources).filter(|(cluster, source)| cluster != *source).count();
         assert!(base < 60 || (borrowing > base / 4 && borrowing < base), "{borrowing} of {base} borrow");
-        let resolved = cpu::hvds::irradiance(&hvds, &reference, &sources, min_area_m2);
+        let resolved = cpu::hvds::irradiance(&hvds, &hvds.areas_m2, &reference, &sources, min_area_m2);
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
         for cluster in 0..hvds.cluster_count() as usize {
@@ -173,7 +174,9 @@ fn cluster_light_equals_the_reference_and_adds_up() {
         let first_bounce: Vec<Vec<Vec3>> = rows.iter().map(&mut behind).collect();
         let emissions: Vec<Vec3> = rows.iter().map(|_| 1.5 + random.cube()).collect();
 
-        let pyramid = Pyramid::new(&context, &hvds, &contribution_offsets, entry_area_m2, is_glossy).unwrap();
+        let pyramid =
+            Pyramid::new(&context, (&hvds, &hvds.areas_m2), &contribution_offsets, entry_area_m2, is_glossy)
+                .unwrap();
         let all = ClusterLists::all(&context, &hvds.levels).unwrap();
         assert_eq!(pyramid.base_count(), count);
         let lights = || -> Vec<OneLight> {
@@ -227,7 +230,7 @@ fn cluster_light_equals_the_reference_and_adds_up() {
         let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &contributions);
         let sources =
             cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_FRACTION]);
-        let resolved = cpu::hvds::irradiance(&hvds, &reference, &sources, entry_area_m2);
+        let resolved = cpu::hvds::irradiance(&hvds, &hvds.areas_m2, &reference, &sources, entry_area_m2);
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();
         for cluster in 0..hvds.cluster_count() as usize {

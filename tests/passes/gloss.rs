@@ -19,7 +19,6 @@ use lightpaths::passes::gloss_tables::GlossTables;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
 use lightpaths::passes::precompute::gloss;
-use lightpaths::passes::precompute::light_paths;
 use lightpaths::passes::precompute::path_orders::LightPaths;
 use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::directions::Directions;
@@ -63,18 +62,7 @@ impl Glossy {
                 });
             }
         }
-        let paths = light_paths::trace(
-            &world.context,
-            &world.buffers,
-            &world.clusters,
-            &world.surfaces,
-            &world.materials,
-            &mut entry_points,
-            SEED,
-            &mut Silent,
-            |_| Ok(()),
-        )
-        .unwrap();
+        let (entry_points, paths) = world.light_paths(entry_points, SEED).unwrap();
         let points = world.cache_points(&mut random, 300, 0.1);
         let packing =
             GatherTargetPacking::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();

@@ -8,7 +8,6 @@ use lightpaths::cpu::sampling::{owen_scramble, sample_3d, sobol};
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::path_scan::{FROM_ENTRY, HEAD};
-use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::light_paths::{self, LightPathsPush, PathState};
 use lightpaths::passes::precompute::path_orders::PathRange;
 use lightpaths::scene::Material;
@@ -183,21 +182,10 @@ fn paths_are_stored_whole_in_both_orders() {
 fn paths_are_stored_whole_in(world: &World) {
     let is_glossy = world.materials.iter().any(Material::may_be_glossy);
     for count in [0, 1, 64, 65, 9_001] {
-        let mut entries = entry_points(world, count);
+        let entries = entry_points(world, count);
         let traced = entries.clone();
         let base = world.hvds.levels[0].len();
-        let paths = light_paths::trace(
-            &world.context,
-            &world.buffers,
-            &world.clusters,
-            &world.surfaces,
-            &world.materials,
-            &mut entries,
-            SEED,
-            &mut Silent,
-            |_| Ok(()),
-        )
-        .unwrap();
+        let (entries, paths) = world.light_paths(entries, SEED).unwrap();
         // Each cluster has two lists: entry points, and other vertices.
         assert_eq!(paths.contribution_offsets.len(), 2 * base + 1);
         assert_eq!(paths.contributions.len(), paths.contribution_offsets[2 * base] as usize + 1);

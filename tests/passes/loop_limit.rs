@@ -17,7 +17,6 @@ use lightpaths::passes::frame::gloss_pixels::GlossPixels;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
-use lightpaths::passes::precompute::light_paths;
 use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::passes::reference::photon_reach;
 use lightpaths::types::{LOOP_TRUNCATED, PathVertex, PixelSurface, View};
@@ -158,18 +157,8 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_truncated: bool) {
 
 fn kernels_of_the_precomputation_and_of_photons_are_refused_in(world: &mut World, is_truncated: bool) {
     let context = &world.context.clone();
-    let mut entries = points(world, 300);
-    let paths = light_paths::trace(
-        context,
-        &world.buffers,
-        &world.clusters,
-        &world.surfaces,
-        &world.materials,
-        &mut entries,
-        5,
-        &mut Silent,
-        |_| Ok(()),
-    );
+    let entries = points(world, 300);
+    let paths = world.light_paths(entries, 5);
     assert_eq!(
         paths.err().map(|error| error.to_string().contains("`light_paths`")),
         is_truncated.then_some(true)

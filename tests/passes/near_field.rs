@@ -61,7 +61,9 @@ fn irradiance_of_near_clusters_equals_the_reference() {
         // and writes its own.
         let moved = u64::from(count) * (size_of::<NearCluster>() + 2 * size_of::<Vec3>()) as u64;
         assert_eq!(pass.bytes(std::iter::empty()), moved);
-        let mut pyramid = Pyramid::new(&world.context, &world.hvds, &lists, min_area_m2, false).unwrap();
+        let mut pyramid =
+            Pyramid::new(&world.context, (&world.hvds, &world.hvds.areas_m2), &lists, min_area_m2, false)
+                .unwrap();
         let all = ClusterLists::all(&world.context, &world.hvds.levels).unwrap();
         pyramid.reserve_patches(&world.context, pass.patch_count()).unwrap();
         let buffer = Buffer::from_slice(&world.context, "records", &records).unwrap();
@@ -90,7 +92,8 @@ fn irradiance_of_near_clusters_equals_the_reference() {
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
         let direct = |cluster: usize| {
-            flux[cluster].direct.as_dvec3() * cpu::hvds::inverse_area(&world.hvds, cluster, min_area_m2)
+            flux[cluster].direct.as_dvec3()
+                * cpu::hvds::inverse_area(&world.hvds, &world.hvds.areas_m2, cluster, min_area_m2)
         };
         let mut dark = 0;
         for (cluster, device) in irradiance.iter().enumerate().take(world.hvds.cluster_count() as usize) {

@@ -106,7 +106,8 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
             assert_eq!(reads.flux[index], read.iter().any(takes), "flux of cluster {cluster}");
         }
 
-        let pyramid = Pyramid::new(&context, &hvds, &contribution_offsets, 0.01, false).unwrap();
+        let pyramid =
+            Pyramid::new(&context, (&hvds, &hvds.areas_m2), &contribution_offsets, 0.01, false).unwrap();
         let lists = ClusterLists::new(&context, &hvds.levels, &reads.flux, &reads.irradiance).unwrap();
         let worked_out = |lists| {
             let flux = Pyramid::new_light_flux(&context, hvds.levels[0].len() as u32).unwrap();

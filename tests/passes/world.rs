@@ -7,14 +7,17 @@ use glam::{DVec3, UVec2, Vec2, Vec3};
 use lightpaths::cpu::math::clear_distance;
 use lightpaths::cpu::rays::Geometry;
 use lightpaths::cpu::textures::Textures;
+use lightpaths::error::Result;
 use lightpaths::gpu::{Buffer, Context, Pipeline, Recorder};
 use lightpaths::layout::GpuStruct;
 use lightpaths::passes::precompute::entry_points::Strata;
+use lightpaths::passes::precompute::path_orders::LightPaths;
+use lightpaths::passes::precompute::{Silent, light_paths};
 use lightpaths::passes::{ClusterBuffers, ClusterTables, SceneBuffers, reflectances};
 use lightpaths::scene::bvh::Bvh;
 use lightpaths::scene::hvds::Hvds;
 use lightpaths::scene::{Image, Material, Scene, Texture, Triangle, grid, shapes, surfaces};
-use lightpaths::types::{CachePoint, Grid, PixelSurface, Reflectance, Surface};
+use lightpaths::types::{CachePoint, Grid, PathVertex, PixelSurface, Reflectance, Surface};
 
 /// Relative tolerance of the result of a few operations.
 pub(crate) const FLOAT: f64 = 1e-5;
@@ -101,9 +104,9 @@ impl World {
         let materials = scene.materials.clone();
         let buffers =
             SceneBuffers::new(&context, &bvh, &triangles, &surfaces, &coordinates, &materials).unwrap();
-        let mut hvds = Hvds::build_split(&triangles, &surfaces, grid, cells);
+        let hvds = Hvds::build_split(&triangles, &surfaces, grid, cells);
         let every_third: Vec<bool> = hvds.levels[0].clone().map(|cluster| cluster % 3 == 0).collect();
-        hvds.add_unweighted(&every_third);
+        let hvds = hvds.with_unweighted(&every_third);
         let densities: Vec<f32> = (0..hvds.fragments.len())
             .map(|fragment| 1.0 + 7.0 * (fragment as f32 * 0.618_034).fract())
             .collect();
@@ -143,6 +146,26 @@ impl World {
     /// Images on glossy surfaces.
     pub(crate) fn textured_glossy_room() -> Self {
         Self::new(&textured(glossy(room())), 16)
+    }
+
+    /// The light paths of entry points, which it returns in the order of the paths.
+    pub(crate) fn light_paths(
+        &self,
+        entry_points: Vec<PathVertex>,
+        seed: u32,
+    ) -> Result<(Vec<PathVertex>, LightPaths)> {
+        let (context, buffers, materials) = (&self.context, &self.buffers, &self.materials);
+        let vertices = light_paths::trace(
+            context,
+            buffers,
+            &self.clusters,
+            materials,
+            &entry_points,
+            seed,
+            &mut Silent,
+        )?;
+        let (base_count, has_images) = (self.clusters.base_count, buffers.textures.are_used);
+        Ok(LightPaths::new(vertices, entry_points, &self.surfaces, materials, base_count, has_images))
     }
 
     pub(crate) fn reflectances(&self) -> Vec<Reflectance> {

@@ -9,6 +9,7 @@ use lightpaths::gpu::Context;
 use lightpaths::passes::frame::path_scan::HEAD;
 use lightpaths::passes::precompute::entry_points::{self, Strata};
 use lightpaths::passes::precompute::light_paths;
+use lightpaths::passes::precompute::path_orders::LightPaths;
 use lightpaths::passes::{ClusterTables, SceneBuffers};
 use lightpaths::renderer::Silent;
 use lightpaths::scene::{Scene, bvh::Bvh, grid, hvds::Hvds, shapes, surfaces};
@@ -40,20 +41,13 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     // Uniform density, so that all paths have the same weight.
     let strata = Strata::new(&hvds, &vec![1.0; hvds.fragments.len()], PATHS);
     let clusters = ClusterTables::new(&hvds, &strata.in_clusters).upload(context).unwrap();
-    let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, 3).unwrap();
+    let entry_points = entry_points::place(context, &buffers, &clusters, &strata, 3).unwrap();
     assert!(entry_points.iter().all(|point| (point.weight - 1.0).abs() < 1e-5));
-    let paths = light_paths::trace(
-        context,
-        &buffers,
-        &clusters,
-        &surfaces,
-        &scene.materials,
-        &mut entry_points,
-        7,
-        &mut Silent,
-        |_| Ok(()),
-    )
-    .unwrap();
+    let materials = &scene.materials;
+    let vertices =
+        light_paths::trace(context, &buffers, &clusters, materials, &entry_points, 7, &mut Silent).unwrap();
+    let (entry_points, paths) =
+        LightPaths::new(vertices, entry_points, &surfaces, materials, clusters.base_count, false);
     let mut targets = Vec::new();
     for step in &paths.steps {
         match step.material {

@@ -189,7 +189,8 @@ impl Pyramid {
     /// Timing name of the per-light irradiance buffers.
     pub const LIGHTS_STEM: &str = "hvds_light";
 
-    /// Uploads the hierarchy. `contribution_offsets` holds, for each base cluster, its first
+    /// Uploads the hierarchy. `shown_m2`: area of each cluster that distant readers see.
+    /// `contribution_offsets` holds, for each base cluster, its first
     /// contribution of an entry point and its first one of another vertex; then the end. The area
     /// of a root is at least `entry_area_m2`, the mean area of an entry point: smaller roots cannot
     /// be resolved. Other small clusters are read only through proxies, whose weights are
@@ -199,14 +200,14 @@ impl Pyramid {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(
         context: &Arc<Context>,
-        hvds: &Hvds,
+        (hvds, shown_m2): (&Hvds, &[f32]),
         contribution_offsets: &[u32],
         entry_area_m2: f32,
         is_glossy: bool,
     ) -> Result<Self> {
         let roots = hvds.levels.last().map_or(0, |roots| roots.start) as usize;
         let inverse_areas: Vec<f32> = (0..)
-            .zip(&hvds.shown_m2)
+            .zip(shown_m2)
             .map(|(cluster, &area)| match cluster < roots {
                 true if area > 0.0 => 1.0 / area,
                 true => 0.0,

@@ -1,7 +1,6 @@
-//! Light paths from all entry points. [Yue §1]
-//! In: entry points. Out: steps in path order and contributions in cluster order.
+//! Light paths from all entry points. [Yue §1] In: entry points. Out: path vertices.
 
-use super::path_orders::{Arrivals, LightPaths, Vertex, WHITE, editable_bits, group};
+use super::path_orders::{Vertex, WHITE};
 use super::{Chunks, Progress};
 use crate::error::{Error, Result};
 use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
@@ -10,7 +9,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::path_scan::PathStep;
 use crate::passes::{ClusterBuffers, SceneBuffers, loop_limit};
 use crate::scene::Material;
-use crate::types::{Contribution, Grid, LOOP_TRUNCATED, MAY_BE_GLOSSY, PathVertex, Reflectance, Surface};
+use crate::types::{Contribution, Grid, LOOP_TRUNCATED, MAY_BE_GLOSSY, PathVertex, Reflectance};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -80,25 +79,21 @@ fn max_vertices(device_memory_bytes: u64) -> u64 {
     on_device.min(MAX_VERTICES)
 }
 
-/// Traces all paths. If materials are editable, reorders entry points and paths, so that paths
-/// reflected by the same editable materials are consecutive. `surfaces` in BVH order, `materials`
-/// as on the device. `measure` may set the vertices' accessibility before they are listed.
+/// Traces the path of each entry point and returns the vertices of all paths: those of one path in
+/// the order of the walk, the entry point first. `materials` as on the device.
 ///
 /// # Errors
 /// [`Error::OutOfMemory`] if there are too many vertices, for example if nothing is absorbed and no
 /// path ends; the device lacks memory or failed.
-#[expect(clippy::too_many_arguments, reason = "one call, at one place")]
 pub fn trace(
     context: &Arc<Context>,
     scene: &SceneBuffers,
     clusters: &ClusterBuffers,
-    surfaces: &[Surface],
     materials: &[Material],
-    entry_points: &mut [PathVertex],
+    entry_points: &[PathVertex],
     seed: u32,
     progress: &mut dyn Progress,
-    measure: impl FnOnce(&mut [Vertex]) -> Result<()>,
-) -> Result<LightPaths> {
+) -> Result<Vec<Vertex>> {
     let mut vertices: Vec<Vertex> = Vec::with_capacity(entry_points.len() * 5);
     let mut live: Vec<PathState> = Vec::with_capacity(entry_points.len());
     for (path, entry) in entry_points.iter().enumerate() {
@@ -107,8 +102,7 @@ pub fn trace(
         live.push(PathState::at(path, entry.position, entry.side, entry.weight));
     }
 
-    let may_be_glossy: Vec<bool> = materials.iter().map(Material::may_be_glossy).collect();
-    let is_glossy = may_be_glossy.contains(&true);
+    let is_glossy = materials.iter().any(Material::may_be_glossy);
     let walk = Walk::new(context, scene, clusters, entry_points.len() as u32, is_glossy, seed)?;
     let mut chunks = Chunks::new(1 << 12, LIMIT);
     progress.stage("light paths", live.len() as u64);
@@ -129,30 +123,7 @@ pub fn trace(
         })?;
         live = survivors;
     }
-    measure(&mut vertices)?;
-    let bits = editable_bits(materials);
-    let mut masks = Vec::new();
-    let mut names = Vec::new();
-    if bits.iter().any(|&bit| bit != 0) {
-        (masks, names) =
-            group(&mut vertices, entry_points, |side| bits[surfaces[side as usize / 2].material as usize]);
-    }
-    let mut paths = LightPaths::from_vertices(
-        vertices,
-        surfaces,
-        &may_be_glossy,
-        entry_points.len(),
-        clusters.base_count,
-    );
-    paths.group_steps(&masks);
-    paths.streams = names;
-    if !is_glossy {
-        paths.arrivals = Arrivals::default();
-    }
-    if !scene.textures.are_used {
-        paths.colours = Vec::new();
-    }
-    Ok(paths)
+    Ok(vertices)
 }
 
 /// Traces one path again and returns its positions and sides, the entry point first. `materials` as

@@ -102,7 +102,7 @@ pub struct LightPaths {
 /// Reorders entry points and renumbers the paths, so that paths reflected by the same editable
 /// materials are consecutive. Returns the materials and the former index of each path. Entry points
 /// do not count: their reflection is part of the path's flux.
-pub(super) fn group(
+fn group(
     vertices: &mut [Vertex],
     entry_points: &mut [PathVertex],
     bit: impl Fn(u32) -> u32,
@@ -130,8 +130,39 @@ pub(super) fn group(
 }
 
 impl LightPaths {
+    /// The paths of these entry points from their vertices, and the entry points in the order of
+    /// the paths. If materials are editable, paths reflected by the same ones are consecutive.
+    /// `surfaces` in BVH order, `materials` as on the device.
+    pub fn new(
+        mut vertices: Vec<Vertex>,
+        mut entry_points: Vec<PathVertex>,
+        surfaces: &[Surface],
+        materials: &[Material],
+        base_clusters: u32,
+        has_images: bool,
+    ) -> (Vec<PathVertex>, Self) {
+        let bits = editable_bits(materials);
+        let (mut masks, mut streams) = (Vec::new(), Vec::new());
+        if bits.iter().any(|&bit| bit != 0) {
+            let bit = |side: u32| bits[surfaces[side as usize / 2].material as usize];
+            (masks, streams) = group(&mut vertices, &mut entry_points, bit);
+        }
+        let may_be_glossy: Vec<bool> = materials.iter().map(Material::may_be_glossy).collect();
+        let count = entry_points.len();
+        let mut paths = Self::from_vertices(vertices, surfaces, &may_be_glossy, count, base_clusters);
+        paths.group_steps(&masks);
+        paths.streams = streams;
+        if !may_be_glossy.contains(&true) {
+            paths.arrivals = Arrivals::default();
+        }
+        if !has_images {
+            paths.colours = Vec::new();
+        }
+        (entry_points, paths)
+    }
+
     /// Stores the step range of the paths of each mask; `masks` in path order, or empty.
-    pub(super) fn group_steps(&mut self, masks: &[u32]) {
+    fn group_steps(&mut self, masks: &[u32]) {
         let mut path = 0;
         for (index, step) in (0..).zip(&self.steps) {
             if step.material == HEAD {
@@ -146,7 +177,7 @@ impl LightPaths {
     }
 
     /// Orders vertices by path, and by cluster. Vertices of one path are in the order of the walk.
-    pub(super) fn from_vertices(
+    fn from_vertices(
         mut vertices: Vec<Vertex>,
         surfaces: &[Surface],
         may_be_glossy: &[bool],

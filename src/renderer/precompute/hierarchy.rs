@@ -9,7 +9,7 @@ use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::geometry::Geometry;
 use crate::passes::precompute::visibility::near_clusters::{self, Extent, Patch};
-use crate::passes::precompute::visibility::{exposed_fractions, inconsistent, narrow_cavities};
+use crate::passes::precompute::visibility::{Visibility, exposed_fractions, inconsistent, narrow_cavities};
 use crate::passes::{ClusterBuffers, ClusterTables};
 use crate::renderer::quality_warnings::{typical_clearance, undersampled, wide_cells};
 use crate::scene::split_planes::{Splits, Walls};
@@ -47,16 +47,14 @@ impl Cells {
             if is_direct { surfaces::one_side(surfaces).into() } else { Cow::Borrowed(&surfaces[..]) };
         let build = |cells| {
             let grid = grid::grid(low, high, cells);
-            let mut hvds =
-                Hvds::build_with(&scene.triangles, &clustered, grid, cells, splits(&scene.quality));
+            let hvds = Hvds::build_with(&scene.triangles, &clustered, grid, cells, splits(&scene.quality));
             if is_direct {
                 return Ok(hvds);
             }
             let geometry = reachable.geometry(scene, &hvds);
             let exposed =
                 exposed_fractions::exposed_fractions(&geometry, reachable.tracer(), &scene.quality)?;
-            hvds.leave_out_interior(&exposed);
-            Ok::<_, Error>(hvds)
+            Ok::<_, Error>(hvds.without_interior(&exposed))
         };
         let requested = build(scene.quality.cells)?;
         let finest = build(grid::finest_cells(scene.quality.cells))?;
@@ -75,16 +73,16 @@ fn splits(quality: &Quality) -> Splits {
     Splits { walls, are_stacked: quality.takes(Measure::StackedSurfaces) }
 }
 
-/// The hierarchy, with the budget of entry points in it.
+/// The hierarchy, with the budget of entry points in it. No later step changes it.
 pub(super) struct Hierarchy {
     pub(super) hvds: Hvds,
     pub(super) strata: Strata,
     pub(super) tables: ClusterTables,
     pub(super) clusters: ClusterBuffers,
     pub(super) hemisphere: Hemisphere,
-    /// Patches of clusters that are small beside a cache point.
+    /// Positions and orientations of clusters of the finest levels.
     pub(super) patches: Vec<Patch>,
-    /// Which of them take the irradiance of the record beside them.
+    /// Which small clusters take the irradiance of the record beside them.
     pub(super) extent: Extent,
     /// Size of a requested cell, metres.
     pub(super) cell_size: f32,
@@ -95,39 +93,37 @@ pub(super) struct Hierarchy {
 }
 
 impl Hierarchy {
-    /// Distributes entry points, and tests clusters for inconsistent visibility. Also returns
-    /// warnings about settings that do not resolve the scene.
+    /// Distributes entry points over `cells`, and tests clusters for inconsistent visibility. Also
+    /// returns warnings about settings that do not resolve the scene.
     pub(super) fn new(
         context: &Arc<Context>,
         scene: &Scene,
         reachable: &Reachable,
-        (mut hvds, gaps): (Hvds, &[f32]),
+        (cells, gaps): (Hvds, &[f32]),
         (size_field, geometry): (&SizeField, &Geometry<'_>),
     ) -> Result<(Self, Vec<String>)> {
         let quality = &scene.quality;
         let cell_size = geometry.hvds.grid.cell_size() as f32;
-        let clearances = size_field.clearances_of(geometry, &hvds);
-        if quality.takes(Measure::Accessibility) {
-            add_unweighted(&mut hvds, &clearances);
-        }
+        let clearances = size_field.clearances_of(geometry, &cells);
+        let has_unweighted = has_unweighted(quality, &cells, &clearances);
+        let cells = cells.with_unweighted(&has_unweighted);
         let is_even = !quality.takes(Measure::DenserEntryPoints);
         let density = |&c: &f32| if is_even { 1.0 } else { entry_points::density(c, cell_size) };
         let densities: Vec<f32> = clearances.iter().map(density).collect();
-        let strata = Strata::new(&hvds, &densities, quality.entry_points);
-        let normal = |side: u32| reachable.surfaces[side as usize / 2].normal_of(side % 2 == 1);
-        let patches = near_clusters::patches(&hvds, &clearances, normal, 1 + inconsistent::LEVELS);
+        let strata = Strata::new(&cells, &densities, quality.entry_points);
         let hemisphere = Hemisphere::new(quality.gather_rays);
-        let finest_size = hvds.grid.cell_size() as f32;
+        let finest_size = cells.grid.cell_size() as f32;
         let [resolved, parted] = narrow_cavities::resolved(reachable.scene_size, finest_size, hemisphere);
-        let clearance = typical_clearance(&hvds.fragments, &clearances);
+        let clearance = typical_clearance(&cells.fragments, &clearances);
         let mut warnings = Vec::new();
         if !is_direct(scene) {
             warnings.extend(undersampled(scene, gaps, resolved, strata.area_m2, cell_size));
-            warnings.extend(wide_cells(clearance, &hvds.grid, quality.cells));
+            warnings.extend(wide_cells(clearance, &cells.grid, quality.cells));
         }
-        if quality.occlusion {
-            hvds.inconsistent = inconsistent_clusters(quality, reachable, &hvds, &patches, &strata, parted)?;
-        }
+        let parted = quality.occlusion.then_some(parted);
+        let Visibility { patches, inconsistent } =
+            visibility(quality, reachable, &cells, &clearances, &strata, parted)?;
+        let hvds = cells.with_inconsistent(inconsistent);
         let tables = ClusterTables::new(&hvds, &effective_entry_points(&hvds, &strata));
         let hierarchy = Self {
             clusters: tables.upload(context)?,
@@ -145,13 +141,16 @@ impl Hierarchy {
     }
 }
 
-/// Adds unweighted clusters for cells with close surfaces.
-fn add_unweighted(hvds: &mut Hvds, clearances: &[f32]) {
+/// Whether each base cluster has an unweighted one: those with close surfaces do.
+fn has_unweighted(quality: &Quality, hvds: &Hvds, clearances: &[f32]) -> Vec<bool> {
     let mut has_unweighted = vec![false; hvds.levels[0].len()];
+    if !quality.takes(Measure::Accessibility) {
+        return has_unweighted;
+    }
     for (fragment, &clearance) in hvds.fragments.iter().zip(clearances) {
         has_unweighted[fragment.cluster as usize] |= clearance < NEARBY * hvds.grid.cell_size() as f32;
     }
-    hvds.add_unweighted(&has_unweighted);
+    has_unweighted
 }
 
 /// Number of entry points by which gather rays choose clusters.
@@ -166,28 +165,32 @@ fn effective_entry_points(hvds: &Hvds, strata: &Strata) -> Vec<f32> {
     counts
 }
 
-/// Clusters whose parts see different surroundings: in narrow cavities, and by rays.
-fn inconsistent_clusters(
+/// Positions of small clusters, and clusters whose parts see different surroundings: in cavities
+/// narrower than `parted` metres, and by rays. `None`: no cluster is tested.
+fn visibility(
     quality: &Quality,
     reachable: &Reachable,
     hvds: &Hvds,
-    patches: &[Patch],
+    clearances: &[f32],
     strata: &Strata,
-    parted: f32,
-) -> Result<Vec<bool>> {
+    parted: Option<f32>,
+) -> Result<Visibility> {
+    let normal = |side: u32| reachable.surfaces[side as usize / 2].normal_of(side % 2 == 1);
+    let patches = near_clusters::patches(hvds, clearances, normal, 1 + inconsistent::LEVELS);
+    let Some(parted) = parted else { return Ok(Visibility { patches, inconsistent: Vec::new() }) };
     let (rays, in_clusters) = (reachable.tracer(), &strata.in_clusters);
     let (surfaces, clear_distance) = (&reachable.surfaces, reachable.clear_distance);
     let mut inconsistent = match quality.takes(Measure::NarrowCavities) {
         true => {
-            narrow_cavities::inconsistent(rays, hvds, patches, surfaces, in_clusters, parted, clear_distance)?
+            narrow_cavities::inconsistent(rays, hvds, &patches, surfaces, in_clusters, parted, clear_distance)?
         }
         false => Vec::new(),
     };
     let by_rays = match quality.takes(Measure::InconsistentClusters) {
-        true => inconsistent::inconsistent(rays, hvds, patches, in_clusters)?,
+        true => inconsistent::inconsistent(rays, hvds, &patches, in_clusters)?,
         false => Vec::new(),
     };
     inconsistent.resize(inconsistent.len().max(by_rays.len()), false);
     inconsistent.iter_mut().zip(by_rays).for_each(|(any, by_rays)| *any |= by_rays);
-    Ok(inconsistent)
+    Ok(Visibility { patches, inconsistent })
 }

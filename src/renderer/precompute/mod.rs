@@ -34,6 +34,8 @@ pub(in crate::renderer) struct Precomputed {
     pub(in crate::renderer) buffers: SceneBuffers,
     pub(in crate::renderer) surfaces: Vec<Surface>,
     pub(in crate::renderer) hvds: Hvds,
+    /// Area of each cluster that distant readers see, m².
+    pub(in crate::renderer) shown_m2: Vec<f32>,
     pub(in crate::renderer) entry_points: Vec<PathVertex>,
     /// Area that each entry point stands for, m².
     pub(in crate::renderer) area_m2: f32,
@@ -72,6 +74,7 @@ struct Steps {
     reachable: Reachable,
     hierarchy: Hierarchy,
     entry_points: Vec<PathVertex>,
+    shown_m2: Vec<f32>,
     paths: LightPaths,
     points: Points,
     targets: Targets,
@@ -81,7 +84,7 @@ impl Steps {
     /// Keeps what frames and queries read, with statistics.
     fn finish(self, scene: &Scene, watch: Watch) -> Precomputed {
         let statistics = self.statistics(scene, watch);
-        let Self { reachable, hierarchy, entry_points, paths, points, targets } = self;
+        let Self { reachable, hierarchy, entry_points, shown_m2, paths, points, targets } = self;
         let is_glossy = targets.gloss.is_some();
         let (buffers, surfaces, enclosures) = reachable.finish(scene);
         Precomputed {
@@ -89,6 +92,7 @@ impl Steps {
             surfaces,
             enclosures,
             hvds: hierarchy.hvds,
+            shown_m2,
             entry_points,
             area_m2: hierarchy.area_m2,
             all_area_m2: hierarchy.strata.area_m2,

@@ -8,7 +8,8 @@ use super::{Precomputed, Steps};
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::passes::precompute::cache_points::SizeField;
-use crate::passes::precompute::visibility::accessibility;
+use crate::passes::precompute::path_orders::LightPaths;
+use crate::passes::precompute::visibility::accessibility::{self, Accessibility};
 use crate::passes::precompute::{Progress, entry_points, gather_rays, light_paths};
 use crate::renderer::statistics::Watch;
 use crate::scene::Scene;
@@ -38,34 +39,33 @@ pub(in crate::renderer) fn precompute(
 
     // The hierarchy, and entry points on the surface, denser where surfaces are close. [Yue §1]
     progress.stage("entry points", 1);
-    let (mut hierarchy, mut warnings) = Hierarchy::new(context, scene, &reachable, (finest, &gaps), sizes)?;
-    let Hierarchy { hvds, clusters, strata, hemisphere, .. } = &mut hierarchy;
-    let mut entry_points = entry_points::place(context, buffers, clusters, strata, seed)?;
+    let (hierarchy, mut warnings) = Hierarchy::new(context, scene, &reachable, (finest, &gaps), sizes)?;
+    let Hierarchy { hvds, clusters, strata, .. } = &hierarchy;
+    let entry_points = entry_points::place(context, buffers, clusters, strata, seed)?;
     watch.lap("entry points");
 
     // Light paths from the entry points; each vertex contributes to its cluster. [Yue §1, §2]
-    let measure = |vertices: &mut [_]| accessibility::measure(context, buffers, hvds, vertices, seed);
-    let paths = light_paths::trace(
-        context, buffers, clusters, surfaces, materials, &mut entry_points, seed, progress, measure,
-    )?;
+    let vertices = light_paths::trace(context, buffers, clusters, materials, &entry_points, seed, progress)?;
+    let Accessibility { vertices, shown_m2 } = accessibility::measure(context, buffers, hvds, vertices, seed)?;
+    let (base_count, has_images) = (clusters.base_count, buffers.textures.are_used);
+    let (entry_points, paths) =
+        LightPaths::new(vertices, entry_points, surfaces, materials, base_count, has_images);
     watch.lap("light paths");
 
     // Cache points, and the rays that gather irradiance there. [Yue §1, §3]
-    let hemisphere = *hemisphere;
     let points = Points::place(context, scene, &reachable, sizes, &hierarchy, progress)?;
     watch.lap("cache points");
-    let (clusters, count, packing) = (&hierarchy.clusters, points.count(), points.packing);
+    let (hemisphere, count, packing) = (hierarchy.hemisphere, points.count(), points.packing);
     let rays = gather_rays::trace(
         context, buffers, clusters, &points.buffer, count, hemisphere, packing, seed, progress,
     )?;
 
     // What each ray reads: a cluster, a patch or proxy of it, or one of its outgoing directions.
-    let entries = &entry_points[..];
-    let sources = Sources { reachable: &reachable, hierarchy: &hierarchy, points: &points, paths: &paths, entry_points: entries };
+    let sources = Sources { reachable: &reachable, hierarchy: &hierarchy, points: &points, paths: &paths, entry_points: &entry_points };
     let targets = Targets::resolve(context, scene, sources, rays, &mut watch, progress)?;
     progress.finish();
 
     warnings.extend(points.warning(scene).into_iter().chain(targets.warnings(scene, &points)));
     scene.warnings.extend(warnings);
-    Ok(Steps { reachable, hierarchy, entry_points, paths, points, targets }.finish(scene, watch))
+    Ok(Steps { reachable, hierarchy, entry_points, shown_m2, paths, points, targets }.finish(scene, watch))
 }

@@ -19,7 +19,7 @@ pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Re
     demand(contents.order == order, "triangles stand in another order")?;
     demand(contents.sides.len() == order.len(), "sides of triangles")?;
     demand(contents.closed.len() == 2 * order.len(), "enclosures")?;
-    hierarchy(&contents.hvds)?;
+    hierarchy(&contents.hvds, &contents.shown_m2)?;
     let effective_entry_points = &contents.effective_entry_points;
     let are_counts = effective_entry_points.len() == contents.hvds.areas_m2.len()
         && effective_entry_points.iter().all(|count| *count >= 0.0);
@@ -37,7 +37,7 @@ pub(super) fn sides(surface: &Surface, sides: u32) -> Result<(), CacheMiss> {
     demand((surface.sides ^ sides) >> 12 <= 3 && (surface.sides ^ sides) & 0xfff == 0, "codes of sides")
 }
 
-fn hierarchy(hvds: &Hvds) -> Result<(), CacheMiss> {
+fn hierarchy(hvds: &Hvds, shown_m2: &[f32]) -> Result<(), CacheMiss> {
     let count = hvds.areas_m2.len();
     demand(!hvds.levels.is_empty() && count <= 1 << 26, "levels")?;
     let mut end = 0;
@@ -46,9 +46,9 @@ fn hierarchy(hvds: &Hvds) -> Result<(), CacheMiss> {
         end = level.end;
     }
     demand(end as usize == count, "levels")?;
-    demand(hvds.shown_m2.len() == count && hvds.parents.len() == count, "clusters")?;
+    demand(shown_m2.len() == count && hvds.parents.len() == count, "clusters")?;
     demand(hvds.inconsistent.is_empty() || hvds.inconsistent.len() == count, "inconsistent clusters")?;
-    let areas = hvds.areas_m2.iter().chain(&hvds.shown_m2);
+    let areas = hvds.areas_m2.iter().chain(shown_m2);
     demand(areas.into_iter().all(|area| area.is_finite() && *area >= 0.0), "areas")?;
 
     // Children of a cluster are contiguous, in the order of their parents, and each cluster

@@ -24,6 +24,7 @@ pub(super) struct Contents {
     pub(super) sides: Vec<u32>,
     pub(super) closed: Vec<u32>,
     pub(super) hvds: Hvds,
+    pub(super) shown_m2: Vec<f32>,
     pub(super) effective_entry_points: Vec<f32>,
     pub(super) entry_points: Vec<PathVertex>,
     pub(super) paths: LightPaths,
@@ -47,14 +48,12 @@ impl Contents {
         let notes = serde_json::from_slice(&file.list::<u8>("notes")?);
         let (counts, skipped): (BTreeMap<String, u64>, BTreeMap<String, Option<f64>>) =
             notes.map_err(|_| CacheMiss::damaged("its notes are none"))?;
-        let areas_m2: Vec<f32> = file.list("areas")?;
         let hvds = Hvds {
             grid,
             levels: ranges(file.list("levels")?),
             cell_offsets: file.list("cell offsets")?,
             cell_clusters: file.list("cell clusters")?,
-            shown_m2: file.list("shown areas")?,
-            areas_m2,
+            areas_m2: file.list("areas")?,
             unweighted: file.list("unweighted clusters")?,
             parents: file.list("parents")?,
             child_offsets: Vec::new(),
@@ -112,6 +111,7 @@ impl Contents {
             order: file.list("order")?,
             sides: file.list("sides")?,
             closed: file.list("enclosures")?,
+            shown_m2: file.list("shown areas")?,
             effective_entry_points: file.list("effective entry points")?,
             entry_points: file.list("entry points")?,
             paths,

@@ -18,7 +18,7 @@ use crate::renderer::precompute::Precomputed;
 use crate::renderer::quality_warnings::{blurred, outgoing_directions, uncovered, undersampled, wide_cells};
 use crate::scene::directions::Directions;
 use crate::scene::host_bvh::HostBvh;
-use crate::scene::{Scene, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces};
+use crate::scene::{Scene, bvh::Bvh, grid, solids::Solids, surfaces};
 use crate::types::Surface;
 use std::path::Path;
 use std::sync::Arc;
@@ -115,9 +115,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     warn(scene, &contents, &solids, (&rays, &buffers))?;
 
     let hvds = contents.hvds;
-    // The device's table was built before hidden area was subtracted from clusters.
-    let complete = Hvds { shown_m2: hvds.areas_m2.clone(), ..hvds.without_fragments() };
-    let cluster_tables = ClusterTables { hvds: complete, entry_points: contents.effective_entry_points };
+    let cluster_tables = ClusterTables::new(&hvds, &contents.effective_entry_points);
     let mut gloss = contents.gloss;
     let mut clusters = None;
     if let Some(gloss) = &mut gloss {
@@ -131,6 +129,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     Ok(Precomputed {
         surfaces,
         hvds,
+        shown_m2: contents.shown_m2,
         area_m2: (numbers.all_area_m2 / f64::from(quality.entry_points.max(1))) as f32,
         all_area_m2: numbers.all_area_m2,
         entry_points: contents.entry_points,

@@ -88,7 +88,7 @@ impl Tables {
         writer.add("cell offsets", &hvds.cell_offsets[..]);
         writer.add("cell clusters", &hvds.cell_clusters[..]);
         writer.add("areas", &hvds.areas_m2[..]);
-        writer.add("shown areas", &hvds.shown_m2[..]);
+        writer.add("shown areas", &made.shown_m2[..]);
         writer.add("unweighted clusters", &hvds.unweighted[..]);
         writer.add("parents", &hvds.parents[..]);
         writer.add(

@@ -52,6 +52,14 @@ const RAYS: [u32; 2] = [16, 4];
 /// a cluster are like that, their weights are equal.
 const MIN_WEIGHT: f32 = 1.0 / 16.0;
 
+/// Accessible path vertices and clusters.
+pub struct Accessibility {
+    /// All vertices, each with its accessibility.
+    pub vertices: Vec<Vertex>,
+    /// Area of each cluster that distant readers see, m².
+    pub shown_m2: Vec<f32>,
+}
+
 /// Measures the accessibility, within [`NEARBY`], of vertices in clusters that have an unweighted
 /// one, and derives the area that these clusters show.
 ///
@@ -60,10 +68,10 @@ const MIN_WEIGHT: f32 = 1.0 / 16.0;
 pub fn measure(
     context: &Arc<Context>,
     scene: &SceneBuffers,
-    hvds: &mut Hvds,
-    vertices: &mut [Vertex],
+    hvds: &Hvds,
+    mut vertices: Vec<Vertex>,
     seed: u32,
-) -> Result<()> {
+) -> Result<Accessibility> {
     let reach = NEARBY * hvds.grid.cell_size() as f32;
     let is_asked = |vertex: &Vertex| {
         vertex.cluster != NO_CLUSTER && hvds.unweighted[vertex.cluster as usize] != NO_CLUSTER
@@ -87,8 +95,7 @@ pub fn measure(
         *shown += weight * f64::from(vertex.accessibility) / f64::from(OPEN);
         *all += weight;
     }
-    hvds.show(&samples);
-    Ok(())
+    Ok(Accessibility { vertices, shown_m2: hvds.shown_m2(&samples) })
 }
 
 /// Returns how many of each point's rays meet nothing within `reach` metres.

@@ -13,3 +13,11 @@ pub mod near_clusters;
 pub mod near_hits;
 pub mod occlusion;
 pub mod sides;
+
+/// Results of the measures from which the hierarchy is finished.
+pub struct Visibility {
+    /// Positions and orientations of clusters of the finest levels.
+    pub patches: Vec<near_clusters::Patch>,
+    /// Whether each cluster is visibility-inconsistent. Empty if none is.
+    pub inconsistent: Vec<bool>,
+}

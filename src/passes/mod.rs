@@ -2,6 +2,7 @@
 
 mod cluster_buffers;
 pub mod frame;
+pub mod gather_targets;
 pub mod gloss_tables;
 pub mod kernel_copy;
 mod loop_limit;

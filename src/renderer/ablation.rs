@@ -10,6 +10,7 @@ use crate::passes::LitScene;
 use crate::passes::frame::{gather::Gather, needed_records::RecordList};
 use crate::passes::precompute::Silent;
 use crate::passes::precompute::gather_rays::{self, Hemisphere};
+use crate::passes::precompute::merged_rays::MergedRays;
 use crate::passes::reference::irradiance_probe;
 use crate::types::{CachePoint, NO_SIDE, PixelSurface, Record};
 use glam::{UVec2, Vec3};
@@ -202,7 +203,7 @@ impl Renderer {
     fn gather_at(&self, points: &[CachePoint]) -> Result<Vec<Record>> {
         let count = points.len() as u32;
         let buffer = Buffer::from_slice(&self.context, "gather points", points)?;
-        let (hemisphere, code) = (self.transport.gather.hemisphere, self.transport.gather.packing);
+        let (hemisphere, packing) = (self.transport.gather.hemisphere, self.transport.gather.packing);
         let rays = gather_rays::trace(
             &self.context,
             &self.world.buffers,
@@ -210,13 +211,15 @@ impl Renderer {
             &buffer,
             count,
             hemisphere,
-            code,
+            packing,
             self.world.scene.quality.seed,
             &mut Silent,
         )?;
-        self.transport.proxies.redirect(&rays, points, &self.transport.gather, &self.world.scene.quality)?;
-        // These rays read clusters, not gloss bins, so glossy reflection is missing.
-        let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code, false)?;
+        // These rays read clusters or proxies, not gloss bins, so glossy reflection is missing.
+        let (proxies, quality) = (&self.transport.proxies, &self.world.scene.quality);
+        let targets = proxies.targets(&rays, points, &self.transport.gather, quality)?;
+        let merged_rays = MergedRays::new(&self.context, rays, (&targets, &packing), hemisphere)?;
+        let gather = Gather::new(&self.context, buffer, count, merged_rays, hemisphere, packing, false)?;
         let list = RecordList::all(&self.context, count, gather.merged_rays.records_per_chunk)?;
         self.context.run(|rec| {
             gather.record(rec, self.transport.gather_sources(&self.world.buffers.materials), &list);

@@ -127,7 +127,7 @@ pub(super) fn reads(made: &Precomputed, proxies: &Proxies, pyramid: &Pyramid) ->
     Ok(LiveClusters::from_targets(
         &made.hvds,
         targets,
-        made.packing,
+        &made.packing,
         proxies.tables(),
         &made.near_patches,
         &sources,

@@ -158,7 +158,7 @@ impl Renderer {
         let unread = liveness::unread(&made, &reads, Directions::new(scene.quality.directions));
         made.statistics.skipped.extend(unread);
         let live_sets = LiveSets::new(context, &mut made, &reads)?;
-        let gather = Gather::of_merged_rays(
+        let gather = Gather::new(
             context,
             made.cache_points,
             made.point_count,

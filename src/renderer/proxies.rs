@@ -7,6 +7,7 @@ use crate::gpu::{Context, Recorder};
 use crate::passes::frame::cluster_proxies::ClusterProxies;
 use crate::passes::frame::gather::Gather;
 use crate::passes::frame::hvds::Pyramid;
+use crate::passes::gather_targets::{GatherTarget, GatherTargets};
 use crate::passes::precompute::gather_rays::RayTable;
 use crate::passes::precompute::visibility::cluster_proxies::ProxyTables;
 use crate::scene::Quality;
@@ -15,8 +16,8 @@ use crate::scene::hvds::Hvds;
 use crate::types::CachePoint;
 use std::sync::Arc;
 
-/// Proxy tables with the pass that evaluates them, and the number of clusters.
-pub(super) struct Proxies(Option<(ProxyTables, ClusterProxies)>, u32);
+/// Proxy tables with the pass that evaluates them. `None` if there are no proxies.
+pub(super) struct Proxies(Option<(ProxyTables, ClusterProxies)>);
 
 impl Proxies {
     /// Uploads the proxies and allocates their irradiance.
@@ -26,23 +27,17 @@ impl Proxies {
         hvds: &Hvds,
         pyramid: &mut Pyramid,
     ) -> Result<Self> {
+        let Some(tables) = tables else { return Ok(Self(None)) };
         let clusters = (pyramid.irradiance.bytes() / 12) as u32;
-        let Some(tables) = tables else { return Ok(Self(None, clusters)) };
         let pass =
             ClusterProxies::new(context, clusters, &tables.term_offsets, &tables.terms, tables.packing)?;
         pyramid.make_room(context, hvds, tables.count(), tables.pairs.iter().map(|pair| pair[0]))?;
-        Ok(Self(Some((tables, pass)), clusters))
+        Ok(Self(Some((tables, pass))))
     }
 
     /// The proxy tables. `None` if there are no proxies.
     pub(super) fn tables(&self) -> Option<&ProxyTables> {
         self.0.as_ref().map(|(tables, _)| tables)
-    }
-
-    /// Index of the first proxy in gather targets: the number of clusters. Near-field patches
-    /// follow the proxies.
-    pub(super) fn first(&self) -> u32 {
-        self.1
     }
 
     /// Bytes that the pass reads and writes.
@@ -58,19 +53,19 @@ impl Proxies {
         }
     }
 
-    /// Redirects the gather rays of `points` to proxies, if one exists for the cluster and
-    /// direction bin of a ray.
-    pub(super) fn redirect(
+    /// Targets of gather rays of `points`: a proxy if one exists for the cluster and direction bin
+    /// of a ray, else the cluster.
+    pub(super) fn targets(
         &self,
         rays: &RayTable,
         points: &[CachePoint],
         gather: &Gather,
         quality: &Quality,
-    ) -> Result<()> {
-        let Some((tables, _)) = &self.0 else { return Ok(()) };
-        let mut rows = rays.read()?;
+    ) -> Result<GatherTargets> {
+        let targets = GatherTargets::of_hits(gather.packing);
+        let Some((tables, _)) = &self.0 else { return Ok(targets) };
         let directions = (quality.seed, Directions::new(quality.directions));
-        tables.redirect(&mut rows, points, gather.hemisphere, directions, gather.packing, self.1);
-        rays.write(&rows)
+        let readers = tables.readers(rays, &targets, points, gather.hemisphere, directions)?;
+        Ok(targets.with(GatherTarget::Proxy, readers))
     }
 }

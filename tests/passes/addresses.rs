@@ -4,9 +4,10 @@
 use crate::common::assert_silent;
 use crate::world::{Random, World};
 use lightpaths::gpu::Buffer;
+use lightpaths::passes::gather_targets::GatherTargetPacking;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::entry_points::{Strata, place};
-use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
+use lightpaths::passes::precompute::gather_rays::{self, Hemisphere};
 use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::types::{GatherRay, Node, Surface, Triangle};
 

@@ -8,11 +8,12 @@ use lightpaths::cpu::hemisphere::{Strata, frame};
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::ClusterTables;
 use lightpaths::passes::frame::cluster_proxies::{ClusterProxies, ProxyTermPacking};
-use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
+use lightpaths::passes::gather_targets::{GatherTarget, GatherTargetPacking, GatherTargets};
+use lightpaths::passes::precompute::gather_rays::{self, Hemisphere, RayTable};
 use lightpaths::passes::precompute::visibility::cluster_proxies::{self, ProxyTables};
 use lightpaths::passes::precompute::{Silent, rays::Rays};
 use lightpaths::scene::{Scene, directions::Directions, shapes};
-use lightpaths::types::{CachePoint, GatherRay, NO_TARGET};
+use lightpaths::types::CachePoint;
 
 #[test]
 fn irradiance_of_views_equals_the_reference() {
@@ -49,15 +50,15 @@ fn irradiance_of_views_equals_the_reference() {
 const HEMISPHERE: u32 = 16;
 const SEED: u32 = 5;
 
-/// Proxies of some cache points, their rays before and after, and the bits of a cluster
-/// before and after.
+/// Proxies of some cache points, and their rays with targets before and after.
 struct Made {
     world: World,
     points: Vec<CachePoint>,
     tables: ProxyTables,
-    before: Vec<GatherRay>,
-    after: Vec<GatherRay>,
-    bits: [u32; 2],
+    rays: RayTable,
+    before: Vec<Option<(GatherTarget, u32)>>,
+    after: Vec<Option<(GatherTarget, u32)>>,
+    packing: GatherTargetPacking,
 }
 
 fn make(scene: &Scene) -> Made {
@@ -82,7 +83,9 @@ fn make(scene: &Scene) -> Made {
         &mut Silent,
     )
     .unwrap();
-    let before = rays.read().unwrap();
+    let traced = rays.read().unwrap();
+    let targets = GatherTargets::of_hits(packing);
+    let before = targets.of_rays(0, &traced);
     let sources = cluster_proxies::Sources {
         hvds: &world.hvds,
         in_clusters: &many,
@@ -95,30 +98,24 @@ fn make(scene: &Scene) -> Made {
         clear_distance: world.clear_distance,
     };
     let tracer = Rays::of_segments(&world.context).unwrap();
-    let (tables, packed) =
-        cluster_proxies::build((&tracer, &world.buffers), sources, &rays, packing, &mut Silent).unwrap();
-    let after = rays.read().unwrap();
+    let (tables, readers) =
+        cluster_proxies::build((&tracer, &world.buffers), sources, &rays, &targets, &mut Silent).unwrap();
+    let after = targets.with(GatherTarget::Proxy, readers).of_rays(0, &traced);
     assert_silent(&world.context);
-    Made { world, points, tables, before, after, bits: [packing.cluster_bits, packed.cluster_bits] }
-}
-
-/// Cluster and material.
-fn unpack(ray: GatherRay, bits: u32) -> (u32, u32) {
-    (ray.target & ((1 << bits) - 1), ray.target >> bits)
+    Made { world, points, tables, rays, before, after, packing }
 }
 
 #[test]
 fn a_closed_room_without_furniture_has_no_views() {
     let made = make(&shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.7));
     assert!(made.tables.is_empty() && made.tables.count() == 0);
-    assert!(made.before.iter().zip(&made.after).all(|(a, b)| a.target == b.target));
+    assert_eq!(made.before, made.after);
 }
 
 #[test]
 fn weights_of_a_view_are_what_its_readers_see() {
     let made = make(&shapes::hidden_light(0.8, 0.16, 0.5));
     let (world, tables) = (&made.world, &made.tables);
-    let clusters = world.hvds.cluster_count();
     assert!(tables.count() > 50 && tables.pairs.is_sorted());
     for run in tables.term_offsets.windows(2) {
         let terms = &tables.terms[run[0] as usize..run[1] as usize];
@@ -138,23 +135,23 @@ fn weights_of_a_view_are_what_its_readers_see() {
     let strata = Strata { rings, sectors };
     let mut readers: Vec<Vec<DVec3>> = vec![Vec::new(); tables.pairs.len()];
     for (index, (&before, &after)) in made.before.iter().zip(&made.after).enumerate() {
-        if before.target == NO_TARGET {
-            assert_eq!(after.target, NO_TARGET);
+        let (Some((old, material)), Some((new, same))) = (before, after) else {
+            assert_eq!(before, after);
             continue;
-        }
-        let (old, new) = (unpack(before, made.bits[0]), unpack(after, made.bits[1]));
-        assert_eq!((before.gradient, old.1), (after.gradient, new.1));
+        };
+        assert_eq!(material, same);
+        let GatherTarget::Cluster(cluster) = old else { panic!("a ray meets {old:?}") };
         let point = &made.points[index / HEMISPHERE as usize];
         let back = -(frame(point.normal)
             * strata.direction(index as u32 % HEMISPHERE, index as u32 / HEMISPHERE, SEED));
-        let key = [old.0, Directions::new(256).bin(back)];
+        let key = [cluster, Directions::new(256).bin(back)];
         let found = tables.pairs.binary_search_by_key(&key, |pair| [pair[0], pair[1]]);
-        if new.0 < clusters {
-            assert_eq!(old.0, new.0);
+        let GatherTarget::Proxy(proxy) = new else {
+            assert_eq!(old, new);
             continue;
-        }
+        };
         let pair = found.expect("who reads a proxy is of one of its pairs");
-        assert_eq!(tables.pairs[pair][2], new.0 - clusters);
+        assert_eq!(tables.pairs[pair][2], proxy);
         readers[pair]
             .push(point.position.as_dvec3() + f64::from(world.clear_distance) * point.normal.as_dvec3());
     }
@@ -194,19 +191,15 @@ fn views_are_the_same_each_time() {
     assert!(!a.tables.is_empty() && a.tables.terms.len() == b.tables.terms.len());
     assert_eq!((&a.tables.pairs, &a.tables.term_offsets), (&b.tables.pairs, &b.tables.term_offsets));
     assert_eq!(a.tables.terms, b.tables.terms);
-    assert!(a.after.iter().zip(&b.after).all(|(a, b)| a.target == b.target));
+    assert_eq!(a.after, b.after);
 
     // Rays of the same points, redirected like rays of other points, read the same proxies.
-    let mut rows = a.before.clone();
-    for row in rows.iter_mut().filter(|row| row.target != NO_TARGET) {
-        let (cluster, material) = unpack(*row, a.bits[0]);
-        row.target = material << a.bits[1] | cluster;
-    }
-    let packing = GatherTargetPacking { cluster_bits: a.bits[1], min_distance: 0.01 };
-    let hemisphere = Hemisphere::new(HEMISPHERE);
-    let clusters = a.world.hvds.cluster_count();
-    a.tables.redirect(&mut rows, &a.points, hemisphere, (SEED, Directions::new(256)), packing, clusters);
-    let differing = rows.iter().zip(&a.after).filter(|(a, b)| a.target != b.target).count();
+    let (hemisphere, targets) = (Hemisphere::new(HEMISPHERE), GatherTargets::of_hits(a.packing));
+    let directions = (SEED, Directions::new(256));
+    let readers = a.tables.readers(&a.rays, &targets, &a.points, hemisphere, directions).unwrap();
+    let traced = a.rays.read().unwrap();
+    let found = targets.with(GatherTarget::Proxy, readers).of_rays(0, &traced);
+    let differing = found.iter().zip(&a.after).filter(|(a, b)| a != b).count();
     // A ray without occluders may share a pair with a ray that has some.
     assert!(differing * 10 <= a.tables.readers as usize, "{differing} of {}", a.tables.readers);
 }

@@ -8,8 +8,9 @@ use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::needed_records::RecordList;
-use lightpaths::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere, RayTable};
-use lightpaths::passes::precompute::merged_rays::MergedRayPacking;
+use lightpaths::passes::gather_targets::{GatherTargetPacking, GatherTargets};
+use lightpaths::passes::precompute::gather_rays::{Hemisphere, RayTable};
+use lightpaths::passes::precompute::merged_rays::{MergedRayPacking, MergedRays};
 use lightpaths::types::{CachePoint, GatherRay, MergedRay, NO_TARGET, Record, Reflectance};
 
 const CLUSTERS: u32 = 501;
@@ -100,16 +101,18 @@ fn irradiance_and_gradients_equal_the_reference() {
             rotation_unit: merging.rotation_unit,
             bins: &[],
         };
+        let table = RayTable {
+            rows_per_buffer: rows,
+            buffers: buffers.collect(),
+            colours: colour_buffers.collect(),
+            has_colours,
+        };
+        let targets = (&GatherTargets::of_hits(packing), &packing);
         let pass = Gather::new(
             &context,
             Buffer::from_slice(&context, "cache points", &points).unwrap(),
             point_count,
-            RayTable {
-                rows_per_buffer: rows,
-                buffers: buffers.collect(),
-                colours: colour_buffers.collect(),
-                has_colours,
-            },
+            MergedRays::new(&context, table, targets, hemisphere).unwrap(),
             hemisphere,
             packing,
             false,

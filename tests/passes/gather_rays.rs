@@ -9,8 +9,9 @@ use lightpaths::cpu::gather_rays::{Found, Tracing, translational_gradient};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
+use lightpaths::passes::gather_targets::GatherTargetPacking;
 use lightpaths::passes::precompute::Silent;
-use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere, RayTable};
+use lightpaths::passes::precompute::gather_rays::{self, Hemisphere, RayTable};
 use lightpaths::passes::precompute::visibility::clearance::{Clearance, ClearancePush};
 use lightpaths::types::{CachePoint, NO_TARGET};
 

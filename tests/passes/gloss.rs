@@ -15,9 +15,10 @@ use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gloss::{Gloss, GlossBeam, GlossLight};
 use lightpaths::passes::frame::hvds::contribution_ranges;
+use lightpaths::passes::gather_targets::{GatherTarget, GatherTargetPacking, GatherTargets, TargetCounts};
 use lightpaths::passes::gloss_tables::GlossTables;
 use lightpaths::passes::precompute::Silent;
-use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
+use lightpaths::passes::precompute::gather_rays::{self, Hemisphere};
 use lightpaths::passes::precompute::gloss;
 use lightpaths::passes::precompute::path_orders::LightPaths;
 use lightpaths::passes::{OneLight, light_sources};
@@ -81,7 +82,6 @@ impl Glossy {
         let traced = rays.read().unwrap();
         let sources = gloss::Sources {
             hvds: &world.hvds,
-            proxy_count: 0,
             surfaces: &world.surfaces,
             materials: &world.materials,
             paths: &paths,
@@ -91,8 +91,15 @@ impl Glossy {
             seed: SEED,
             directions: DIRECTIONS,
         };
-        let (tables, target_packing) = gloss::build(sources, &rays, packing).unwrap().unwrap();
-        let packed = rays.read().unwrap();
+        let targets = GatherTargets::of_hits(packing);
+        let (tables, readers) = gloss::build(sources, &rays, &targets).unwrap().unwrap();
+        let counts = TargetCounts {
+            clusters: world.hvds.cluster_count(),
+            gloss_bins: tables.bins.len() as u32,
+            ..TargetCounts::default()
+        };
+        let target_packing = GatherTargetPacking::of_counts(counts, world.materials.len(), 0.05).unwrap();
+        let packed = targets.with(GatherTarget::GlossBin, readers).packed(&target_packing, 0, &traced);
         Self { world, entry_points, paths, points, traced, packing, packed, target_packing, tables }
     }
 
@@ -115,35 +122,32 @@ impl Glossy {
 fn rays_that_meet_glossy_surfaces_read_the_direction_that_they_come_from() {
     let glossy = Glossy::new(World::glossy_room());
     let strata = Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors };
-    let clusters = glossy.world.hvds.cluster_count();
     let (mut shiny, mut diffuse, mut inside) = (0, 0, 0);
     let mut bins = HashMap::new();
     for (index, (before, after)) in glossy.traced.iter().zip(&glossy.packed).enumerate() {
         assert_eq!(before.gradient, after.gradient);
-        if before.target == NO_TARGET {
+        let Some((hit, material)) = glossy.packing.unpack(before.target) else {
             assert_eq!(after.target, NO_TARGET);
             continue;
-        }
-        let unpack = |target: u32, packing: GatherTargetPacking| {
-            (target & ((1 << packing.cluster_bits) - 1), target >> packing.cluster_bits)
         };
-        let (cluster, material) = unpack(before.target, glossy.packing);
-        let (read, same) = unpack(after.target, glossy.target_packing);
+        let GatherTarget::Cluster(cluster) = hit else { panic!("a ray meets {hit:?}") };
+        let (read, same) = glossy.target_packing.unpack(after.target).unwrap();
         assert_eq!(material, same);
         if !glossy.world.materials[material as usize].may_be_glossy() {
             diffuse += 1;
-            assert_eq!(read, cluster);
+            assert_eq!(read, hit);
             continue;
         }
         shiny += 1;
-        let gloss_bin = &glossy.tables.bins[(read - clusters) as usize];
+        let GatherTarget::GlossBin(read) = read else { panic!("a glossy hit reads {read:?}") };
+        let gloss_bin = &glossy.tables.bins[read as usize];
         let (point, ray) = (index as u32 / strata.rays(), index as u32 % strata.rays());
         let direction = frame(glossy.points[point as usize].normal) * strata.direction(ray, point, SEED);
         let bin = DIRECTIONS.bin(-direction);
         assert_eq!(gloss_bin.cluster, cluster);
         // The mean of directions in a bin is at most in a neighbouring bin.
         assert!(gloss_bin.direction.as_dvec3().dot(-direction) > 0.8, "{} {direction}", gloss_bin.direction);
-        assert_eq!(*bins.entry(read - clusters).or_insert(bin), bin);
+        assert_eq!(*bins.entry(read).or_insert(bin), bin);
         if DIRECTIONS.bin(gloss_bin.direction.as_dvec3()) == bin {
             inside += 1;
         }

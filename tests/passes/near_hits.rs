@@ -6,11 +6,14 @@ use crate::world::{Random, World};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::hemisphere::{Strata, frame};
 use lightpaths::gpu::Buffer;
+use lightpaths::passes::gather_targets::{GatherTarget, GatherTargetPacking, GatherTargets, TargetCounts};
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::cache_points::Placed;
-use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
+use lightpaths::passes::precompute::gather_rays::{self, Hemisphere};
 use lightpaths::passes::precompute::visibility::near_clusters::{self, Extent};
-use lightpaths::passes::precompute::visibility::near_hits::{NearHits, Sources};
+use lightpaths::passes::precompute::visibility::near_hits::{
+    NearHits, Sources, near_clusters as near_clusters_of,
+};
 use lightpaths::types::{GatherRay, MAY_BE_GLOSSY, NO_TARGET};
 use std::collections::HashMap;
 
@@ -67,52 +70,49 @@ fn near_hits_of(world: &World) {
         hemisphere,
         seed: SEED,
     };
-    let mut near = NearHits::find(sources, &table, packing).unwrap();
-    let out: Vec<GatherRay> = table.read().unwrap();
-    let proxies = 17;
-    let readers = near.reader_count();
-    let packed = near.redirect(&table, packing, clusters + proxies, materials).unwrap();
-    let after: Vec<GatherRay> = table.read().unwrap();
+    let targets = GatherTargets::of_hits(packing);
+    let near = NearHits::find(sources, &table, &targets).unwrap();
+    let readers = near.readers.len() as u64;
+    let counts =
+        TargetCounts { clusters, proxies: 17, patches: near.patches.len() as u32, ..TargetCounts::default() };
+    let packed = GatherTargetPacking::of_counts(counts, materials, 0.05).unwrap();
+    let after = targets.with(GatherTarget::Patch, near.readers.clone()).packed(&packed, 0, &before);
+    let patch_clusters = near_clusters_of(&near.patches, &packed);
 
     let may_be_glossy = |material: u32| world.reflectances()[material as usize].flags & MAY_BE_GLOSSY != 0;
-    let unpack = |target: u32, packing: GatherTargetPacking| {
-        (target & ((1 << packing.cluster_bits) - 1), target >> packing.cluster_bits)
-    };
     let mut places: HashMap<u32, Vec<(u32, DVec3)>> = HashMap::new();
     let mut untouched = 0;
-    for (index, ((before, out), after)) in (0..).zip(before.iter().zip(&out).zip(&after)) {
+    for (index, (before, after)) in (0..).zip(before.iter().zip(&after)) {
         let (point, ray) = (index / strata.rays(), index % strata.rays());
         assert_eq!(before.gradient, after.gradient);
-        if before.target == NO_TARGET {
+        let Some((GatherTarget::Cluster(cluster), material)) = packing.unpack(before.target) else {
             assert_eq!(after.target, NO_TARGET);
             continue;
-        }
-        let (cluster, material) = unpack(before.target, packing);
-        let (read, reads) = unpack(after.target, packed);
-        assert_eq!(material, reads);
+        };
+        let (read, same) = packed.unpack(after.target).unwrap();
+        assert_eq!(material, same);
         let from = &points[point as usize].point;
-        if read == cluster {
-            assert_eq!(out.target, before.target, "rays that keep their cluster stay in the table");
+        let GatherTarget::Patch(read) = read else {
+            assert_eq!(read, GatherTarget::Cluster(cluster));
             untouched += 1;
             continue;
-        }
-        assert_eq!(out.target, NO_TARGET, "the others are out of it meanwhile");
+        };
         assert!(point < near_count && !may_be_glossy(material));
         let patch = &patches[cluster as usize];
         assert!(from.position.distance(patch.middle) < REACH);
-        let entry = &near.entries[(read - clusters - proxies) as usize];
-        assert_eq!((entry.cluster, entry.target), (cluster, read));
+        let entry = &patch_clusters[read as usize];
+        assert_eq!((entry.cluster, entry.target), (cluster, packed.number(GatherTarget::Patch(read))));
         let direction = frame(from.normal) * strata.direction(ray, point, SEED);
         let normal = world.geometry().normal(from.side);
         let origin = world.geometry().offset_origin(from.position, normal);
         let hit = world.geometry().closest(origin, direction).expect("a ray with a target met something");
         places.entry(read).or_default().push((point, hit.position));
     }
-    assert_eq!(places.len(), near.entries.len(), "each entry has a reader");
+    assert_eq!(places.len(), near.patches.len(), "each entry has a reader");
     assert_eq!(places.values().map(|rays| rays.len() as u64).sum::<u64>(), readers);
     let (mut errors, mut widths) = (0.0, 0.0);
     for (read, rays) in &places {
-        let entry = &near.entries[(read - clusters - proxies) as usize];
+        let entry = &near.patches[*read as usize];
         let patch = &patches[entry.cluster as usize];
         assert!(rays.iter().all(|ray| ray.0 == rays[0].0), "an entry is one point's");
         let hit = rays.iter().map(|ray| ray.1).sum::<DVec3>() / rays.len() as f64;
@@ -172,8 +172,7 @@ fn without_near_points_all_stays() {
         hemisphere,
         seed: SEED,
     };
-    let mut near = NearHits::find(sources, &table, packing).unwrap();
-    assert!(near.entries.is_empty());
-    let packed = near.redirect(&table, packing, world.hvds.cluster_count(), materials.len()).unwrap();
-    assert_eq!(packed.cluster_bits, packing.cluster_bits);
+    let near = NearHits::find(sources, &table, &GatherTargets::of_hits(packing)).unwrap();
+    assert!(near.patches.is_empty() && near.readers.is_empty());
+    assert_eq!(near.patches_of(0, hemisphere), 0);
 }

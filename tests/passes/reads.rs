@@ -9,11 +9,11 @@ use lightpaths::passes::frame::hvds::{
     ClusterLight, ClusterLists, MIN_VERTICES, Pyramid, contribution_ranges, indirect_sources,
 };
 use lightpaths::passes::frame::near_field::NearCluster;
-use lightpaths::passes::precompute::gather_rays::{GatherTargetPacking, RayTable};
+use lightpaths::passes::gather_targets::{GatherTarget, GatherTargetPacking, TargetCounts};
 use lightpaths::passes::precompute::live_clusters::LiveClusters;
 use lightpaths::passes::precompute::visibility::cluster_proxies::ProxyTables;
 use lightpaths::scene::hvds::Hvds;
-use lightpaths::types::{Contribution, GatherRay, NO_CLUSTER, NO_TARGET, OPEN};
+use lightpaths::types::{Contribution, NO_CLUSTER, NO_TARGET, OPEN};
 
 /// Whether a cluster is `around` or one of its descendants.
 fn is_within(hvds: &Hvds, mut cluster: u32, around: u32) -> bool {
@@ -63,39 +63,34 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
             })
             .collect();
         let proxies = random_proxies(&mut random, clusters, proxy_count);
-        let packing = GatherTargetPacking::new(taken + patch_count, 3, 1.0).unwrap();
-        let rays: Vec<GatherRay> = (0..2 * ray_count)
+        let counts =
+            TargetCounts { clusters, proxies: proxy_count, patches: patch_count, ..TargetCounts::default() };
+        let packing = GatherTargetPacking::of_counts(counts, 3, 1.0).unwrap();
+        let words: Vec<u32> = (0..2 * ray_count)
             .map(|_| {
                 // Mostly fine clusters; some rays leave the scene.
                 let end = 1 + random.below(taken + patch_count);
                 let cluster = random.below(end);
                 let cluster = if random.below(4) == 0 { taken + patch_count - 1 - cluster } else { cluster };
                 let target = cluster | random.below(3) << packing.cluster_bits;
-                GatherRay { target: if random.below(5) == 0 { NO_TARGET } else { target }, gradient: 0 }
+                if random.below(5) == 0 { NO_TARGET } else { target }
             })
             .collect();
-        let parts = rays.chunks(1 + ray_count);
-        let table = RayTable {
-            rows_per_buffer: 1,
-            buffers: parts.map(|part| Buffer::from_slice(&context, "gather rays", part).unwrap()).collect(),
-            colours: Vec::new(),
-            has_colours: false,
-        };
         let proxies_read = (proxy_count > 0).then_some(&proxies);
+        let targets = words.iter().copied();
         let reads =
-            LiveClusters::find(&hvds, &table, packing, proxies_read, &near_patches, &sources).unwrap();
+            LiveClusters::from_targets(&hvds, targets, &packing, proxies_read, &near_patches, &sources);
 
-        let mask = (1 << packing.cluster_bits) - 1;
-        let targets = rays.iter().filter(|ray| ray.target != NO_TARGET).map(|ray| ray.target & mask);
         let mut read: Vec<u32> = near_patches.iter().map(|part| part.cluster).collect();
-        for target in targets.filter(|&target| target < taken) {
-            match target.checked_sub(clusters) {
-                None => read.push(target),
-                Some(proxy) => {
+        for (target, _) in words.iter().filter_map(|&word| packing.unpack(word)) {
+            match target {
+                GatherTarget::Cluster(cluster) => read.push(cluster),
+                GatherTarget::Proxy(proxy) => {
                     let [first, end] =
                         [proxy, proxy + 1].map(|proxy| proxies.term_offsets[proxy as usize] as usize);
                     read.extend(proxies.terms[first..end].iter().map(|&part| proxies.packing.cluster(part)));
                 }
+                GatherTarget::Patch(_) | GatherTarget::GlossBin(_) => {}
             }
         }
         for cluster in 0..clusters {

@@ -7,8 +7,9 @@ use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::gloss::Gloss;
 use crate::passes::frame::needed_records::RecordList;
+use crate::passes::gather_targets::GatherTargetPacking;
 use crate::passes::has_textures;
-use crate::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere, RayTable};
+use crate::passes::precompute::gather_rays::Hemisphere;
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::types::Record;
 use bytemuck::Zeroable;
@@ -83,28 +84,11 @@ impl Gather {
     /// Stem of shaders, reference and timing.
     pub const STEM: &str = "gather";
 
-    /// Takes over the precomputed rays; `is_glossy` if some rays read gloss bins.
+    /// Takes over the merged rays; `is_glossy` if some read gloss bins.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(
-        context: &Arc<Context>,
-        cache_points: Buffer,
-        point_count: u32,
-        rays: RayTable,
-        hemisphere: Hemisphere,
-        packing: GatherTargetPacking,
-        is_glossy: bool,
-    ) -> Result<Self> {
-        let merged_rays = MergedRays::new(context, rays, hemisphere)?;
-        Self::of_merged_rays(context, cache_points, point_count, merged_rays, hemisphere, packing, is_glossy)
-    }
-
-    /// As [`Self::new`], for merged rays.
-    ///
-    /// # Errors
-    /// The device lacks memory, or a Vulkan call failed.
-    pub fn of_merged_rays(
         context: &Arc<Context>,
         cache_points: Buffer,
         point_count: u32,

@@ -6,6 +6,7 @@ use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::gather_targets::GatherTargetPacking;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::{CachePoint, GatherRay, Grid};
 use glam::DVec3;
@@ -97,40 +98,7 @@ impl<'a> RayDirections<'a> {
     }
 }
 
-/// Packing of a gather ray's target, and the unit of its gradient.
-#[derive(Clone, Copy, Debug)]
-pub struct GatherTargetPacking {
-    /// Bits of the cluster index; the material index takes the rest.
-    pub cluster_bits: u32,
-    /// Unit of the gradient, metres.
-    pub min_distance: f32,
-}
-
-impl GatherTargetPacking {
-    /// The packing for `clusters` clusters and `materials` materials.
-    ///
-    /// # Errors
-    /// [`Error::OutOfMemory`] if both do not fit one word.
-    pub fn new(clusters: u32, materials: usize, min_distance: f32) -> Result<Self> {
-        let cluster_bits = (u64::from(clusters) + 1).next_power_of_two().ilog2().max(1);
-        // One packing is `NO_TARGET`: the topmost material index stays unused.
-        let capacity = 1_u64 << (32 - cluster_bits);
-        if materials as u64 >= capacity {
-            return Err(Error::OutOfMemory(format!(
-                "{clusters} clusters and {materials} materials do not fit the 32 bits of a gather ray; lower quality.cells"
-            )));
-        }
-        Ok(Self { cluster_bits, min_distance })
-    }
-
-    /// Maximum number of clusters that [`Self::new`] accepts with `materials` materials.
-    pub fn max_clusters(materials: usize) -> u64 {
-        let material_bits = (materials as u64 + 1).next_power_of_two().ilog2();
-        (1 << (32 - material_bits)) - 1
-    }
-}
-
-/// `GatherRay`s, a row a cache point, in as many buffers as the device's bindings need.
+/// `GatherRay`s as traced, a row a cache point, in as many buffers as the device's bindings need.
 pub struct RayTable {
     /// Rows of each buffer; the last may have fewer.
     pub rows_per_buffer: u32,
@@ -191,54 +159,14 @@ impl RayTable {
     /// # Errors
     /// The device failed.
     pub fn scan(&self, row: u32, mut look: impl FnMut(usize, &[GatherRay])) -> Result<()> {
-        self.chunks(row, |first, _, rays| {
-            look(first, rays);
-            Ok(())
-        })
-    }
-
-    /// Calls `change` for all rays in order, with the index of the first, a few rows of `row` rays
-    /// at a time, and writes them back.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn revise(&self, row: u32, mut change: impl FnMut(usize, &mut [GatherRay])) -> Result<()> {
-        self.chunks(row, |first, (buffer, place), rays| {
-            change(first, rays);
-            buffer.write_range(place, rays)
-        })
-    }
-
-    /// Reads chunk by chunk; `visit` gets the index of the first ray, its buffer and its
-    /// position in the buffer.
-    fn chunks(
-        &self,
-        row: u32,
-        mut visit: impl FnMut(usize, (&Buffer, usize), &mut [GatherRay]) -> Result<()>,
-    ) -> Result<()> {
         let chunk = (CHUNK_RAYS / row as usize).max(1) * row as usize;
         let mut before = 0;
         for buffer in &self.buffers {
             let count = buffer.bytes() as usize / size_of::<GatherRay>();
             for place in (0..count).step_by(chunk) {
-                let mut rays = buffer.read_range(place, chunk.min(count - place))?;
-                visit(before + place, (buffer, place), &mut rays)?;
+                look(before + place, &buffer.read_range(place, chunk.min(count - place))?);
             }
             before += count;
-        }
-        Ok(())
-    }
-
-    /// Replaces all rows.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn write(&self, rays: &[GatherRay]) -> Result<()> {
-        let mut rest = rays;
-        for buffer in &self.buffers {
-            let (first, others) = rest.split_at(buffer.bytes() as usize / size_of::<GatherRay>());
-            buffer.write(first)?;
-            rest = others;
         }
         Ok(())
     }
@@ -331,22 +259,4 @@ pub fn trace(
     }
     scene.refuse_truncated_loops(STEM, 0)?;
     Ok(table)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::types::NO_TARGET;
-
-    #[test]
-    fn clusters_and_materials_fill_the_word_of_a_gather_ray() {
-        for materials in [1, 2, 3, 4, 100, 1023, 1024] {
-            let most = GatherTargetPacking::max_clusters(materials) as u32;
-            let packing = GatherTargetPacking::new(most, materials, 1.0).unwrap();
-            // The packed last cluster and last material differ from `NO_TARGET`.
-            let last = (materials as u32 - 1) << packing.cluster_bits | (most - 1);
-            assert_ne!(last, NO_TARGET, "{materials} materials");
-            assert!(GatherTargetPacking::new(most + 1, materials, 1.0).is_err(), "{materials} materials");
-        }
-    }
 }

@@ -1,16 +1,18 @@
 //! Tables of glossy surfaces: entry points whose first reflection depends on the light, mirror
 //! directions of path vertices, and the direction bins in which gather rays read clusters. [Yue
-//! §2] In: paths, gather rays. Out: tables; gather rays that read a bin refer to its gloss bin.
+//! §2] In: paths, gather rays. Out: tables, and the gather rays that read gloss bins.
 
-use super::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
+use super::gather_rays::{Hemisphere, RayDirections, RayTable};
 use super::path_orders::LightPaths;
 use crate::error::Result;
 use crate::passes::frame::hvds::contribution_ranges;
+use crate::passes::gather_targets::{GatherTarget, GatherTargets, Reader};
 use crate::passes::gloss_tables::{GlossBin, GlossEntry, GlossTables, GlossVertex, NO_ENTRY};
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
-use crate::types::{CachePoint, GatherRay, NO_CLUSTER, NO_TARGET, PathVertex, Surface};
+use crate::types::{CachePoint, NO_CLUSTER, PathVertex, Surface};
 use glam::{DVec3, UVec2, Vec3};
+use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Inputs of the tables.
@@ -18,8 +20,6 @@ use std::collections::HashMap;
 pub struct Sources<'a> {
     /// Hierarchy that path vertices contribute to.
     pub hvds: &'a Hvds,
-    /// Number of proxies, whose indices follow those of clusters.
-    pub proxy_count: u32,
     /// In BVH order.
     pub surfaces: &'a [Surface],
     /// As at load.
@@ -38,17 +38,15 @@ pub struct Sources<'a> {
     pub directions: Directions,
 }
 
-/// Builds the tables, and repacks the gather rays: a target beyond clusters and proxies is a gloss
-/// bin. Returns `None` if no material may be glossy.
+/// Builds the tables, and lists the rays that read gloss bins. `None` if no material may be glossy.
 ///
 /// # Errors
-/// [`crate::Error::OutOfMemory`] if gloss bins and materials do not fit the word of a gather ray;
-/// the device failed.
+/// The device failed.
 pub fn build(
     sources: Sources<'_>,
     rays: &RayTable,
-    packing: GatherTargetPacking,
-) -> Result<Option<(GlossTables, GatherTargetPacking)>> {
+    targets: &GatherTargets,
+) -> Result<Option<(GlossTables, Vec<Reader>)>> {
     if !sources.materials.iter().any(Material::may_be_glossy) {
         return Ok(None);
     }
@@ -57,31 +55,13 @@ pub fn build(
     tables.find_vertices(&sources);
     tables.base_ranges = base_ranges(sources.hvds);
 
-    let mut rows = rays.read()?;
-    let wanted = wanted_directions(&sources, &rows, packing);
-    let mask = (1 << packing.cluster_bits) - 1;
-    let read = rows.iter().zip(&wanted).filter(|(_, bin)| **bin != NO_BIN);
-    let bins = tables.find_bins(&sources, read.map(|(ray, &bin)| (ray.target & mask, bin)).collect());
+    let wanted = wanted_directions(&sources, rays, targets)?;
+    let bins = tables.find_bins(&sources, wanted.iter().map(|&(_, wanted)| wanted).collect());
+    let reader = |(ray, wanted)| Reader { ray, index: bins[&wanted] };
+    let readers: Vec<Reader> = wanted.into_iter().map(reader).collect();
     let directions = sources.ray_directions();
-    let read = rows.iter().zip(&wanted).enumerate().filter(|(_, (_, bin))| **bin != NO_BIN);
-    let read = read.map(|(index, (ray, &bin))| (bins[&(ray.target & mask, bin)], directions.back(index)));
-    tables.find_directions(read);
-    let first_bin = sources.hvds.cluster_count() + sources.proxy_count;
-    let packed = GatherTargetPacking::new(
-        first_bin + tables.bins.len() as u32,
-        sources.materials.len(),
-        packing.min_distance,
-    )?;
-    for (ray, bin) in rows.iter_mut().zip(&wanted) {
-        if ray.target == NO_TARGET {
-            continue;
-        }
-        let (cluster, material) = (ray.target & mask, ray.target >> packing.cluster_bits);
-        let read = if *bin == NO_BIN { cluster } else { first_bin + bins[&(cluster, *bin)] };
-        ray.target = read | material << packed.cluster_bits;
-    }
-    rays.write(&rows)?;
-    Ok(Some((tables, packed)))
+    tables.find_directions(readers.iter().map(|read| (read.index, directions.back(read.ray as usize))));
+    Ok(Some((tables, readers)))
 }
 
 impl Sources<'_> {
@@ -94,20 +74,32 @@ impl Sources<'_> {
 /// of its children.
 const LEAF_VERTICES: u32 = 512;
 
-/// A ray that reads no bin.
-const NO_BIN: u32 = u32::MAX;
+/// Rays that one task of the host looks at.
+const CHUNK: usize = 1 << 11;
 
-/// For each gather ray, the bin in which its hit surface reflects towards it.
-fn wanted_directions(sources: &Sources<'_>, rows: &[GatherRay], packing: GatherTargetPacking) -> Vec<u32> {
+/// The gather rays that meet a glossy surface, in order; each with the cluster, and the bin of the
+/// direction in which the surface reflects towards it.
+fn wanted_directions(
+    sources: &Sources<'_>,
+    rays: &RayTable,
+    targets: &GatherTargets,
+) -> Result<Vec<(u32, (u32, u32))>> {
     let directions = sources.ray_directions();
     let may_be_glossy: Vec<bool> = sources.materials.iter().map(Material::may_be_glossy).collect();
-    let wanted = |(index, found): (usize, &GatherRay)| {
-        if found.target == NO_TARGET || !may_be_glossy[(found.target >> packing.cluster_bits) as usize] {
-            return NO_BIN;
-        }
-        sources.directions.bin(directions.back(index))
-    };
-    rows.iter().enumerate().map(wanted).collect()
+    let mut wanted = Vec::new();
+    rays.scan(1, |first, rays| {
+        let met = rays.par_chunks(CHUNK).enumerate().flat_map_iter(|(chunk, rays)| {
+            let first = first + chunk * CHUNK;
+            (first..).zip(targets.of_rays(first, rays)).filter_map(|(ray, target)| match target {
+                Some((GatherTarget::Cluster(cluster), material)) if may_be_glossy[material as usize] => {
+                    Some((ray as u32, (cluster, sources.directions.bin(directions.back(ray)))))
+                }
+                _ => None,
+            })
+        });
+        wanted.par_extend(met);
+    })?;
+    Ok(wanted)
 }
 
 /// Range of base clusters below each cluster.

@@ -1,13 +1,11 @@
-//! Live set of the hierarchy, independent of lights. In: gather rays, proxies, near-field patches.
-//! Out: clusters whose irradiance is read; clusters whose flux that needs.
+//! Live set of the hierarchy, independent of lights. In: gather targets, proxies, near-field
+//! patches. Out: clusters whose irradiance is read; clusters whose flux that needs.
 
-use super::gather_rays::{GatherTargetPacking, RayTable};
 use super::visibility::cluster_proxies::ProxyTables;
-use crate::error::Result;
 use crate::passes::frame::near_field::NearCluster;
+use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking};
 use crate::scene::hvds::Hvds;
-use crate::types::{NO_CLUSTER, NO_TARGET};
-use std::collections::BTreeSet;
+use crate::types::NO_CLUSTER;
 
 /// The live set, by cluster.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,42 +23,27 @@ impl LiveClusters {
         Self { irradiance: all.clone(), flux: all }
     }
 
-    /// The live set of gather rays, with their proxies and near-field patches; the rays
-    /// must not read gloss bins yet. `indirect_sources`: the cluster from which each takes
-    /// its indirect light.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn find(
-        hvds: &Hvds,
-        rays: &RayTable,
-        packing: GatherTargetPacking,
-        proxies: Option<&ProxyTables>,
-        near_patches: &[NearCluster],
-        indirect_sources: &[u32],
-    ) -> Result<Self> {
-        let mut targets = BTreeSet::new();
-        rays.scan(1, |_, rays| targets.extend(rays.iter().map(|ray| ray.target)))?;
-        targets.remove(&NO_TARGET);
-        Ok(Self::from_targets(hvds, targets, packing, proxies, near_patches, indirect_sources))
-    }
-
-    /// As [`Self::find`], from the targets of gather rays.
+    /// The live set of packed gather targets, with their proxies and near-field patches; none is a
+    /// gloss bin. `indirect_sources`: the cluster from which each takes its indirect light.
     pub fn from_targets(
         hvds: &Hvds,
         targets: impl IntoIterator<Item = u32>,
-        packing: GatherTargetPacking,
+        packing: &GatherTargetPacking,
         proxies: Option<&ProxyTables>,
         near_patches: &[NearCluster],
         indirect_sources: &[u32],
     ) -> Self {
         let count = hvds.cluster_count() as usize;
         let proxy_count = proxies.map_or(0, |proxies| proxies.count() as usize);
-        let mut irradiance = vec![false; count + proxy_count + near_patches.len()];
-        for target in targets {
-            irradiance[(target & ((1 << packing.cluster_bits) - 1)) as usize] = true;
+        let (mut irradiance, mut read_proxies) = (vec![false; count], vec![false; proxy_count]);
+        for (target, _) in targets.into_iter().filter_map(|word| packing.unpack(word)) {
+            match target {
+                GatherTarget::Cluster(cluster) => irradiance[cluster as usize] = true,
+                GatherTarget::Proxy(proxy) => read_proxies[proxy as usize] = true,
+                // Every patch has a ray that reads it.
+                GatherTarget::Patch(_) | GatherTarget::GlossBin(_) => {}
+            }
         }
-        let read_proxies = irradiance.split_off(count);
         if let Some(proxies) = proxies {
             for (terms, _) in
                 proxies.term_offsets.windows(2).zip(read_proxies).filter(|(_, is_read)| *is_read)
@@ -70,7 +53,6 @@ impl LiveClusters {
                 }
             }
         }
-        // Every patch has a ray that reads it.
         near_patches.iter().for_each(|patch| irradiance[patch.cluster as usize] = true);
         let mut flux = vec![false; count];
         for cluster in (0..count).filter(|&cluster| irradiance[cluster]) {

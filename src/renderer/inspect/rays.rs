@@ -15,6 +15,7 @@ use crate::cpu::gather_rays::{Ray, Tracing};
 use crate::cpu::hemisphere::Strata;
 use crate::cpu::rays::Hit;
 use crate::error::Result;
+use crate::passes::gather_targets::GatherTarget;
 use crate::passes::gloss_tables::GlossBin;
 use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::rays::{RayAnswer, RayQuery};
@@ -144,28 +145,25 @@ impl Renderer {
             None => Vec::new(),
         };
         let (proxies, patches) = (self.transport.proxies.tables(), self.transport.live_sets.near_patches());
-        let first_proxy = self.transport.proxies.first();
-        let first_patch = first_proxy + proxies.map_or(0, |proxies| proxies.count());
-        let first_bin = first_patch + patches.len() as u32;
-        let bits = self.transport.gather.packing.cluster_bits;
+        let packing = &self.transport.gather.packing;
         let reading = |target_index: u32| {
-            let target = targets[target_index as usize];
-            let read = target & ((1 << bits) - 1);
-            let (kind, clusters) = if read < first_proxy {
-                (Kind::Cluster, vec![read])
-            } else if read < first_patch {
-                let proxy = read - first_proxy;
-                let pairs = proxies.iter().flat_map(|proxies| &proxies.pairs).filter(|pair| pair[2] == proxy);
-                (Kind::Proxy(proxy), pairs.map(|pair| pair[0]).collect())
-            } else if read < first_bin {
-                (Kind::Patch, vec![patches[(read - first_patch) as usize].cluster])
-            } else {
-                let gloss_bin = bins[(read - first_bin) as usize];
-                (Kind::Bin(gloss_bin.direction), vec![gloss_bin.cluster])
+            let (target, material) = packing.unpack(targets[target_index as usize])?;
+            let (kind, clusters) = match target {
+                GatherTarget::Cluster(cluster) => (Kind::Cluster, vec![cluster]),
+                GatherTarget::Proxy(proxy) => {
+                    let pairs = proxies.iter().flat_map(|proxies| &proxies.pairs);
+                    let own = pairs.filter(|pair| pair[2] == proxy);
+                    (Kind::Proxy(proxy), own.map(|pair| pair[0]).collect())
+                }
+                GatherTarget::Patch(patch) => (Kind::Patch, vec![patches[patch as usize].cluster]),
+                GatherTarget::GlossBin(bin) => {
+                    let gloss_bin = bins[bin as usize];
+                    (Kind::Bin(gloss_bin.direction), vec![gloss_bin.cluster])
+                }
             };
-            Reading { target_index, material: target >> bits, kind, clusters }
+            Some(Reading { target_index, material, kind, clusters })
         };
-        Ok(target_indices.into_iter().map(reading).collect())
+        Ok(target_indices.into_iter().filter_map(reading).collect())
     }
 
     /// The index of the target that a ray reads if it met `cluster` and `material`; `back` points

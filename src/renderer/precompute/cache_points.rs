@@ -5,8 +5,8 @@ use super::surfaces::Reachable;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::near_field::NearCluster;
+use crate::passes::gather_targets::GatherTargetPacking;
 use crate::passes::precompute::cache_points::{self, Placed, Placement, SizeField};
-use crate::passes::precompute::gather_rays::GatherTargetPacking;
 use crate::passes::precompute::geometry::Geometry;
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::visibility::near_clusters;
@@ -36,8 +36,8 @@ pub(super) struct Points {
     pub(super) near_count: u32,
     /// Clusters that take the irradiance of the record beside them.
     pub(super) near_clusters: Vec<NearCluster>,
-    /// Bit layout of gather rays before proxies and patches have an index.
-    pub(super) packing: GatherTargetPacking,
+    /// Bit layout of gather rays as traced: they read clusters alone.
+    pub(super) hits: GatherTargetPacking,
 }
 
 impl Points {
@@ -68,7 +68,7 @@ impl Points {
                 true => near_clusters::find(patches, hierarchy.extent, cell_size, &placement.points),
                 false => Vec::new(),
             },
-            packing: GatherTargetPacking::new(
+            hits: GatherTargetPacking::new(
                 hvds.cluster_count(),
                 scene.materials.len(),
                 placement.min_radius,

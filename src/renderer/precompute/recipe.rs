@@ -55,9 +55,9 @@ pub(in crate::renderer) fn precompute(
     // Cache points, and the rays that gather irradiance there. [Yue §1, §3]
     let points = Points::place(context, scene, &reachable, sizes, &hierarchy, progress)?;
     watch.lap("cache points");
-    let (hemisphere, count, packing) = (hierarchy.hemisphere, points.count(), points.packing);
+    let (hemisphere, count, hits) = (hierarchy.hemisphere, points.count(), points.hits);
     let rays = gather_rays::trace(
-        context, buffers, clusters, &points.buffer, count, hemisphere, packing, seed, progress,
+        context, buffers, clusters, &points.buffer, count, hemisphere, hits, seed, progress,
     )?;
 
     // What each ray reads: a cluster, a patch or proxy of it, or one of its outgoing directions.

@@ -7,8 +7,9 @@ use super::surfaces::Reachable;
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::passes::frame::near_field::NearCluster;
+use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking, GatherTargets, Reader, TargetCounts};
 use crate::passes::gloss_tables::GlossTables;
-use crate::passes::precompute::gather_rays::{GatherTargetPacking, RayTable};
+use crate::passes::precompute::gather_rays::RayTable;
 use crate::passes::precompute::gloss;
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::passes::precompute::path_orders::LightPaths;
@@ -54,9 +55,8 @@ pub(super) struct Targets {
 }
 
 impl Targets {
-    /// Finds the target of each ray. First patches, because they do not count as readers of
-    /// clusters; then proxies, of the clusters that are still read; then the patches' own indices,
-    /// which follow the proxies'; then gloss bins, of what is left.
+    /// Finds the rays that read patches, then the readers of proxies among the others, then the
+    /// readers of gloss bins. Numbers all targets and merges the rays.
     pub(super) fn resolve(
         context: &Arc<Context>,
         scene: &Scene,
@@ -67,32 +67,41 @@ impl Targets {
     ) -> Result<Self> {
         let Sources { hierarchy, points, .. } = sources;
         let outgoing = outgoing_directions(&scene.materials, Directions::new(scene.quality.directions));
-        let mut near_hits = near_hits(scene, sources, &rays)?;
+        let targets = GatherTargets::of_hits(points.hits);
+        let near = near_hits(scene, sources, &rays, &targets)?;
+        let patch_readers = near.readers.len() as u64;
+        let narrow_patches = near.patches_of(points.narrow_count, hierarchy.hemisphere);
+        let targets = targets.with(GatherTarget::Patch, near.readers);
         watch.lap("gather rays");
-        let mut packing = points.packing;
-        let mut proxies = None;
-        if scene.quality.occlusion && scene.quality.takes(Measure::DirectionalProxies) {
-            let (tables, packed) = proxy_tables(context, scene, sources, &rays, progress)?;
-            (proxies, packing) = (Some(tables), packed);
-            watch.lap("occlusion");
-        }
-        let proxy_count = proxies.as_ref().map_or(0, ProxyTables::count);
-        let patch_count = near_hits.entries.len() as u32;
-        let (patch_readers, narrow_rays) =
-            (near_hits.reader_count(), points.narrow_count * hierarchy.hemisphere.rays());
-        let narrow_patches = near_hits.count_before(narrow_rays);
-        let first_patch = hierarchy.hvds.cluster_count() + proxy_count;
-        let packing = near_hits.redirect(&rays, packing, first_patch, scene.materials.len())?;
-        let source_count = proxy_count + patch_count;
-        let (gloss, packing) = gloss_tables(scene, sources, &rays, packing, (source_count, outgoing))?;
+        let has_proxies = scene.quality.occlusion && scene.quality.takes(Measure::DirectionalProxies);
+        let (proxies, targets) = match has_proxies {
+            true => {
+                let (tables, readers) = proxy_tables(context, scene, sources, (&rays, &targets), progress)?;
+                watch.lap("occlusion");
+                (Some(tables), targets.with(GatherTarget::Proxy, readers))
+            }
+            false => (None, targets),
+        };
+        let (gloss, targets) = match gloss_tables(scene, sources, (&rays, &targets), outgoing)? {
+            Some((tables, readers)) => (Some(tables), targets.with(GatherTarget::GlossBin, readers)),
+            None => (None, targets),
+        };
         watch.lap("outgoing directions");
-        let merged_rays = MergedRays::new(context, rays, hierarchy.hemisphere)?;
+        let counts = TargetCounts {
+            clusters: hierarchy.hvds.cluster_count(),
+            proxies: proxies.as_ref().map_or(0, ProxyTables::count),
+            patches: near.patches.len() as u32,
+            gloss_bins: gloss.as_ref().map_or(0, |gloss| gloss.bins.len() as u32),
+        };
+        let packing =
+            GatherTargetPacking::of_counts(counts, scene.materials.len(), points.hits.min_distance)?;
+        let merged_rays = MergedRays::new(context, rays, (&targets, &packing), hierarchy.hemisphere)?;
         watch.lap("merged rays");
         Ok(Self {
             merged_rays,
             proxies,
             gloss,
-            near_patches: near_hits.entries,
+            near_patches: near_hits::near_clusters(&near.patches, &packing),
             narrow_patches,
             patch_readers,
             packing,
@@ -108,7 +117,12 @@ impl Targets {
 }
 
 /// Near-field patches: pieces of near clusters that single cache points see.
-fn near_hits(scene: &Scene, sources: Sources<'_>, rays: &RayTable) -> Result<NearHits> {
+fn near_hits(
+    scene: &Scene,
+    sources: Sources<'_>,
+    rays: &RayTable,
+    targets: &GatherTargets,
+) -> Result<NearHits> {
     let Sources { hierarchy, points, .. } = sources;
     let near = near_hits::Sources {
         patches: &hierarchy.patches[..Extent::CONTACTS.end(&hierarchy.hvds)],
@@ -120,7 +134,7 @@ fn near_hits(scene: &Scene, sources: Sources<'_>, rays: &RayTable) -> Result<Nea
         hemisphere: hierarchy.hemisphere,
         seed: scene.quality.seed,
     };
-    NearHits::find(near, rays, points.packing)
+    NearHits::find(near, rays, targets)
 }
 
 /// Directional proxies of clusters that other surface in their cell hides in part.
@@ -128,9 +142,9 @@ fn proxy_tables(
     context: &Arc<Context>,
     scene: &Scene,
     sources: Sources<'_>,
-    rays: &RayTable,
+    (rays, targets): (&RayTable, &GatherTargets),
     progress: &mut dyn Progress,
-) -> Result<(ProxyTables, GatherTargetPacking)> {
+) -> Result<(ProxyTables, Vec<Reader>)> {
     let Sources { reachable, hierarchy, points, .. } = sources;
     let proxies = cluster_proxies::Sources {
         hvds: &hierarchy.hvds,
@@ -144,22 +158,19 @@ fn proxy_tables(
         clear_distance: reachable.clear_distance,
     };
     let tracer = (&Rays::of_segments(context)?, &reachable.buffers);
-    cluster_proxies::build(tracer, proxies, rays, points.packing, progress)
+    cluster_proxies::build(tracer, proxies, rays, targets, progress)
 }
 
-/// Gloss bins: the outgoing directions of glossy clusters that some ray reads. `source_count`:
-/// proxies and patches, whose indices come before those of gloss bins.
+/// Gloss bins: the outgoing directions of glossy clusters that some ray reads.
 fn gloss_tables(
     scene: &Scene,
     sources: Sources<'_>,
-    rays: &RayTable,
-    packing: GatherTargetPacking,
-    (source_count, directions): (u32, Directions),
-) -> Result<(Option<GlossTables>, GatherTargetPacking)> {
+    (rays, targets): (&RayTable, &GatherTargets),
+    directions: Directions,
+) -> Result<Option<(GlossTables, Vec<Reader>)>> {
     let Sources { reachable, hierarchy, points, paths, entry_points } = sources;
     let gloss = gloss::Sources {
         hvds: &hierarchy.hvds,
-        proxy_count: source_count,
         surfaces: &reachable.surfaces,
         materials: &scene.materials,
         paths,
@@ -169,6 +180,5 @@ fn gloss_tables(
         seed: scene.quality.seed,
         directions,
     };
-    let built = gloss::build(gloss, rays, packing)?;
-    Ok(built.map_or((None, packing), |(tables, packing)| (Some(tables), packing)))
+    gloss::build(gloss, rays, targets)
 }

@@ -168,16 +168,12 @@ fn records(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
 
 fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let lists = &contents.merged_rays;
-    let bits = contents.numbers.cluster_bits;
-    let bins = contents.gloss.as_ref().map_or(0, |gloss| gloss.bins.len());
-    let targets = contents.lit_count() + bins;
-    demand((1..32).contains(&bits) && targets < 1 << bits, "bits of a cluster")?;
-    demand((scene.materials.len() as u64) < 1 << (32 - bits), "bits of a material")?;
+    let materials = scene.materials.len();
+    let packing = contents.packing(materials).map_err(|_| CacheMiss::damaged("bits of a material"))?;
+    demand(packing.cluster_bits == contents.numbers.cluster_bits, "bits of a cluster")?;
     demand(contents.numbers.min_distance.is_finite(), "unit of gradients")?;
-    let is_target = |&target: &u32| {
-        ((target & ((1 << bits) - 1)) as usize) < targets
-            && ((target >> bits) as usize) < scene.materials.len()
-    };
+    let is_target =
+        |&word: &u32| packing.unpack(word).is_some_and(|(_, material)| (material as usize) < materials);
     demand(
         lists.targets.is_sorted_by(|a, b| a < b) && lists.targets.iter().all(is_target),
         "gather targets",

@@ -4,6 +4,7 @@ use super::write::Numbers;
 use crate::cache_file::{CacheMiss, File};
 use crate::passes::frame::cluster_proxies::ProxyTermPacking;
 use crate::passes::frame::near_field::NearCluster;
+use crate::passes::gather_targets::{GatherTargetPacking, TargetCounts};
 use crate::passes::gloss_tables::GlossTables;
 use crate::passes::precompute::merged_rays::MergedRayLists;
 use crate::passes::precompute::neighbours::Neighbourhoods;
@@ -139,8 +140,17 @@ impl Contents {
         self.proxies.as_ref().map_or(0, |proxies| proxies.term_offsets.len().saturating_sub(1))
     }
 
-    /// Number of gather targets with irradiance: clusters, proxies, near-field patches.
-    pub(super) fn lit_count(&self) -> usize {
-        self.hvds.areas_m2.len() + self.proxy_count() + self.near_patches.len()
+    /// Packing of the gather targets.
+    ///
+    /// # Errors
+    /// They do not fit one word with the materials.
+    pub(super) fn packing(&self, materials: usize) -> crate::error::Result<GatherTargetPacking> {
+        let counts = TargetCounts {
+            clusters: self.hvds.cluster_count(),
+            proxies: self.proxy_count() as u32,
+            patches: self.near_patches.len() as u32,
+            gloss_bins: self.gloss.as_ref().map_or(0, |gloss| gloss.bins.len() as u32),
+        };
+        GatherTargetPacking::of_counts(counts, materials, self.numbers.min_distance)
     }
 }

@@ -6,7 +6,7 @@ use super::contents::Contents;
 use crate::cache_file::{CacheMiss, File, Key};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
-use crate::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere};
+use crate::passes::precompute::gather_rays::Hemisphere;
 use crate::passes::precompute::gloss::base_ranges;
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::passes::precompute::rays::Rays;
@@ -100,8 +100,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     let numbers = contents.numbers;
     let quality = scene.quality.clone();
     let hemisphere = Hemisphere::new(quality.gather_rays);
-    let packing =
-        GatherTargetPacking { cluster_bits: numbers.cluster_bits, min_distance: numbers.min_distance };
+    let packing = contents.packing(scene.materials.len())?;
     let buffers = SceneBuffers::new(
         context,
         &bvh,

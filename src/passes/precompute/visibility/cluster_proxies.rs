@@ -1,6 +1,6 @@
 //! Directional proxies: the parts of coarse clusters that are visible from the origins of gather
 //! rays. [Yue §2, Figure 1] In: gather rays, clusters. Out: proxies, each a list of weighted
-//! clusters; gather rays that read a proxy refer to it.
+//! clusters, and the gather rays that read it.
 //!
 //! A *pair* is a coarse cluster and a direction bin from which gather rays read it. If other
 //! surface in the cell hides a part of the cluster, the pair becomes a *proxy*: the mean over finer
@@ -11,12 +11,13 @@ use super::occlusion::{Ask, Cells, Hiding, Readers, Seen};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 use crate::passes::frame::cluster_proxies::ProxyTermPacking;
+use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking, GatherTargets, Reader};
 use crate::passes::precompute::gather_rays::MIN_ENTRY_POINTS;
-use crate::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
+use crate::passes::precompute::gather_rays::{Hemisphere, RayDirections, RayTable};
 use crate::passes::precompute::{Progress, rays::Rays};
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
-use crate::types::{CachePoint, GatherRay, NO_TARGET, Surface};
+use crate::types::{CachePoint, Surface};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -106,9 +107,8 @@ impl Sources<'_> {
     }
 }
 
-/// Measures the pairs of all rays that meet no glossy material, builds the proxies, and repacks the
-/// rays: a target beyond the clusters is a proxy. If nothing is hidden, the tables are empty and
-/// the rays unchanged.
+/// Measures the pairs of all rays that read a cluster without a glossy material, and builds the
+/// proxies. Returns them with their readers. The tables are empty if nothing is hidden.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -116,12 +116,12 @@ pub fn build(
     (rays, scene): (&Rays, &SceneBuffers),
     sources: Sources<'_>,
     table: &RayTable,
-    packing: GatherTargetPacking,
+    targets: &GatherTargets,
     progress: &mut dyn Progress,
-) -> Result<(ProxyTables, GatherTargetPacking)> {
+) -> Result<(ProxyTables, Vec<Reader>)> {
     let mut tables = ProxyTables::new(sources.hvds.cluster_count());
     let cells = Cells::new(sources.hvds, sources.surfaces, sources.clear_distance);
-    let readers = readers(&sources, &cells, table, packing)?;
+    let readers = readers(&sources, &cells, table, targets)?;
     let ranges: Vec<&[(u64, u32)]> = readers.chunk_by(|a, b| a.0 == b.0).collect();
 
     progress.stage("occlusion", ranges.len() as u64);
@@ -158,35 +158,15 @@ pub fn build(
             }
             let (cluster, bin) = of_pair(range);
             tables.pairs.push([cluster, bin, proxy]);
-            redirected.extend(range.iter().map(|&(_, ray)| (ray, proxy)));
+            redirected.extend(range.iter().map(|&(_, ray)| Reader { ray, index: proxy }));
         }
         done += ranges.len() as u64;
         progress.advance(done);
     }
     tables.measured = ranges.len() as u64;
     tables.readers = redirected.len() as u64;
-    if tables.is_empty() {
-        return Ok((tables, packing));
-    }
-    let clusters = sources.hvds.cluster_count();
-    let packed =
-        GatherTargetPacking::new(clusters + tables.count(), sources.materials.len(), packing.min_distance)?;
-    let mask = (1 << packing.cluster_bits) - 1;
     redirected.sort_unstable();
-    let mut redirected = redirected.as_slice();
-    table.revise(1, |first, rays| {
-        for ray in rays.iter_mut().filter(|ray| ray.target != NO_TARGET) {
-            ray.target = ray.target & mask | ray.target >> packing.cluster_bits << packed.cluster_bits;
-        }
-        let of_chunk = redirected.partition_point(|&(ray, _)| (ray as usize) < first + rays.len());
-        let (here, others) = redirected.split_at(of_chunk);
-        for &(ray, proxy) in here {
-            let target = &mut rays[ray as usize - first].target;
-            *target = *target >> packed.cluster_bits << packed.cluster_bits | (clusters + proxy);
-        }
-        redirected = others;
-    })?;
-    Ok((tables, packed))
+    Ok((tables, redirected))
 }
 
 /// Pairs that other surface in their cell may hide, as cluster and direction bin in one word,
@@ -195,21 +175,24 @@ fn readers(
     sources: &Sources<'_>,
     cells: &Cells<'_>,
     table: &RayTable,
-    packing: GatherTargetPacking,
+    targets: &GatherTargets,
 ) -> Result<Vec<(u64, u32)>> {
     let base = sources.hvds.levels[0].end;
     let directions = sources.ray_directions();
-    let cluster_of = |row: &GatherRay| {
-        let cluster = row.target & ((1 << packing.cluster_bits) - 1);
-        if row.target == NO_TARGET || cluster < base {
-            return None;
+    let cluster_of = |target: &Option<(GatherTarget, u32)>| match *target {
+        Some((GatherTarget::Cluster(cluster), material)) => {
+            let is_coarse = cluster >= base;
+            (is_coarse && !sources.materials[material as usize].may_be_glossy()).then_some(cluster)
         }
-        let material = &sources.materials[(row.target >> packing.cluster_bits) as usize];
-        (!material.may_be_glossy()).then_some(cluster)
+        _ => None,
     };
     let mut is_read = vec![false; sources.hvds.cluster_count() as usize];
-    table.scan(1, |_, rays| {
-        rays.iter().filter_map(cluster_of).for_each(|cluster| is_read[cluster as usize] = true);
+    table.scan(1, |first, rays| {
+        targets
+            .of_rays(first, rays)
+            .iter()
+            .filter_map(cluster_of)
+            .for_each(|cluster| is_read[cluster as usize] = true);
     })?;
     let hiding = |(cluster, &is_read): (usize, &bool)| match is_read {
         true => cells.hiding(cluster as u32),
@@ -218,16 +201,20 @@ fn readers(
     let hidings: Vec<_> = is_read.par_iter().enumerate().with_max_len(FEW).map(hiding).collect();
     let mut readers = Vec::new();
     table.scan(1, |first, rays| {
-        readers.par_extend(rays.par_iter().enumerate().filter_map(|(index, row)| {
-            let (cluster, ray) = (cluster_of(row)?, first + index);
-            let hiding = &hidings[cluster as usize];
-            if matches!(hiding, Hiding::Nothing) {
-                return None;
-            }
-            let back = directions.back(ray);
-            let pair = u64::from(cluster) << 32 | u64::from(sources.directions.bin(back));
-            hiding.is_possible_along(back).then_some((pair, ray as u32))
-        }));
+        let read = rays.par_chunks(CHUNK).enumerate().flat_map_iter(|(chunk, rays)| {
+            let first = first + chunk * CHUNK;
+            (first..).zip(targets.of_rays(first, rays)).filter_map(|(ray, target)| {
+                let cluster = cluster_of(&target)?;
+                let hiding = &hidings[cluster as usize];
+                if matches!(hiding, Hiding::Nothing) {
+                    return None;
+                }
+                let back = directions.back(ray);
+                let pair = u64::from(cluster) << 32 | u64::from(sources.directions.bin(back));
+                hiding.is_possible_along(back).then_some((pair, ray as u32))
+            })
+        });
+        readers.par_extend(read);
     })?;
     readers.par_sort_unstable();
     Ok(readers)
@@ -390,28 +377,32 @@ impl ProxyTables {
         Some(self.pairs[found][2])
     }
 
-    /// Redirects rays that read a pair to its proxy. The rays start at `points`; `packing` has bits
-    /// for clusters and proxies.
-    pub fn redirect(
+    /// The rays of a table that read a pair with a proxy. The rays start at `points`.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn readers(
         &self,
-        rows: &mut [GatherRay],
+        table: &RayTable,
+        targets: &GatherTargets,
         points: &[CachePoint],
         hemisphere: Hemisphere,
         (seed, directions): (u32, Directions),
-        packing: GatherTargetPacking,
-        cluster_count: u32,
-    ) {
+    ) -> Result<Vec<Reader>> {
         let rays = RayDirections::new(points, hemisphere, seed);
-        let mask = (1 << packing.cluster_bits) - 1;
-        for (index, row) in rows.iter_mut().enumerate().filter(|(_, row)| row.target != NO_TARGET) {
-            let cluster = row.target & mask;
-            let first = self.pairs.partition_point(|pair| pair[0] < cluster);
-            if self.pairs.get(first).is_none_or(|pair| pair[0] != cluster) {
-                continue;
+        let mut readers = Vec::new();
+        table.scan(1, |first, row| {
+            for (ray, target) in (first..).zip(targets.of_rays(first, row)) {
+                let Some((GatherTarget::Cluster(cluster), _)) = target else { continue };
+                let first = self.pairs.partition_point(|pair| pair[0] < cluster);
+                if self.pairs.get(first).is_none_or(|pair| pair[0] != cluster) {
+                    continue;
+                }
+                if let Some(index) = self.proxy_of(cluster, directions.bin(rays.back(ray))) {
+                    readers.push(Reader { ray: ray as u32, index });
+                }
             }
-            if let Some(proxy) = self.proxy_of(cluster, directions.bin(rays.back(index))) {
-                row.target = row.target & !mask | (cluster_count + proxy);
-            }
-        }
+        })?;
+        Ok(readers)
     }
 }

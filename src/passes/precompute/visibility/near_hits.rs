@@ -1,17 +1,17 @@
 //! Near-field patches: clusters so close to a cache point that light varies within them, and the
 //! point sees only a part. All rays of a point that meet one such cluster share a patch, whose
 //! indirect light comes from the record beside their hits. In: gather rays, clusters, cache points.
-//! Out: patches; gather rays that read a patch refer to it.
+//! Out: patches, and the gather rays that read each.
 
 use super::near_clusters::{Patch, fits, record_reach};
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::Result;
 use crate::passes::frame::near_field::NearCluster;
+use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking, GatherTargets, Reader};
 use crate::passes::precompute::coverage::Placed;
-use crate::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere, RayTable};
+use crate::passes::precompute::gather_rays::{Hemisphere, RayTable};
 use crate::passes::precompute::reaches::Reaches;
 use crate::scene::Material;
-use crate::types::{GatherRay, NO_TARGET};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -42,62 +42,61 @@ pub struct Sources<'a> {
     pub seed: u32,
 }
 
-/// A ray that reads a patch.
-#[derive(Clone, Copy)]
-struct Reader {
-    ray: u32,
-    entry: u32,
-    material: u32,
+/// A near-field patch.
+#[derive(Clone, Copy, Debug)]
+pub struct NearPatch {
+    /// Cluster that the patch belongs to.
+    pub cluster: u32,
+    /// Record beside it.
+    pub record: u32,
+    /// From the record to the middle of the patch, metres.
+    pub offset: Vec3,
 }
 
 /// Near-field patches that gather rays read.
 #[derive(Default)]
 pub struct NearHits {
-    /// Cluster, record and position of each patch; its target counts from the first patch.
-    pub entries: Vec<NearCluster>,
-    /// In the order of the cache points.
-    readers: Vec<Reader>,
-    rays_per_point: u32,
+    /// The patches, in the order of the cache points that see them.
+    pub patches: Vec<NearPatch>,
+    /// The rays that read them, by ray.
+    pub readers: Vec<Reader>,
 }
 
 impl NearHits {
-    /// Finds the patches, and takes their rays out of the table until [`Self::redirect`].
+    /// Finds the patches.
     ///
     /// # Errors
     /// The device failed.
-    pub fn find(sources: Sources<'_>, table: &RayTable, packing: GatherTargetPacking) -> Result<Self> {
+    pub fn find(sources: Sources<'_>, table: &RayTable, targets: &GatherTargets) -> Result<Self> {
         let per_point = sources.hemisphere.rays() as usize;
-        let mut found = Self { rays_per_point: sources.hemisphere.rays(), ..Self::default() };
+        let mut found = Self::default();
         if sources.near_count == 0 || sources.min_radius <= 0.0 {
             return Ok(found);
         }
         let records = Records::new(sources.points, FARTHEST * sources.min_radius);
-        table.revise(per_point as u32, |first, rays| {
+        table.scan(per_point as u32, |first, rays| {
             let points = first / per_point..(first + rays.len()) / per_point;
             let points = points.start..points.end.min(sources.near_count as usize).max(points.start);
             let near_rays = rays[..points.len() * per_point].par_chunks(CHUNK * per_point).enumerate();
             let parts = near_rays.map(|(chunk, rays)| {
                 let mut part = Self::default();
                 for (point, row) in (points.start + chunk * CHUNK..).zip(rays.chunks_exact(per_point)) {
-                    part.add(&sources, &records, point as u32, row, packing);
+                    let targets = targets.of_rays(point * per_point, row);
+                    part.add(&sources, &records, point as u32, &targets);
                 }
                 part
             });
             let parts: Vec<_> = parts.collect();
-            for part in parts {
-                part.readers.iter().for_each(|reader| rays[reader.ray as usize - first].target = NO_TARGET);
-                found.append(part);
-            }
+            parts.into_iter().for_each(|part| found.append(part));
         })?;
         Ok(found)
     }
 
     /// Appends the patches of later cache points.
     fn append(&mut self, part: Self) {
-        let before = self.entries.len() as u32;
-        let moved = |entry: NearCluster| NearCluster { target: before + entry.target, ..entry };
-        self.entries.extend(part.entries.into_iter().map(moved));
-        let moved = |reader: Reader| Reader { entry: before + reader.entry, ..reader };
+        let before = self.patches.len() as u32;
+        self.patches.extend(part.patches);
+        let moved = |reader: Reader| Reader { index: before + reader.index, ..reader };
         self.readers.extend(part.readers.into_iter().map(moved));
     }
 
@@ -107,19 +106,17 @@ impl NearHits {
         sources: &Sources<'_>,
         records: &Records<'_>,
         index: u32,
-        row: &[GatherRay],
-        packing: GatherTargetPacking,
+        row: &[Option<(GatherTarget, u32)>],
     ) {
         let point = &sources.points[index as usize].point;
-        let (frame, mask) = (frame(point.normal), (1 << packing.cluster_bits) - 1);
+        let frame = frame(point.normal);
         let strata = Strata { rings: sources.hemisphere.rings, sectors: sources.hemisphere.sectors };
         let mut hits: Vec<(u32, u32, Vec3)> = Vec::new();
-        for (ray, found) in (0..).zip(row.iter()).filter(|(_, found)| found.target != NO_TARGET) {
-            let cluster = found.target & mask;
+        for (ray, target) in (0..).zip(row) {
+            let &Some((GatherTarget::Cluster(cluster), material)) = target else { continue };
             let Some(patch) = sources.patches.get(cluster as usize) else { continue };
             let is_near = point.position.distance(patch.middle) < sources.reach;
-            if !is_near || sources.materials[(found.target >> packing.cluster_bits) as usize].may_be_glossy()
-            {
+            if !is_near || sources.materials[material as usize].may_be_glossy() {
                 continue;
             }
             // The hit of the ray on the cluster's plane, clamped to its box.
@@ -134,65 +131,33 @@ impl NearHits {
             let cluster = range[0].0;
             let middle = range.iter().map(|hit| hit.2).sum::<Vec3>() / range.len() as f32;
             let Some(record) = records.nearest(middle, &sources.patches[cluster as usize]) else { continue };
-            let entry = self.entries.len() as u32;
+            let patch = self.patches.len() as u32;
             let offset = middle - sources.points[record as usize].point.position;
-            self.entries.push(NearCluster { cluster, record, offset, target: entry });
-            self.readers.extend(range.iter().map(|&(_, ray, _)| Reader {
-                ray: index * strata.rays() + ray,
-                entry,
-                material: row[ray as usize].target >> packing.cluster_bits,
-            }));
+            self.patches.push(NearPatch { cluster, record, offset });
+            let reader =
+                |&(_, ray, _): &(u32, u32, Vec3)| Reader { ray: index * strata.rays() + ray, index: patch };
+            self.readers.extend(range.iter().map(reader));
         }
+        let own = self.readers.partition_point(|reader| reader.ray < index * strata.rays());
+        self.readers[own..].sort_unstable();
     }
 
-    /// Number of patches read by the rays before `ray` of the table. Call it before
-    /// [`Self::redirect`], which clears the readers.
-    pub fn count_before(&self, ray: u32) -> u32 {
-        let end = self.readers.partition_point(|reader| reader.ray < ray);
-        self.readers[..end].iter().map(|reader| reader.entry + 1).max().unwrap_or(0)
+    /// Number of patches that the first `points` cache points see.
+    pub fn patches_of(&self, points: u32, hemisphere: Hemisphere) -> u32 {
+        let end = self.readers.partition_point(|reader| reader.ray < points * hemisphere.rays());
+        self.readers[..end].iter().map(|reader| reader.index + 1).max().unwrap_or(0)
     }
+}
 
-    /// Number of gather rays that read patches.
-    pub fn reader_count(&self) -> u64 {
-        self.readers.len() as u64
-    }
-
-    /// Repacks the rays and redirects the removed rays to their patches, whose targets
-    /// start at `taken`.
-    ///
-    /// # Errors
-    /// [`crate::Error::OutOfMemory`] if all do not fit the word of a gather ray; the device failed.
-    pub fn redirect(
-        &mut self,
-        table: &RayTable,
-        packing: GatherTargetPacking,
-        taken: u32,
-        materials: usize,
-    ) -> Result<GatherTargetPacking> {
-        if self.entries.is_empty() {
-            return Ok(packing);
-        }
-        let packed =
-            GatherTargetPacking::new(taken + self.entries.len() as u32, materials, packing.min_distance)?;
-        let mask = (1 << packing.cluster_bits) - 1;
-        let mut readers = self.readers.as_slice();
-        table.revise(self.rays_per_point, |first, rays| {
-            for ray in rays.iter_mut().filter(|ray| ray.target != NO_TARGET) {
-                ray.target = ray.target & mask | ray.target >> packing.cluster_bits << packed.cluster_bits;
-            }
-            // Readers are in the order of points, and chunks of the table end with points.
-            let of_chunk = readers.partition_point(|reader| (reader.ray as usize) < first + rays.len());
-            let (here, others) = readers.split_at(of_chunk);
-            for reader in here {
-                rays[reader.ray as usize - first].target =
-                    (taken + reader.entry) | reader.material << packed.cluster_bits;
-            }
-            readers = others;
-        })?;
-        self.entries.iter_mut().for_each(|entry| entry.target += taken);
-        self.readers = Vec::new();
-        Ok(packed)
-    }
+/// The patches as frames read them.
+pub fn near_clusters(patches: &[NearPatch], packing: &GatherTargetPacking) -> Vec<NearCluster> {
+    let near = |(patch, &NearPatch { cluster, record, offset }): (u32, &NearPatch)| NearCluster {
+        cluster,
+        record,
+        offset,
+        target: packing.number(GatherTarget::Patch(patch)),
+    };
+    (0..).zip(patches).map(near).collect()
 }
 
 /// Cache points by position.

@@ -1,0 +1,248 @@
+//! Gather targets: what gather rays read where they meet the scene, and its packing. The kernel
+//! `gather_rays` packs the cluster that a ray meets. Later steps list rays that read something else,
+//! and a table of rays is packed for frames once, when all targets are numbered.
+
+use crate::error::{Error, Result};
+use crate::types::{GatherRay, NO_TARGET};
+
+/// The light that a gather ray reads. With the material at its hit it is one gather target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum GatherTarget {
+    /// A cluster.
+    Cluster(u32),
+    /// A directional proxy of a cluster.
+    Proxy(u32),
+    /// A near-field patch.
+    Patch(u32),
+    /// One outgoing direction of a glossy cluster.
+    GlossBin(u32),
+}
+
+/// A kind of target: makes the target of an index.
+pub type TargetKind = fn(u32) -> GatherTarget;
+
+/// Number of targets of each kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TargetCounts {
+    /// Clusters of all levels.
+    pub clusters: u32,
+    /// Directional proxies.
+    pub proxies: u32,
+    /// Near-field patches.
+    pub patches: u32,
+    /// Gloss bins.
+    pub gloss_bins: u32,
+}
+
+/// Packing of a gather ray's target and material in one word, and the unit of its gradient.
+/// Clusters, proxies, patches and gloss bins are numbered in this order, so that the first three
+/// share one list of irradiances.
+#[derive(Clone, Copy, Debug)]
+pub struct GatherTargetPacking {
+    counts: TargetCounts,
+    /// Bits of the target's number; the material index takes the rest.
+    pub cluster_bits: u32,
+    /// Unit of the gradient, metres.
+    pub min_distance: f32,
+}
+
+impl GatherTargetPacking {
+    /// The packing of clusters alone, as rays are traced.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] if clusters and materials do not fit one word.
+    pub fn new(clusters: u32, materials: usize, min_distance: f32) -> Result<Self> {
+        let counts = TargetCounts { clusters, ..TargetCounts::default() };
+        Self::of_counts(counts, materials, min_distance)
+    }
+
+    /// The packing of all kinds, as frames read them.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] if targets and materials do not fit one word.
+    pub fn of_counts(counts: TargetCounts, materials: usize, min_distance: f32) -> Result<Self> {
+        let TargetCounts { clusters, proxies, patches, gloss_bins } = counts;
+        let total: u64 = [clusters, proxies, patches, gloss_bins].into_iter().map(u64::from).sum();
+        let cluster_bits = (total + 1).next_power_of_two().ilog2().max(1);
+        // One packing is `NO_TARGET`: the topmost material index stays unused.
+        if cluster_bits > 31 || materials as u64 >= 1 << (32 - cluster_bits) {
+            return Err(Error::OutOfMemory(format!(
+                "{total} clusters and {materials} materials do not fit the 32 bits of a gather ray; lower quality.cells"
+            )));
+        }
+        Ok(Self { counts, cluster_bits, min_distance })
+    }
+
+    /// Maximum number of clusters that [`Self::new`] accepts with `materials` materials.
+    pub fn max_clusters(materials: usize) -> u64 {
+        let material_bits = (materials as u64 + 1).next_power_of_two().ilog2();
+        (1 << (32 - material_bits)) - 1
+    }
+
+    /// Number of a target: for clusters, proxies and patches, its place in the list of irradiances.
+    pub fn number(&self, target: GatherTarget) -> u32 {
+        let TargetCounts { clusters, proxies, patches, .. } = self.counts;
+        match target {
+            GatherTarget::Cluster(cluster) => cluster,
+            GatherTarget::Proxy(proxy) => clusters + proxy,
+            GatherTarget::Patch(patch) => clusters + proxies + patch,
+            GatherTarget::GlossBin(bin) => clusters + proxies + patches + bin,
+        }
+    }
+
+    /// Packs a target and the material at the hit.
+    pub fn pack(&self, target: GatherTarget, material: u32) -> u32 {
+        self.number(target) | material << self.cluster_bits
+    }
+
+    /// Target and material of a word. `None` for [`NO_TARGET`] and for a number beyond all targets.
+    pub fn unpack(&self, word: u32) -> Option<(GatherTarget, u32)> {
+        if word == NO_TARGET {
+            return None;
+        }
+        let TargetCounts { clusters, proxies, patches, gloss_bins } = self.counts;
+        let mut number = word & ((1 << self.cluster_bits) - 1);
+        let kinds: [(u32, TargetKind); 4] = [
+            (clusters, GatherTarget::Cluster),
+            (proxies, GatherTarget::Proxy),
+            (patches, GatherTarget::Patch),
+            (gloss_bins, GatherTarget::GlossBin),
+        ];
+        for (count, kind) in kinds {
+            if number < count {
+                return Some((kind(number), word >> self.cluster_bits));
+            }
+            number -= count;
+        }
+        None
+    }
+}
+
+/// A ray of a table that reads something else than the cluster that it meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Reader {
+    /// Index of the ray in its table.
+    pub ray: u32,
+    /// What it reads, by its index among the targets of its kind.
+    pub index: u32,
+}
+
+/// The gather target of each ray of a table.
+pub struct GatherTargets {
+    hits: GatherTargetPacking,
+    /// Readers of each kind of target, by ray. Kinds have no rays in common.
+    readers: Vec<(TargetKind, Vec<Reader>)>,
+}
+
+impl GatherTargets {
+    /// All rays read the clusters that they meet, as the kernel has packed them.
+    pub fn of_hits(hits: GatherTargetPacking) -> Self {
+        Self { hits, readers: Vec::new() }
+    }
+
+    /// The targets with these readers of a kind, which are in the order of their rays.
+    #[must_use]
+    pub fn with(mut self, kind: TargetKind, readers: Vec<Reader>) -> Self {
+        debug_assert!(readers.is_sorted_by(|a, b| a.ray < b.ray));
+        self.readers.push((kind, readers));
+        self
+    }
+
+    /// Target and material of consecutive rays of the table, from ray `first` on. `None` if a ray
+    /// reads nothing.
+    pub fn of_rays(&self, first: usize, rays: &[GatherRay]) -> Vec<Option<(GatherTarget, u32)>> {
+        let mut targets: Vec<_> = rays.iter().map(|ray| self.hits.unpack(ray.target)).collect();
+        for (kind, readers) in &self.readers {
+            let start = readers.partition_point(|reader| (reader.ray as usize) < first);
+            for reader in &readers[start..] {
+                let Some(target) = targets.get_mut(reader.ray as usize - first) else { break };
+                *target = target.map(|(_, material)| (kind(reader.index), material));
+            }
+        }
+        targets
+    }
+
+    /// Those rays, each with its target packed for frames.
+    pub fn packed(&self, packing: &GatherTargetPacking, first: usize, rays: &[GatherRay]) -> Vec<GatherRay> {
+        let pack = |(ray, target): (&GatherRay, Option<(GatherTarget, u32)>)| GatherRay {
+            target: target.map_or(NO_TARGET, |(target, material)| packing.pack(target, material)),
+            ..*ray
+        };
+        rays.iter().zip(self.of_rays(first, rays)).map(pack).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clusters_and_materials_fill_the_word_of_a_gather_ray() {
+        for materials in [1, 2, 3, 4, 100, 1023, 1024] {
+            let most = GatherTargetPacking::max_clusters(materials) as u32;
+            let packing = GatherTargetPacking::new(most, materials, 1.0).unwrap();
+            // The packed last cluster and last material differ from `NO_TARGET`.
+            let last = packing.pack(GatherTarget::Cluster(most - 1), materials as u32 - 1);
+            assert_ne!(last, NO_TARGET, "{materials} materials");
+            assert!(GatherTargetPacking::new(most + 1, materials, 1.0).is_err(), "{materials} materials");
+        }
+        let counts = TargetCounts { clusters: u32::MAX, proxies: u32::MAX, ..TargetCounts::default() };
+        assert!(GatherTargetPacking::of_counts(counts, 1, 1.0).is_err());
+    }
+
+    #[test]
+    fn every_target_is_packed_and_unpacked() {
+        let kinds = [GatherTarget::Cluster, GatherTarget::Proxy, GatherTarget::Patch, GatherTarget::GlossBin];
+        for numbers in [[5, 0, 0, 0], [5, 3, 0, 2], [7, 0, 4, 0], [1, 1, 1, 1]] {
+            let [clusters, proxies, patches, gloss_bins] = numbers;
+            let counts = TargetCounts { clusters, proxies, patches, gloss_bins };
+            let packing = GatherTargetPacking::of_counts(counts, 3, 1.0).unwrap();
+            let targets = kinds.iter().zip(numbers).flat_map(|(kind, count)| (0..count).map(kind));
+            let mut next = 0;
+            for target in targets {
+                assert_eq!(packing.number(target), next);
+                next += 1;
+                for material in 0..3 {
+                    let word = packing.pack(target, material);
+                    assert_eq!(packing.unpack(word), Some((target, material)));
+                }
+            }
+            assert_eq!(packing.unpack(next), None, "a number beyond all targets");
+            assert_eq!(packing.unpack(NO_TARGET), None);
+        }
+    }
+
+    #[test]
+    fn readers_take_their_rays_from_clusters_in_any_part_of_a_table() {
+        let hits = GatherTargetPacking::new(4, 2, 1.0).unwrap();
+        let hit =
+            |cluster| GatherRay { target: hits.pack(GatherTarget::Cluster(cluster), 1), gradient: cluster };
+        let nothing = GatherRay { target: NO_TARGET, gradient: 9 };
+        let rays = [hit(0), nothing, hit(2), hit(3), hit(1)];
+        let reader = |(ray, index)| Reader { ray, index };
+        let targets = GatherTargets::of_hits(hits)
+            .with(GatherTarget::Patch, vec![reader((1, 0)), reader((2, 6))])
+            .with(GatherTarget::Proxy, vec![reader((4, 5))]);
+        let expected = [
+            Some(GatherTarget::Cluster(0)),
+            None,
+            Some(GatherTarget::Patch(6)),
+            Some(GatherTarget::Cluster(3)),
+            Some(GatherTarget::Proxy(5)),
+        ]
+        .map(|target| target.map(|target| (target, 1)));
+        let counts = TargetCounts { clusters: 4, proxies: 6, patches: 7, gloss_bins: 0 };
+        let packing = GatherTargetPacking::of_counts(counts, 2, 1.0).unwrap();
+        for (first, end) in (0..5).flat_map(|first| (first..=5).map(move |end| (first, end))) {
+            assert_eq!(targets.of_rays(first, &rays[first..end]), expected[first..end]);
+            for (ray, packed) in
+                rays[first..end].iter().zip(targets.packed(&packing, first, &rays[first..end]))
+            {
+                assert_eq!(packed.gradient, ray.gradient);
+            }
+        }
+        let packed = targets.packed(&packing, 0, &rays);
+        let unpacked: Vec<_> = packed.iter().map(|ray| packing.unpack(ray.target)).collect();
+        assert_eq!(unpacked, expected);
+    }
+}

@@ -10,6 +10,7 @@ use common::{assert_silent, context, random_words};
 use lightpaths::Error;
 use lightpaths::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_TRANSFER};
 use lightpaths::gpu::{Buffer, Context, ContextOptions, Pipeline, SplitBuffer};
+use lightpaths::passes::GrowsWith;
 use lightpaths::passes::frame::prefix_sum::PrefixSumPush;
 
 #[test]
@@ -148,6 +149,10 @@ fn a_buffer_beyond_the_device_is_refused_with_need_and_limit() {
     assert!(matches!(error, Error::OutOfMemory(_)) && error.exit_code() == 4);
     let message = error.to_string();
     assert!(message.contains("buffer `rays` needs") && message.contains("binds at most"), "{message}");
+    assert!(message.ends_with("; a smaller preset or image needs less"), "{message}");
+    let named = GrowsWith::EntryPoints.named("rays");
+    let error = Buffer::storage(&context, named, limit + 1).map(|_| ()).unwrap_err().to_string();
+    assert!(error.ends_with("; lower quality.entry_points"), "{error}");
     assert_silent(&context);
 }
 

@@ -9,6 +9,7 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use gpu_allocator::{AllocationError, MemoryLocation};
 
 use super::barrier::TRANSFER_TO_HOST;
+use super::buffer_name::BufferName;
 use super::quirks::unused_bytes;
 use super::{Context, VkResultExt};
 use crate::error::{Error, Result};
@@ -38,6 +39,8 @@ pub(super) struct Allocated {
     context: Arc<Context>,
     pub(super) handle: vk::Buffer,
     pub(super) name: String,
+    /// What an out-of-memory message adds.
+    hint: &'static str,
     /// Requested size, bytes.
     bytes: u64,
     /// Size that kernels can address, at least `bytes`.
@@ -58,7 +61,8 @@ impl Buffer {
     /// # Errors
     /// [`Error::OutOfMemory`] with the need and the limit, if the device cannot bind or hold
     /// so much memory.
-    pub fn storage(context: &Arc<Context>, name: &str, bytes: u64) -> Result<Self> {
+    pub fn storage<'a>(context: &Arc<Context>, name: impl Into<BufferName<'a>>, bytes: u64) -> Result<Self> {
+        let name = name.into();
         let limit = context.limits().storage_range_bytes;
         if bytes > limit {
             return Err(out_of_memory(name, bytes, format!("the device binds at most {}", mebibytes(limit))));
@@ -71,7 +75,11 @@ impl Buffer {
     ///
     /// # Errors
     /// As [`Buffer::storage`], or a Vulkan call failed.
-    pub fn from_slice<T: Pod>(context: &Arc<Context>, name: &str, data: &[T]) -> Result<Self> {
+    pub fn from_slice<'a, T: Pod>(
+        context: &Arc<Context>,
+        name: impl Into<BufferName<'a>>,
+        data: &[T],
+    ) -> Result<Self> {
         let buffer = Self::storage(context, name, size_of_val(data) as u64)?;
         buffer.write(data)?;
         Ok(buffer)
@@ -84,7 +92,12 @@ impl Buffer {
     ///
     /// # Errors
     /// As [`Buffer::from_slice`], without the limit of a binding.
-    pub fn address_of<T: Pod>(context: &Arc<Context>, name: &str, data: &[T]) -> Result<Self> {
+    pub fn address_of<'a, T: Pod>(
+        context: &Arc<Context>,
+        name: impl Into<BufferName<'a>>,
+        data: &[T],
+    ) -> Result<Self> {
+        let name = name.into();
         let usage = vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
@@ -95,9 +108,14 @@ impl Buffer {
         let address = unsafe { context.device.get_buffer_device_address(&info) };
         let pointee = Self { allocated: Arc::new(list) };
         pointee.write(data)?;
-        let table = format!("address of {name}");
-        let mut buffer =
-            Allocated::new(context, &table, size_of::<T>() as u64, STORAGE, MemoryLocation::GpuOnly)?;
+        let table = format!("address of {}", name.name);
+        let mut buffer = Allocated::new(
+            context,
+            BufferName { name: &table, ..name },
+            size_of::<T>() as u64,
+            STORAGE,
+            MemoryLocation::GpuOnly,
+        )?;
         buffer.pointee = Some(pointee.allocated);
         let buffer = Self { allocated: Arc::new(buffer) };
         buffer.write(&[address])?;
@@ -110,7 +128,7 @@ impl Buffer {
     /// # Errors
     /// As [`Buffer::storage`].
     pub fn host_flag(context: &Arc<Context>, name: &str) -> Result<Self> {
-        Self::host_words(context, name, 1)
+        Self::host_words(context, name.into(), 1)
     }
 
     /// The value of a host-visible flag after the recordings that are done.
@@ -118,8 +136,13 @@ impl Buffer {
         self.mapped_word(0)
     }
 
+    /// Name of a host-visible buffer that serves this one, with the same hint.
+    pub(super) fn named_beside<'a>(&self, name: &'a str) -> BufferName<'a> {
+        BufferName { name, hint: self.allocated.hint }
+    }
+
     /// Creates a host-visible buffer of words, all zero.
-    pub(super) fn host_words(context: &Arc<Context>, name: &str, words: u32) -> Result<Self> {
+    pub(super) fn host_words(context: &Arc<Context>, name: BufferName<'_>, words: u32) -> Result<Self> {
         let bytes = 4 * u64::from(words);
         let allocated = Allocated::new(context, name, bytes, STORAGE, MemoryLocation::GpuToCpu)?;
         allocated.store(&vec![0; bytes as usize]);
@@ -127,7 +150,7 @@ impl Buffer {
     }
 
     /// Creates a buffer that the host writes and copies read.
-    pub(super) fn host_upload(context: &Arc<Context>, name: &str, bytes: u64) -> Result<Self> {
+    pub(super) fn host_upload(context: &Arc<Context>, name: BufferName<'_>, bytes: u64) -> Result<Self> {
         let (usage, location) = (vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu);
         Ok(Self { allocated: Arc::new(Allocated::new(context, name, bytes, usage, location)?) })
     }
@@ -252,7 +275,7 @@ impl Buffer {
             _ => vk::BufferUsageFlags::TRANSFER_DST,
         };
         let bytes = bytes.min(STAGING_BYTES);
-        let allocated = Allocated::new(&self.allocated.context, "staging", bytes, usage, location)?;
+        let allocated = Allocated::new(&self.allocated.context, "staging".into(), bytes, usage, location)?;
         Ok(Self { allocated: Arc::new(allocated) })
     }
 }
@@ -260,7 +283,7 @@ impl Buffer {
 impl Allocated {
     fn new(
         context: &Arc<Context>,
-        name: &str,
+        BufferName { name, hint }: BufferName<'_>,
         bytes: u64,
         usage: vk::BufferUsageFlags,
         location: MemoryLocation,
@@ -274,6 +297,7 @@ impl Allocated {
             context: context.clone(),
             handle,
             name: name.into(),
+            hint,
             bytes,
             bound_bytes,
             location,
@@ -296,7 +320,11 @@ impl Allocated {
                 let in_use = mebibytes(context.memory().current_bytes);
                 let most = mebibytes(context.limits().device_memory_bytes);
                 let why = failure(&error);
-                out_of_memory(name, bytes, format!("{in_use} are in use, the device has {most} ({why})"))
+                out_of_memory(
+                    BufferName { name, hint },
+                    bytes,
+                    format!("{in_use} are in use, the device has {most} ({why})"),
+                )
             })?;
         // SAFETY: the memory is the allocator's, fits the requirements, and outlives the
         // buffer (see `drop`).
@@ -389,8 +417,8 @@ fn failure(error: &AllocationError) -> String {
     }
 }
 
-fn out_of_memory(name: &str, bytes: u64, limit: String) -> Error {
-    Error::OutOfMemory(format!("buffer `{name}` needs {}, {limit}; {}", mebibytes(bytes), Error::SMALLER))
+fn out_of_memory(BufferName { name, hint }: BufferName<'_>, bytes: u64, limit: String) -> Error {
+    Error::OutOfMemory(format!("buffer `{name}` needs {}, {limit}; {hint}", mebibytes(bytes)))
 }
 
 fn mebibytes(bytes: u64) -> String {

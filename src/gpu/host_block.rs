@@ -20,7 +20,7 @@ impl HostBlock {
     /// # Errors
     /// The device lacks memory.
     pub fn new(context: &Arc<Context>, name: &str, words: u32) -> Result<Self> {
-        Ok(Self { buffer: Buffer::host_words(context, name, words)? })
+        Ok(Self { buffer: Buffer::host_words(context, name.into(), words)? })
     }
 
     /// Creates a block for the whole of a buffer.
@@ -28,7 +28,8 @@ impl HostBlock {
     /// # Errors
     /// The device lacks memory.
     pub fn of(context: &Arc<Context>, name: &str, buffer: &Buffer) -> Result<Self> {
-        Self::new(context, name, buffer.bytes().div_ceil(4) as u32)
+        let words = buffer.bytes().div_ceil(4) as u32;
+        Ok(Self { buffer: Buffer::host_words(context, buffer.named_beside(name), words)? })
     }
 
     /// Number of words.
@@ -64,7 +65,7 @@ impl HostUpload {
     /// # Errors
     /// The device lacks memory.
     pub fn of(context: &Arc<Context>, name: &str, buffer: &Buffer) -> Result<Self> {
-        Ok(Self { buffer: Buffer::host_upload(context, name, buffer.bytes())? })
+        Ok(Self { buffer: Buffer::host_upload(context, buffer.named_beside(name), buffer.bytes())? })
     }
 
     /// Overwrites the start of the list. All recordings that copy it must be done. Panics if the

@@ -8,6 +8,7 @@
 
 pub mod barrier;
 mod buffer;
+mod buffer_name;
 mod capture;
 mod context;
 mod device;
@@ -37,6 +38,7 @@ pub mod window;
 
 pub use barrier::Barrier;
 pub use buffer::Buffer;
+pub use buffer_name::BufferName;
 pub use capture::Capture;
 pub use context::{Context, ContextOptions, MemoryUse};
 pub use device::{DeviceSummary, Limits};

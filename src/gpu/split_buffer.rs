@@ -1,7 +1,7 @@
 //! Split buffers: lists that may be longer than a binding of the device. They are cut into chunks,
 //! a buffer each.
 
-use super::{Buffer, Context};
+use super::{Buffer, BufferName, Context};
 use crate::error::Result;
 use bytemuck::Pod;
 use std::ops::Range;
@@ -29,7 +29,13 @@ impl SplitBuffer {
     ///
     /// # Errors
     /// As [`Buffer::from_slice`].
-    pub fn cut<T: Pod>(context: &Arc<Context>, name: &str, items: &[T], most: u32) -> Result<Self> {
+    pub fn cut<'a, T: Pod>(
+        context: &Arc<Context>,
+        name: impl Into<BufferName<'a>>,
+        items: &[T],
+        most: u32,
+    ) -> Result<Self> {
+        let name = name.into();
         let count = items.len().div_ceil(most as usize).max(1);
         let chunk = |index: usize| {
             let start = index * most as usize;

@@ -3,6 +3,7 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::scene::hvds::Hvds;
 use crate::types::Grid;
 use bytemuck::Zeroable;
@@ -46,10 +47,22 @@ impl ClusterTables {
         let links: Vec<ClusterLink> = (0..).zip(&self.entry_points).map(link).collect();
         Ok(ClusterBuffers {
             grid: hvds.grid,
-            cell_offsets: Buffer::from_slice(context, "cell offsets", &hvds.cell_offsets)?,
-            cell_clusters: Buffer::from_slice(context, "cell clusters", &hvds.cell_clusters)?,
-            links: Buffer::from_slice(context, "cluster links", &links)?,
-            unweighted: Buffer::from_slice(context, "unweighted clusters", &hvds.unweighted)?,
+            cell_offsets: Buffer::from_slice(
+                context,
+                GrowsWith::Cells.named("cell offsets"),
+                &hvds.cell_offsets,
+            )?,
+            cell_clusters: Buffer::from_slice(
+                context,
+                GrowsWith::Cells.named("cell clusters"),
+                &hvds.cell_clusters,
+            )?,
+            links: Buffer::from_slice(context, GrowsWith::Cells.named("cluster links"), &links)?,
+            unweighted: Buffer::from_slice(
+                context,
+                GrowsWith::Cells.named("unweighted clusters"),
+                &hvds.unweighted,
+            )?,
             base_count: hvds.levels[0].len() as u32,
         })
     }
@@ -61,7 +74,7 @@ impl ClusterBuffers {
     /// # Errors
     /// The device lacks memory.
     pub fn none(context: &Arc<Context>) -> Result<Self> {
-        let list = |name, words: &[u32]| Buffer::from_slice(context, name, words);
+        let list = |name, words: &[u32]| Buffer::from_slice(context, GrowsWith::Cells.named(name), words);
         Ok(Self {
             grid: Grid { cells: UVec3::ONE, ..Zeroable::zeroed() },
             cell_offsets: list("cell offsets", &[0; 2])?,

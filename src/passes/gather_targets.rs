@@ -1,6 +1,6 @@
 //! Gather targets: what gather rays read where they meet the scene, and its packing. The kernel
-//! `gather_rays` packs the cluster that a ray meets. Later steps list rays that read something else,
-//! and a table of rays is packed for frames once, when all targets are numbered.
+//! `gather_rays` packs the cluster that a ray meets. Later steps list the rays that read something
+//! else, and a table of rays is packed for frames once, when all targets are numbered.
 
 use crate::error::{Error, Result};
 use crate::types::{GatherRay, NO_TARGET};
@@ -8,7 +8,7 @@ use crate::types::{GatherRay, NO_TARGET};
 /// The light that a gather ray reads. With the material at its hit it is one gather target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum GatherTarget {
-    /// A cluster.
+    /// A cluster, by its index in the hierarchy.
     Cluster(u32),
     /// A directional proxy of a cluster.
     Proxy(u32),
@@ -26,11 +26,11 @@ pub type TargetKind = fn(u32) -> GatherTarget;
 pub struct TargetCounts {
     /// Clusters of all levels.
     pub clusters: u32,
-    /// Directional proxies.
+    /// Directional proxies of clusters.
     pub proxies: u32,
-    /// Near-field patches.
+    /// Near-field patches of cache points.
     pub patches: u32,
-    /// Gloss bins.
+    /// Gloss bins, those of sums included.
     pub gloss_bins: u32,
 }
 
@@ -148,8 +148,8 @@ impl GatherTargets {
         self
     }
 
-    /// Target and material of consecutive rays of the table, from ray `first` on. `None` if a ray
-    /// reads nothing.
+    /// Target and material of consecutive rays of the table, from ray `first` on. `None` for a ray
+    /// without a hit.
     pub fn of_rays(&self, first: usize, rays: &[GatherRay]) -> Vec<Option<(GatherTarget, u32)>> {
         let mut targets: Vec<_> = rays.iter().map(|ray| self.hits.unpack(ray.target)).collect();
         for (kind, readers) in &self.readers {

@@ -4,6 +4,7 @@ mod cluster_buffers;
 pub mod frame;
 pub mod gather_targets;
 pub mod gloss_tables;
+mod grows_with;
 pub mod kernel_copy;
 mod loop_limit;
 mod one_light;
@@ -13,6 +14,7 @@ mod scene_buffers;
 mod texture_buffers;
 
 pub use cluster_buffers::{ClusterBuffers, ClusterTables};
+pub use grows_with::GrowsWith;
 pub use one_light::{LightKernel, OneLight};
 pub use scene_buffers::{LitScene, SceneBuffers, light_sources, reflectances};
 pub use texture_buffers::{TextureBuffers, has_textures};

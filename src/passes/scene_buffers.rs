@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
+use crate::passes::GrowsWith;
 use crate::passes::{TextureBuffers, loop_limit};
 use crate::scene::{Light, LightKind, Material, Triangle, bvh::Bvh};
 use crate::types::{self, EDITABLE, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource, MAY_BE_GLOSSY};
@@ -72,8 +73,8 @@ impl SceneBuffers {
 }
 
 fn list<T: Pod>(context: &Arc<Context>, name: &str, items: &[T], is_bound: bool) -> Result<Buffer> {
-    let make = if is_bound { Buffer::from_slice } else { Buffer::address_of };
-    make(context, name, items)
+    let name = GrowsWith::Triangles.named(name);
+    if is_bound { Buffer::from_slice(context, name, items) } else { Buffer::address_of(context, name, items) }
 }
 
 /// A scene and its lights: the bindings of passes that follow paths.

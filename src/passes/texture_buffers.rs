@@ -2,7 +2,8 @@
 
 use crate::cpu::textures::linear;
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Context};
+use crate::gpu::{Buffer, BufferName, Context};
+use crate::passes::GrowsWith;
 use crate::scene::{Image, Material};
 use crate::types::Texture;
 use bytemuck::Zeroable;
@@ -64,7 +65,11 @@ impl TextureBuffers {
         let none = [[Vec2::ZERO; 3]];
         let coordinates = if are_used { coordinates } else { &none };
         Ok(Self {
-            coordinates: Buffer::from_slice(context, "texture coordinates", coordinates)?,
+            coordinates: Buffer::from_slice(
+                context,
+                GrowsWith::Triangles.named("texture coordinates"),
+                coordinates,
+            )?,
             table: Buffer::from_slice(context, "textures", &table)?,
             texels: Buffer::from_slice(context, "texels", &texels)?,
             are_used,
@@ -90,7 +95,7 @@ impl TextureBuffers {
     ///
     /// # Errors
     /// The device lacks memory.
-    pub fn colours(&self, context: &Arc<Context>, name: &str, count: u64) -> Result<Buffer> {
+    pub fn colours(&self, context: &Arc<Context>, name: BufferName<'_>, count: u64) -> Result<Buffer> {
         Buffer::storage(context, name, 4 * if self.are_used { count.max(1) } else { 1 })
     }
 }

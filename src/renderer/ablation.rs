@@ -6,6 +6,7 @@ use crate::cpu::sampling::hash_pair;
 use crate::error::Result;
 use crate::gpu::Buffer;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::passes::GrowsWith;
 use crate::passes::LitScene;
 use crate::passes::frame::{gather::Gather, needed_records::RecordList};
 use crate::passes::precompute::Silent;
@@ -202,7 +203,7 @@ impl Renderer {
     /// Gathers at the given points from the clusters of the last frame.
     fn gather_at(&self, points: &[CachePoint]) -> Result<Vec<Record>> {
         let count = points.len() as u32;
-        let buffer = Buffer::from_slice(&self.context, "gather points", points)?;
+        let buffer = Buffer::from_slice(&self.context, GrowsWith::GatherRays.named("gather points"), points)?;
         let (hemisphere, packing) = (self.transport.gather.hemisphere, self.transport.gather.packing);
         let rays = gather_rays::trace(
             &self.context,

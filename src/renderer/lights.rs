@@ -3,7 +3,8 @@
 
 use super::plan::{FramePlan, LightResults};
 use crate::error::Result;
-use crate::gpu::{Buffer, Context, HostBlock, Recorder};
+use crate::gpu::{Buffer, BufferName, Context, HostBlock, Recorder};
+use crate::passes::GrowsWith;
 use crate::passes::frame::antialias::Antialias;
 use crate::passes::frame::gloss::GlossLight;
 use crate::passes::frame::hvds::ClusterLight;
@@ -149,24 +150,35 @@ impl Lights {
 
     /// Allocates the buffers of one more light, the last.
     pub(super) fn add(&mut self) -> Result<()> {
-        let buffer = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
+        let buffer = |name: BufferName<'static>, count: u32| {
+            Buffer::storage(&self.context, name, 4 * u64::from(count))
+        };
         let cache = LightCache {
-            factors: buffer("form factors", self.factor_count)?,
+            factors: buffer(GrowsWith::EntryPoints.named("form factors"), self.factor_count)?,
             near: None,
-            near_state: buffer("near state", 2)?,
+            near_state: buffer("near state".into(), 2)?,
             counters: HostBlock::new(&self.context, "light counters", 2)?,
-            irradiance: buffer("light irradiance", self.point_count)?,
+            irradiance: buffer(GrowsWith::Pixels.named("light irradiance"), self.point_count)?,
             shadow_groups: Antialias::groups(&self.context)?,
             // Four words each: `LightFlux`. The first frame of the light clears it.
-            clusters: buffer("light flux", 4 * self.cluster_count)?,
+            clusters: buffer(GrowsWith::Cells.named("light flux"), 4 * self.cluster_count)?,
             beams: None,
             first_bounce: self
                 .gloss
-                .map(|_| buffer("first bounce flux", 3 * self.factor_count))
+                .map(|_| buffer(GrowsWith::EntryPoints.named("first bounce flux"), 3 * self.factor_count))
                 .transpose()?,
-            bins: self.gloss.map(|gloss| buffer("light gloss bins", 3 * gloss.bin_count)).transpose()?,
-            hits: self.gloss.map(|gloss| buffer("light hits", 3 * gloss.sample_count)).transpose()?,
-            highlights: self.gloss.map(|gloss| buffer("light highlights", gloss.sample_count)).transpose()?,
+            bins: self
+                .gloss
+                .map(|gloss| buffer(GrowsWith::Cells.named("light gloss bins"), 3 * gloss.bin_count))
+                .transpose()?,
+            hits: self
+                .gloss
+                .map(|gloss| buffer(GrowsWith::Pixels.named("light hits"), 3 * gloss.sample_count))
+                .transpose()?,
+            highlights: self
+                .gloss
+                .map(|gloss| buffer(GrowsWith::Pixels.named("light highlights"), gloss.sample_count))
+                .transpose()?,
         };
         self.caches.push(cache);
         Ok(())
@@ -184,11 +196,21 @@ impl Lights {
         point_count: u32,
         sample_count: Option<u32>,
     ) -> Result<NewIrradiances> {
-        let buffer = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
-        let of_gloss =
-            |count: u32| Ok([buffer("light hits", 3 * count)?, buffer("light highlights", count)?]);
-        let of_light =
-            |_| Ok((buffer("light irradiance", point_count)?, sample_count.map(of_gloss).transpose()?));
+        let buffer = |name: BufferName<'static>, count: u32| {
+            Buffer::storage(&self.context, name, 4 * u64::from(count))
+        };
+        let of_gloss = |count: u32| {
+            Ok([
+                buffer(GrowsWith::Pixels.named("light hits"), 3 * count)?,
+                buffer(GrowsWith::Pixels.named("light highlights"), count)?,
+            ])
+        };
+        let of_light = |_| {
+            Ok((
+                buffer(GrowsWith::Pixels.named("light irradiance"), point_count)?,
+                sample_count.map(of_gloss).transpose()?,
+            ))
+        };
         let of_lights = (0..self.caches.len()).map(of_light).collect::<Result<_>>()?;
         Ok(NewIrradiances { point_count, sample_count, of_lights })
     }
@@ -226,7 +248,11 @@ impl Lights {
             for (index, (source, cache)) in sources.iter().zip(&mut self.caches).enumerate() {
                 let bytes = u64::from(source.samples) * gloss.beam_bytes;
                 if cache.beams.as_ref().is_none_or(|beams| beams.bytes() < bytes) {
-                    cache.beams = Some(Buffer::storage(&self.context, "gloss beams", bytes)?);
+                    cache.beams = Some(Buffer::storage(
+                        &self.context,
+                        GrowsWith::EntryPoints.named("gloss beams"),
+                        bytes,
+                    )?);
                     new_beams.push(index);
                 }
             }

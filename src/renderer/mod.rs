@@ -13,7 +13,6 @@ mod image;
 mod inspect;
 mod lights;
 mod liveness;
-mod memory_hint;
 mod outputs;
 mod pass_costs;
 mod pass_sizes;
@@ -90,12 +89,9 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn new(context: &Arc<Context>, scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
-        let make = || {
-            let (start, mut scene) = (Instant::now(), scene);
-            let made = precompute::precompute(context, &mut scene, progress)?;
-            Self::from_precomputed(context, scene, made, start)
-        };
-        make().map_err(memory_hint::with_hint)
+        let (start, mut scene) = (Instant::now(), scene);
+        let made = precompute::precompute(context, &mut scene, progress)?;
+        Self::from_precomputed(context, scene, made, start)
     }
 
     /// Builds the renderer from the results of a precomputation that began at `start`.

@@ -3,6 +3,7 @@
 use super::{Layer, Renderer, Statistics};
 use crate::error::Result;
 use crate::gpu::{Buffer, SplitBuffer};
+use crate::passes::GrowsWith;
 use crate::passes::frame::splat_capacity::SplatCounts;
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::scene::Scene;
@@ -129,7 +130,7 @@ impl Renderer {
     pub fn path_flux(&self) -> Result<Vec<Vec3>> {
         let flux = Buffer::storage(
             &self.context,
-            "path flux",
+            GrowsWith::EntryPoints.named("path flux"),
             12 * u64::from(self.transport.form_factors.point_count()),
         )?;
         self.context

@@ -7,6 +7,7 @@ use super::plan::{FramePlan, Gathering, LightResults, Scan, Uploads};
 use crate::error::Result;
 use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context};
+use crate::passes::GrowsWith;
 use crate::passes::{SceneBuffers, reflectances};
 use crate::scene::{Camera, Light, Material, Scene, bvh::Bvh, surfaces};
 use crate::types::View;
@@ -102,5 +103,5 @@ fn images(context: &Arc<Context>, buffers: &SceneBuffers, camera: &Camera) -> Re
     let image = Image::new(context, buffers, View::from(camera), 0, false)?;
     let [width, height] = camera.size;
     let dark = vec![Vec3::ZERO; (width * height) as usize];
-    Ok((image, Buffer::from_slice(context, "no indirect light", &dark)?))
+    Ok((image, Buffer::from_slice(context, GrowsWith::Pixels.named("no indirect light"), &dark)?))
 }

@@ -6,6 +6,7 @@ use super::{Aov, Rendered, layer};
 use crate::app::args::device_label;
 use crate::error::Result;
 use crate::gpu::Buffer;
+use crate::passes::GrowsWith;
 use crate::passes::frame::tonemap::Tonemap;
 use crate::reference::{FirstHits, Picture, Progressive};
 use crate::renderer::Progress;
@@ -106,7 +107,7 @@ pub(in crate::app) fn spend(
 fn display(renderer: &impl Progressive, picture: &Picture, exposure_stops: f32) -> Result<Vec<[u8; 4]>> {
     let context = &renderer.traced_scene().context;
     let tonemap = Tonemap::new(context, picture.beauty.len() as u32)?;
-    let radiance = Buffer::from_slice(context, "radiance", &picture.beauty)?;
+    let radiance = Buffer::from_slice(context, GrowsWith::Pixels.named("radiance"), &picture.beauty)?;
     context.run(|rec| tonemap.record(rec, &radiance, exposure_stops))?;
     tonemap.display.read()
 }

@@ -9,6 +9,7 @@
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
+use crate::passes::GrowsWith;
 pub use crate::passes::frame::edges::{
     EdgeCapacity, EdgeLightPush, EdgeListPush, EdgeMarkPush, EdgeSample, EdgeSamplesPush, EdgeSlot, LAYOUTS,
 };
@@ -113,8 +114,9 @@ impl Antialias {
         let creases = [("CREASE", CREASE.to_bits()), ("STEP", STEP.to_bits())];
         let more =
             [("SPREAD", SPREAD.to_bits()), ("DENSITY", DENSITY), ("MAX_SAMPLE_FACTOR", MAX_SAMPLE_FACTOR)];
-        let stored =
-            |name, count: u32, bytes: usize| Buffer::storage(context, name, u64::from(count) * bytes as u64);
+        let stored = |name, count: u32, bytes: usize| {
+            Buffer::storage(context, GrowsWith::Pixels.named(name), u64::from(count) * bytes as u64)
+        };
         let pixels = |name| stored(name, pixel_count, size_of::<u32>());
         Ok(Self {
             mark: Pipeline::new(context, "edge_mark", &creases)?,
@@ -131,13 +133,17 @@ impl Antialias {
             prefix_sum: PrefixSum::new(context, places(size))?,
             edge_pixels: pixels("edge pixels")?,
             // Kernels write it only if antialiasing is on.
-            edge_groups: Buffer::from_slice(context, "edge groups", &[0_u32; GROUP_WORDS as usize])?,
+            edge_groups: Buffer::from_slice(
+                context,
+                GrowsWith::Pixels.named("edge groups"),
+                &[0_u32; GROUP_WORDS as usize],
+            )?,
             edge_light: stored("edge light", capacity.samples, size_of::<f32>())?,
             edge_needs: pixels("edge needs")?,
             shadow_pixels: stored("shadow pixels", places(size) + 1, size_of::<u32>())?,
             size,
             capacity,
-            numbers: Buffer::from_slice(context, "edge numbers", &no_edges)?,
+            numbers: Buffer::from_slice(context, GrowsWith::Pixels.named("edge numbers"), &no_edges)?,
             edge_samples: stored("edge samples", capacity.samples, size_of::<EdgeSample>())?,
             edge_slots: stored("edge slots", capacity.slots, size_of::<EdgeSlot>())?,
         })
@@ -362,7 +368,7 @@ impl Antialias {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn groups(context: &Arc<Context>) -> Result<Buffer> {
-        Buffer::storage(context, "shadow groups", 4 * GROUP_WORDS)
+        Buffer::storage(context, GrowsWith::Pixels.named("shadow groups"), 4 * GROUP_WORDS)
     }
 
     /// Returns the number of pixels that is counted in `groups`.

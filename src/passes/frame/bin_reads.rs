@@ -3,6 +3,7 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
+use crate::passes::GrowsWith;
 use crate::passes::gloss_tables::GlossTables;
 use crate::scene::directions::{Directions, resolved_exponent};
 use glam::{UVec2, Vec3};
@@ -40,8 +41,8 @@ impl BinReads {
         let first: Vec<u32> = (0..=clusters).map(first).collect();
         let reads: Vec<UVec2> = reads.iter().map(|&(_, bin, gloss_bin)| UVec2::new(bin, gloss_bin)).collect();
         Ok(Self {
-            first: Buffer::from_slice(context, "first gloss bin reads", &first)?,
-            reads: Buffer::from_slice(context, "gloss bin reads", &reads)?,
+            first: Buffer::from_slice(context, GrowsWith::Cells.named("first gloss bin reads"), &first)?,
+            reads: Buffer::from_slice(context, GrowsWith::Cells.named("gloss bin reads"), &reads)?,
             directions,
             max_exponent: resolved_exponent(directions.count()),
         })
@@ -53,8 +54,8 @@ impl BinReads {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn none(context: &Arc<Context>) -> Result<Self> {
         Ok(Self {
-            first: Buffer::from_slice(context, "first gloss bin reads", &[0_u32])?,
-            reads: Buffer::from_slice(context, "gloss bin reads", &[UVec2::ZERO])?,
+            first: Buffer::from_slice(context, GrowsWith::Cells.named("first gloss bin reads"), &[0_u32])?,
+            reads: Buffer::from_slice(context, GrowsWith::Cells.named("gloss bin reads"), &[UVec2::ZERO])?,
             directions: Directions::new(1),
             max_exponent: 0.0,
         })

@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::types::Record;
 use bytemuck::Zeroable;
@@ -45,9 +46,17 @@ impl Blend {
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
             record_count,
-            neighbour_offsets: Buffer::from_slice(context, "neighbour offsets", &neighbourhoods.first)?,
-            neighbours: Buffer::from_slice(context, "neighbours", &neighbourhoods.list)?,
-            records: Buffer::from_slice(context, "blended records", &none)?,
+            neighbour_offsets: Buffer::from_slice(
+                context,
+                GrowsWith::GatherRays.named("neighbour offsets"),
+                &neighbourhoods.first,
+            )?,
+            neighbours: Buffer::from_slice(
+                context,
+                GrowsWith::GatherRays.named("neighbours"),
+                &neighbourhoods.list,
+            )?,
+            records: Buffer::from_slice(context, GrowsWith::GatherRays.named("blended records"), &none)?,
         })
     }
 

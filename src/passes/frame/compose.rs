@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_INDIRECT;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::SceneBuffers;
 use crate::passes::frame::antialias::{Antialias, EdgeCapacity};
 use crate::passes::frame::pixel_colours::PixelColours;
@@ -80,7 +81,11 @@ impl Compose {
             centres: pipeline(0)?,
             edges: pipeline(1)?,
             size,
-            radiance: Buffer::storage(context, "radiance", u64::from(size[0]) * u64::from(size[1]) * 12)?,
+            radiance: Buffer::storage(
+                context,
+                GrowsWith::Pixels.named("radiance"),
+                u64::from(size[0]) * u64::from(size[1]) * 12,
+            )?,
         })
     }
 

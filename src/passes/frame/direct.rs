@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::frame::{
     antialias::Antialias,
     light_sum::LightSum,
@@ -76,7 +77,7 @@ impl Direct {
             sum: LightSum::new(context)?,
             size,
             slot_count,
-            irradiance: Buffer::storage(context, "direct irradiance", points * 12)?,
+            irradiance: Buffer::storage(context, GrowsWith::Pixels.named("direct irradiance"), points * 12)?,
         })
     }
 

@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Buffer, Chunk, Context, PassScope, Pipeline, Recorder, SplitBuffer};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::frame::shafts::{BATCH, ShaftKernel, Shafts};
 use crate::passes::{OneLight, SceneBuffers};
@@ -111,7 +112,12 @@ impl FormFactors {
             kernel: ShaftKernel::new(context, Self::STEM)?,
             shafts: Shafts::new(context, points.chunks(most as usize).map(batches).sum())?,
             sum: LightSum::new(context)?,
-            entry_points: SplitBuffer::cut(context, "entry points", &points, most)?,
+            entry_points: SplitBuffer::cut(
+                context,
+                GrowsWith::EntryPoints.named("entry points"),
+                &points,
+                most,
+            )?,
             weights: entry_points.iter().map(|point| point.weight).collect(),
             point_count: entry_points.len() as u32,
             area_m2,

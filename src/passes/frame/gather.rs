@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::frame::gloss::Gloss;
 use crate::passes::frame::needed_records::RecordList;
 use crate::passes::gather_targets::GatherTargetPacking;
@@ -100,7 +101,11 @@ impl Gather {
         let glossy_constant = ("IS_GLOSSY", u32::from(is_glossy));
         let constants = [glossy_constant, has_textures(merged_rays.has_colours)];
         let allocate = |count: u32, bytes: u64| {
-            Buffer::storage(context, "reflected radiance", bytes * u64::from(count.max(1)))
+            Buffer::storage(
+                context,
+                GrowsWith::GatherRays.named("reflected radiance"),
+                bytes * u64::from(count.max(1)),
+            )
         };
         Ok(Self {
             radiance: Pipeline::new(context, "gather_radiance", &[glossy_constant])?,
@@ -113,7 +118,11 @@ impl Gather {
             lobe_radiances: allocate(if is_glossy { merged_rays.target_count } else { 1 }, 12)?,
             merged_rays,
             // Records that no view has needed yet are never written.
-            records: Buffer::from_slice(context, "records", &vec![Record::zeroed(); point_count as usize])?,
+            records: Buffer::from_slice(
+                context,
+                GrowsWith::GatherRays.named("records"),
+                &vec![Record::zeroed(); point_count as usize],
+            )?,
         })
     }
 

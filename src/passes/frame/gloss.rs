@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::SceneBuffers;
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::gloss_tables::GlossTables;
@@ -220,21 +221,45 @@ impl Gloss {
             copy: LightSum::new(context)?,
             sum: LightSum::of_colours(context)?,
             level: Pipeline::new(context, "gloss_level", &[])?,
-            entries: Buffer::from_slice(context, "gloss entries", &tables.entries)?,
+            entries: Buffer::from_slice(
+                context,
+                GrowsWith::EntryPoints.named("gloss entries"),
+                &tables.entries,
+            )?,
             entry_count: tables.entries.len() as u32,
             area_m2,
-            vertices: Buffer::from_slice(context, "gloss vertices", &tables.vertices)?,
-            shifts: Buffer::from_slice(context, "gloss shifts", &tables.shifts)?,
-            base_ranges: Buffer::from_slice(context, "base ranges", &tables.base_ranges)?,
+            vertices: Buffer::from_slice(
+                context,
+                GrowsWith::EntryPoints.named("gloss vertices"),
+                &tables.vertices,
+            )?,
+            shifts: Buffer::from_slice(context, GrowsWith::Cells.named("gloss shifts"), &tables.shifts)?,
+            base_ranges: Buffer::from_slice(
+                context,
+                GrowsWith::Cells.named("base ranges"),
+                &tables.base_ranges,
+            )?,
             max_vertices: tables.max_vertices,
             max_asked: 0,
             leaf_count: tables.leaf_count,
             sums: tables.sums.clone(),
-            child_offsets: Buffer::from_slice(context, "gloss child offsets", &tables.child_offsets)?,
-            children: Buffer::from_slice(context, "gloss children", &tables.children)?,
-            bins: Buffer::from_slice(context, "gloss bins", &tables.bins)?,
+            child_offsets: Buffer::from_slice(
+                context,
+                GrowsWith::Cells.named("gloss child offsets"),
+                &tables.child_offsets,
+            )?,
+            children: Buffer::from_slice(
+                context,
+                GrowsWith::Cells.named("gloss children"),
+                &tables.children,
+            )?,
+            bins: Buffer::from_slice(context, GrowsWith::Cells.named("gloss bins"), &tables.bins)?,
             path_count,
-            fluxes: Buffer::storage(context, "gloss fluxes", tables.bins.len() as u64 * 12)?,
+            fluxes: Buffer::storage(
+                context,
+                GrowsWith::Cells.named("gloss fluxes"),
+                tables.bins.len() as u64 * 12,
+            )?,
         })
     }
 

@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::frame::bin_reads::BinReads;
 use crate::passes::frame::gloss::{Gloss, GlossLight, GlossSpan, VertexKernels};
 use crate::passes::frame::light_sum::LightSum;
@@ -215,7 +216,9 @@ impl GlossPixels {
         let wanted = all.div_ceil(SHARE).max(all.min(MIN_ROOM));
         let sample_bytes = u64::from(LOBE_RAYS) * size_of::<GlossRay>() as u64;
         let capacity = wanted.min(context.limits().storage_range_bytes / sample_bytes) as u32;
-        let allocate = |name, bytes: u64| Buffer::storage(context, name, u64::from(capacity.max(1)) * bytes);
+        let allocate = |name, bytes: u64| {
+            Buffer::storage(context, GrowsWith::Pixels.named(name), u64::from(capacity.max(1)) * bytes)
+        };
         Ok(Self {
             mark: Pipeline::new(context, "gloss_mark", &[])?,
             list: Pipeline::new(context, "gloss_list", &[])?,
@@ -230,16 +233,28 @@ impl GlossPixels {
             capacity,
             cluster_bits,
             has_paths,
-            offsets: Buffer::storage(context, "gloss offsets", 4 * (u64::from(pixel_count) + 1))?,
-            pixels: Buffer::storage(context, "gloss pixels", 4 * u64::from(pixel_count))?,
+            offsets: Buffer::storage(
+                context,
+                GrowsWith::Pixels.named("gloss offsets"),
+                4 * (u64::from(pixel_count) + 1),
+            )?,
+            pixels: Buffer::storage(
+                context,
+                GrowsWith::Pixels.named("gloss pixels"),
+                4 * u64::from(pixel_count),
+            )?,
             samples: allocate("gloss samples", size_of::<PixelSurface>() as u64)?,
             rays: allocate("gloss rays", sample_bytes)?,
-            colours: textures.colours(context, "gloss colours", u64::from(capacity * LOBE_RAYS))?,
+            colours: textures.colours(
+                context,
+                GrowsWith::Pixels.named("gloss colours"),
+                u64::from(capacity * LOBE_RAYS),
+            )?,
             hits: allocate("gloss hits", 12)?,
             highlights: allocate("highlights", 12)?,
             radiance: Buffer::storage(
                 context,
-                "gloss radiance",
+                GrowsWith::Pixels.named("gloss radiance"),
                 u64::from(pixel_count) * size_of::<PixelGloss>() as u64,
             )?,
         })

@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder, SplitBuffer};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::frame::light_sum::LightSum;
 use crate::scene::hvds::Hvds;
 use crate::types::{ContributionRange, NO_CLUSTER};
@@ -151,8 +152,8 @@ impl ClusterLists {
         let place = |cluster: u32| summed.partition_point(|&other| other < cluster) as u32;
         Ok(Self {
             levels: levels.iter().map(|level| place(level.start)..place(level.end)).collect(),
-            summed: Buffer::from_slice(context, "summed clusters", &summed)?,
-            read: Buffer::from_slice(context, "read clusters", &read)?,
+            summed: Buffer::from_slice(context, GrowsWith::Cells.named("summed clusters"), &summed)?,
+            read: Buffer::from_slice(context, GrowsWith::Cells.named("read clusters"), &read)?,
             read_count: read.len() as u32,
         })
     }
@@ -229,16 +230,32 @@ impl Pyramid {
             base_count: hvds.levels[0].len() as u32,
             max_contributions: contributions_at_once(&ranges),
             entry_area_m2,
-            contribution_ranges: Buffer::from_slice(context, "contribution ranges", &ranges)?,
-            child_offsets: Buffer::from_slice(context, "child offsets", &hvds.child_offsets)?,
-            inverse_areas: Buffer::from_slice(context, "inverse areas", &inverse_areas)?,
+            contribution_ranges: Buffer::from_slice(
+                context,
+                GrowsWith::Cells.named("contribution ranges"),
+                &ranges,
+            )?,
+            child_offsets: Buffer::from_slice(
+                context,
+                GrowsWith::Cells.named("child offsets"),
+                &hvds.child_offsets,
+            )?,
+            inverse_areas: Buffer::from_slice(
+                context,
+                GrowsWith::Cells.named("inverse areas"),
+                &inverse_areas,
+            )?,
             indirect_sources: Buffer::from_slice(
                 context,
-                "indirect sources",
+                GrowsWith::Cells.named("indirect sources"),
                 &indirect_sources(hvds, &ranges, MIN_VERTICES),
             )?,
-            flux: Buffer::from_slice(context, "cluster flux", &[&dark[..], &dark].concat())?,
-            irradiance: Buffer::from_slice(context, "cluster irradiance", &dark)?,
+            flux: Buffer::from_slice(
+                context,
+                GrowsWith::Cells.named("cluster flux"),
+                &[&dark[..], &dark].concat(),
+            )?,
+            irradiance: Buffer::from_slice(context, GrowsWith::Cells.named("cluster irradiance"), &dark)?,
         })
     }
 
@@ -261,7 +278,7 @@ impl Pyramid {
         let least = [MIN_VERTICES, MIN_VERTICES_APART];
         self.indirect_sources.write(&consistent_sources(hvds, &ranges, least, &is_inconsistent))?;
         let dark = vec![Vec3::ZERO; (hvds.cluster_count() + proxy_count) as usize];
-        self.irradiance = Buffer::from_slice(context, "cluster irradiance", &dark)?;
+        self.irradiance = Buffer::from_slice(context, GrowsWith::Cells.named("cluster irradiance"), &dark)?;
         Ok(())
     }
 
@@ -272,7 +289,7 @@ impl Pyramid {
     pub fn reserve_patches(&mut self, context: &Arc<Context>, patch_count: u32) -> Result<()> {
         if patch_count > 0 {
             let bytes = self.irradiance.bytes() + 12 * u64::from(patch_count);
-            self.irradiance = Buffer::storage(context, "cluster irradiance", bytes)?;
+            self.irradiance = Buffer::storage(context, GrowsWith::Cells.named("cluster irradiance"), bytes)?;
         }
         Ok(())
     }
@@ -284,7 +301,7 @@ impl Pyramid {
     /// The device lacks memory.
     pub fn new_light_flux(context: &Arc<Context>, base_count: u32) -> Result<Buffer> {
         let dark = LightFlux { direct: 0.0, indirect: Vec3::ZERO };
-        Buffer::from_slice(context, "light flux", &vec![dark; base_count as usize])
+        Buffer::from_slice(context, GrowsWith::Cells.named("light flux"), &vec![dark; base_count as usize])
     }
 
     /// Number of base clusters: the length of a light's [`LightFlux`] buffer.

@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::frame::hvds::{ClusterFlux, Pyramid};
 use crate::types::Record;
 use glam::Vec3;
@@ -52,8 +53,14 @@ impl NearField {
     pub fn new(context: &Arc<Context>, clusters: &[NearCluster], patches: &[NearCluster]) -> Result<Self> {
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
-            clusters: (Buffer::from_slice(context, "near clusters", clusters)?, clusters.len() as u32),
-            patches: (Buffer::from_slice(context, "near patches", patches)?, patches.len() as u32),
+            clusters: (
+                Buffer::from_slice(context, GrowsWith::GatherRays.named("near clusters"), clusters)?,
+                clusters.len() as u32,
+            ),
+            patches: (
+                Buffer::from_slice(context, GrowsWith::GatherRays.named("near patches"), patches)?,
+                patches.len() as u32,
+            ),
         })
     }
 

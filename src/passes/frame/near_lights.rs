@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, HostBlock, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::SceneBuffers;
 use crate::types::{LIGHT_POINT, LIGHT_SPOT, LightSource, PathVertex, Surface};
 use glam::Vec3;
@@ -161,7 +162,8 @@ impl NearLights {
         area_m2: f32,
     ) -> Result<Self> {
         let pipeline = |stem| Pipeline::new(context, stem, &[]);
-        let buffer = |name, bytes: usize| Buffer::storage(context, name, bytes as u64);
+        let buffer =
+            |name, bytes: usize| Buffer::storage(context, GrowsWith::EntryPoints.named(name), bytes as u64);
         let flags: Vec<u32> = may_be_glossy.iter().map(|&is_glossy| u32::from(is_glossy)).collect();
         let mut made = Self {
             context: context.clone(),
@@ -257,7 +259,9 @@ impl NearLights {
     pub fn reserve(&mut self, inputs: &[NearInputs]) -> Result<()> {
         let count = inputs.iter().map(|inputs| inputs.points.len()).max().unwrap_or(0);
         if (size_of::<NearPoint>() * count) as u64 > self.near_points.bytes() {
-            let buffer = |name, bytes| Buffer::storage(&self.context, name, (count * bytes) as u64);
+            let buffer = |name, bytes| {
+                Buffer::storage(&self.context, GrowsWith::EntryPoints.named(name), (count * bytes) as u64)
+            };
             (self.near_points, self.seen_points) =
                 (buffer("near points", size_of::<NearPoint>())?, buffer("seen near points", 4)?);
         }

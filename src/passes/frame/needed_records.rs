@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::frame::blend::Blend;
 use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::frame::splat::Splat;
@@ -71,9 +72,13 @@ impl RecordList {
             tuning.swizzled(tuning.record_groups(before(first + records_per_chunk) - before(first)))
         });
         Ok(Self {
-            offsets: Buffer::from_slice(context, "record offsets", &offsets)?,
-            groups: Buffer::from_slice(context, "gather groups", &groups.collect::<Vec<_>>())?,
-            records: Buffer::from_slice(context, "listed records", records)?,
+            offsets: Buffer::from_slice(context, GrowsWith::GatherRays.named("record offsets"), &offsets)?,
+            groups: Buffer::from_slice(
+                context,
+                GrowsWith::GatherRays.named("gather groups"),
+                &groups.collect::<Vec<_>>(),
+            )?,
+            records: Buffer::from_slice(context, GrowsWith::GatherRays.named("listed records"), records)?,
         })
     }
 
@@ -131,8 +136,8 @@ impl NeededRecords {
             sums: PrefixSum::new(context, record_count)?,
             record_count,
             records_per_chunk,
-            is_seen: Buffer::from_slice(context, "seen records", &none)?,
-            is_current: Buffer::from_slice(context, "current records", &none)?,
+            is_seen: Buffer::from_slice(context, GrowsWith::GatherRays.named("seen records"), &none)?,
+            is_current: Buffer::from_slice(context, GrowsWith::GatherRays.named("current records"), &none)?,
             list: RecordList::all(context, record_count, records_per_chunk)?,
         })
     }

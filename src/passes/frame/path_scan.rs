@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Chunk, Context, Pipeline, Recorder, SplitBuffer};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::has_textures;
 use crate::types::Contribution;
 use glam::Vec3;
@@ -156,10 +157,11 @@ impl PathScan {
         let group = ("local_size_x", scan_group);
         let constants =
             [group, ("IS_GLOSSY", u32::from(!lobes.is_empty())), has_textures(!colours.is_empty())];
-        let lobes =
-            (!lobes.is_empty()).then(|| SplitBuffer::cut(context, "path lobes", lobes, most)).transpose()?;
+        let lobes = (!lobes.is_empty())
+            .then(|| SplitBuffer::cut(context, GrowsWith::EntryPoints.named("path lobes"), lobes, most))
+            .transpose()?;
         let colours = (!colours.is_empty())
-            .then(|| SplitBuffer::cut(context, "step colours", colours, most))
+            .then(|| SplitBuffer::cut(context, GrowsWith::EntryPoints.named("step colours"), colours, most))
             .transpose()?;
         let step_count = steps.len() as u32;
         let block_count = u64::from(step_count.div_ceil(BLOCK_STEPS));
@@ -167,18 +169,27 @@ impl PathScan {
             blocks: Pipeline::new(context, "path_scan_blocks", &constants)?,
             carry: Pipeline::new(context, "path_scan_carry", &[group])?,
             apply: Pipeline::new(context, "path_scan_apply", &[])?,
-            steps: SplitBuffer::cut(context, "path steps", steps, most)?,
+            steps: SplitBuffer::cut(context, GrowsWith::EntryPoints.named("path steps"), steps, most)?,
             lobes,
             step_count,
             scan_group,
             colours,
             block_products: Buffer::storage(
                 context,
-                "block products",
+                GrowsWith::EntryPoints.named("block products"),
                 block_count * size_of::<Segment>() as u64,
             )?,
-            entering: Buffer::storage(context, "entering products", 12 * block_count)?,
-            contributions: SplitBuffer::cut(context, "contributions", contributions, max_contributions)?,
+            entering: Buffer::storage(
+                context,
+                GrowsWith::EntryPoints.named("entering products"),
+                12 * block_count,
+            )?,
+            contributions: SplitBuffer::cut(
+                context,
+                GrowsWith::EntryPoints.named("contributions"),
+                contributions,
+                max_contributions,
+            )?,
         })
     }
 

@@ -6,6 +6,7 @@ use crate::cpu::textures::unpack_colour;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::SceneBuffers;
 use crate::passes::frame::antialias::{Antialias, EdgeCapacity};
 use crate::scene::Material;
@@ -68,8 +69,16 @@ impl PixelColours {
         };
         Ok(Self {
             pipelines: scene.textures.are_used.then(pipelines).transpose()?,
-            of_pixels: scene.textures.colours(context, "pixel colours", pixel_count.into())?,
-            of_edges: scene.textures.colours(context, "edge colours", slot_count.into())?,
+            of_pixels: scene.textures.colours(
+                context,
+                GrowsWith::Pixels.named("pixel colours"),
+                pixel_count.into(),
+            )?,
+            of_edges: scene.textures.colours(
+                context,
+                GrowsWith::Pixels.named("edge colours"),
+                slot_count.into(),
+            )?,
         })
     }
 

@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::SceneBuffers;
 use crate::scene::Camera;
 use crate::types::{PixelSurface, View};
@@ -37,7 +38,7 @@ impl Primary {
         let bytes = u64::from(pixel_count) * size_of::<PixelSurface>() as u64;
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
-            pixels: Buffer::storage(context, "pixels", bytes)?,
+            pixels: Buffer::storage(context, GrowsWith::Pixels.named("pixels"), bytes)?,
         })
     }
 

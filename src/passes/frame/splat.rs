@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::frame::tile_sort::TileSort;
 use crate::types::View;
@@ -220,15 +221,35 @@ impl Splat {
             size,
             tile_boxes: boxes("tile boxes", tile_count)?,
             block_boxes: boxes("record blocks", u64::from(record_count.div_ceil(RECORD_BLOCK)))?,
-            rectangles: Buffer::storage(context, "pixel rectangles", 8 * u64::from(record_count))?,
-            pair_offsets: Buffer::from_slice(context, "pair offsets", &no_pairs)?,
-            weight_ranges: Buffer::from_slice(context, "weight ranges", &no_weights)?,
-            weights: Buffer::storage(context, "splat weights", 8 * u64::from(weight_capacity))?,
+            rectangles: Buffer::storage(
+                context,
+                GrowsWith::Pixels.named("pixel rectangles"),
+                8 * u64::from(record_count),
+            )?,
+            pair_offsets: Buffer::from_slice(context, GrowsWith::Pixels.named("pair offsets"), &no_pairs)?,
+            weight_ranges: Buffer::from_slice(
+                context,
+                GrowsWith::Pixels.named("weight ranges"),
+                &no_weights,
+            )?,
+            weights: Buffer::storage(
+                context,
+                GrowsWith::Pixels.named("splat weights"),
+                8 * u64::from(weight_capacity),
+            )?,
             weight_capacity,
-            tally: Buffer::from_slice(context, "splat tally", &[SplatTally::zeroed()])?,
+            tally: Buffer::from_slice(
+                context,
+                GrowsWith::Pixels.named("splat tally"),
+                &[SplatTally::zeroed()],
+            )?,
             uncovered: list("uncovered pixels", u64::from(pixel_count))?,
             crowded: list("crowded tiles", tile_count)?,
-            irradiance: Buffer::storage(context, "indirect irradiance", 12 * u64::from(pixel_count))?,
+            irradiance: Buffer::storage(
+                context,
+                GrowsWith::Pixels.named("indirect irradiance"),
+                12 * u64::from(pixel_count),
+            )?,
         })
     }
 

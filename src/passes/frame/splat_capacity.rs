@@ -4,6 +4,7 @@ use super::splat::{Splat, SplatTally, TILE};
 use super::tile_sort::TileSort;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, HostBlock, Recorder};
+use crate::passes::GrowsWith;
 
 /// Counts of a view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,7 +63,11 @@ impl Splat {
         let lacks_weights = counts.weights > self.weight_capacity;
         if lacks_weights {
             let capacity = with_reserve(counts.weights);
-            self.weights = Buffer::storage(&self.context, "splat weights", 8 * u64::from(capacity))?;
+            self.weights = Buffer::storage(
+                &self.context,
+                GrowsWith::Pixels.named("splat weights"),
+                8 * u64::from(capacity),
+            )?;
             self.weight_capacity = capacity;
         }
         Ok(lacks_pairs || lacks_weights)

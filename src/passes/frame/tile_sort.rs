@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, PassScope, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::frame::prefix_sum::PrefixSum;
 use std::sync::Arc;
 
@@ -59,10 +60,14 @@ impl TileSort {
             scatter: Pipeline::new(context, "sort_scatter", &[])?,
             prefix_sum: PrefixSum::new(context, block_count * 256)?,
             lists: [
-                Buffer::storage(context, "tile pairs", bytes)?,
-                Buffer::storage(context, "sorted pairs", bytes)?,
+                Buffer::storage(context, GrowsWith::Pixels.named("tile pairs"), bytes)?,
+                Buffer::storage(context, GrowsWith::Pixels.named("sorted pairs"), bytes)?,
             ],
-            digit_counts: Buffer::storage(context, "digit counts", 4 * (u64::from(block_count) * 256 + 1))?,
+            digit_counts: Buffer::storage(
+                context,
+                GrowsWith::Pixels.named("digit counts"),
+                4 * (u64::from(block_count) * 256 + 1),
+            )?,
             block_count,
         })
     }

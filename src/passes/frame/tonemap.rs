@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -37,7 +38,11 @@ impl Tonemap {
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
             pixel_count,
-            display: Buffer::storage(context, "display", u64::from(pixel_count) * 4)?,
+            display: Buffer::storage(
+                context,
+                GrowsWith::Pixels.named("display"),
+                u64::from(pixel_count) * 4,
+            )?,
         })
     }
 

@@ -9,6 +9,7 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::hvds::Hvds;
 use crate::types::{Grid, PathVertex};
@@ -127,7 +128,7 @@ pub fn place(
     }
     let pipeline = Pipeline::new(context, STEM, &[])?;
     let bytes = u64::from(point_count.min(LIMIT)) * size_of::<PathVertex>() as u64;
-    let points = Buffer::storage(context, "entry points", bytes)?;
+    let points = Buffer::storage(context, GrowsWith::EntryPoints.named("entry points"), bytes)?;
     // In a scene of many triangles most patches hold no point.
     let ranges = strata.patches.iter().zip(strata.point_offsets.windows(2));
     let (patches, mut point_offsets): (Vec<EntryPatch>, Vec<u32>) =
@@ -140,7 +141,11 @@ pub fn place(
         let first_patch = point_offsets.partition_point(|&first| first <= first_point) - 1;
         let end_patch = point_offsets.partition_point(|&first| first < first_point + count);
         let patch_count = (end_patch - first_patch) as u32;
-        let own_patches = Buffer::from_slice(context, "entry patches", &patches[first_patch..end_patch])?;
+        let own_patches = Buffer::from_slice(
+            context,
+            GrowsWith::EntryPoints.named("entry patches"),
+            &patches[first_patch..end_patch],
+        )?;
         let own_firsts =
             Buffer::from_slice(context, "point offsets", &point_offsets[first_patch..end_patch])?;
         let push =

@@ -6,6 +6,7 @@ use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::gather_targets::GatherTargetPacking;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::{CachePoint, GatherRay, Grid};
@@ -122,11 +123,13 @@ impl RayTable {
         let limit = (context.limits().storage_range_bytes / row_bytes).max(1);
         let rows_per_buffer = limit.min(u64::from(point_count.max(1))) as u32;
         let rows = Self::split(rows_per_buffer, point_count);
-        let buffers =
-            rows.map(|(_, rows)| Buffer::storage(context, "gather rays", u64::from(rows) * row_bytes));
+        let buffers = rows.map(|(_, rows)| {
+            Buffer::storage(context, GrowsWith::GatherRays.named("gather rays"), u64::from(rows) * row_bytes)
+        });
         let rays_of = |rows: u32| u64::from(rows) * u64::from(hemisphere.rays());
-        let colours = Self::split(rows_per_buffer, point_count)
-            .map(|(_, rows)| scene.textures.colours(context, "ray colours", rays_of(rows)));
+        let colours = Self::split(rows_per_buffer, point_count).map(|(_, rows)| {
+            scene.textures.colours(context, GrowsWith::GatherRays.named("ray colours"), rays_of(rows))
+        });
         Ok(Self {
             rows_per_buffer,
             buffers: buffers.collect::<Result<_>>()?,

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::frame::path_scan::PathStep;
 use crate::passes::{ClusterBuffers, SceneBuffers, loop_limit};
 use crate::scene::Material;
@@ -142,7 +143,8 @@ pub fn retrace(
     let nowhere = ClusterBuffers::none(context)?;
     let is_glossy = materials.iter().any(|material| material.flags & MAY_BE_GLOSSY != 0);
     let mut walk = Walk::new(context, scene, &nowhere, 1, is_glossy, seed)?;
-    walk.materials = Buffer::from_slice(context, "materials of paths", materials)?;
+    walk.materials =
+        Buffer::from_slice(context, GrowsWith::EntryPoints.named("materials of paths"), materials)?;
     let (mut found, mut live) = (Vec::new(), vec![state]);
     while !live.is_empty() {
         let mut survivors = Vec::new();
@@ -189,10 +191,18 @@ impl Walk {
             scene.textures.constant(),
         ];
         let vertex_bytes = limit * u64::from(STEPS) * size_of::<PathVertex>() as u64;
-        let paths = Buffer::storage(context, "path states", limit * size_of::<PathState>() as u64)?;
-        let vertices = Buffer::storage(context, "path vertices", vertex_bytes)?;
-        let counts = Buffer::storage(context, "vertex counts", limit * 4)?;
-        let colours = scene.textures.colours(context, "vertex colours", limit * u64::from(STEPS))?;
+        let paths = Buffer::storage(
+            context,
+            GrowsWith::EntryPoints.named("path states"),
+            limit * size_of::<PathState>() as u64,
+        )?;
+        let vertices = Buffer::storage(context, GrowsWith::EntryPoints.named("path vertices"), vertex_bytes)?;
+        let counts = Buffer::storage(context, GrowsWith::EntryPoints.named("vertex counts"), limit * 4)?;
+        let colours = scene.textures.colours(
+            context,
+            GrowsWith::EntryPoints.named("vertex colours"),
+            limit * u64::from(STEPS),
+        )?;
         Ok(Self {
             context: context.clone(),
             pipeline: Pipeline::new(context, STEM, &constants)?,

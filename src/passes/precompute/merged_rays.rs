@@ -7,6 +7,7 @@ use super::gather_rays::{Hemisphere, RayTable};
 use crate::cpu::gather::unpack;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
+use crate::passes::GrowsWith;
 use crate::passes::gather_targets::{GatherTargetPacking, GatherTargets};
 use crate::types::{GatherRay, MOVEMENT_EXPONENT, MergedRay, NO_TARGET};
 use glam::{DVec2, Vec2};
@@ -147,7 +148,11 @@ impl MergedRays {
         Ok(Self {
             records_per_chunk,
             chunks: Vec::new(),
-            targets: Buffer::from_slice(context, "gather targets", &packing.targets)?,
+            targets: Buffer::from_slice(
+                context,
+                GrowsWith::GatherRays.named("gather targets"),
+                &packing.targets,
+            )?,
             target_count: packing.targets.len() as u32,
             target_bits: packing.target_bits,
             rotation_unit: packing.rotation_unit,
@@ -274,11 +279,19 @@ impl MergedRays {
         self.ray_count += merged_rays.iter().map(rays).sum::<u64>();
         self.chunks.push(MergedRayChunk {
             points: first_point..first_point + counts.len() as u32,
-            merged_ray_offsets: Buffer::from_slice(context, "merged ray offsets", &merged_ray_offsets)?,
-            merged_rays: Buffer::from_slice(context, "merged rays", merged_rays)?,
+            merged_ray_offsets: Buffer::from_slice(
+                context,
+                GrowsWith::GatherRays.named("merged ray offsets"),
+                &merged_ray_offsets,
+            )?,
+            merged_rays: Buffer::from_slice(
+                context,
+                GrowsWith::GatherRays.named("merged rays"),
+                merged_rays,
+            )?,
             colours: Buffer::from_slice(
                 context,
-                "merged ray colours",
+                GrowsWith::GatherRays.named("merged ray colours"),
                 if self.has_colours { colours } else { &[0] },
             )?,
         });

@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::{LitScene, SceneBuffers, loop_limit};
 use crate::types::{LOOP_TRUNCATED, View};
 use glam::Vec3;
@@ -112,7 +113,11 @@ impl Accumulators {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, pixel_count: u32) -> Result<Self> {
         let storage = |name, element: usize| {
-            let buffer = Buffer::storage(context, name, u64::from(pixel_count) * element as u64)?;
+            let buffer = Buffer::storage(
+                context,
+                GrowsWith::Pixels.named(name),
+                u64::from(pixel_count) * element as u64,
+            )?;
             context.run(|rec| rec.fill_zero(&buffer))?;
             Ok(buffer)
         };

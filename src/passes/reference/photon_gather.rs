@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::GrowsWith;
 use crate::passes::precompute::Chunks;
 use crate::passes::reference::photon_map::PhotonGrid;
 use crate::passes::{LitScene, SceneBuffers};
@@ -95,7 +96,7 @@ impl Sequence {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, pixel_count: u32, seed: u32) -> Result<Self> {
         let bytes = u64::from(pixel_count) * size_of::<GatherSums>() as u64;
-        let sums = Buffer::storage(context, "gather sums", bytes)?;
+        let sums = Buffer::storage(context, GrowsWith::Pixels.named("gather sums"), bytes)?;
         context.run(|rec| rec.fill_zero(&sums))?;
         Ok(Self { sums, seed })
     }

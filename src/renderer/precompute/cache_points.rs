@@ -4,6 +4,7 @@ use super::hierarchy::Hierarchy;
 use super::surfaces::Reachable;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
+use crate::passes::GrowsWith;
 use crate::passes::frame::near_field::NearCluster;
 use crate::passes::gather_targets::GatherTargetPacking;
 use crate::passes::precompute::cache_points::{self, Placed, Placement, SizeField};
@@ -60,7 +61,7 @@ impl Points {
         let points: Vec<CachePoint> = placement.points.iter().map(|placed| placed.point).collect();
         let patches = &hierarchy.patches[..hierarchy.extent.end(hvds)];
         Ok(Self {
-            buffer: Buffer::from_slice(context, "cache points", &points)?,
+            buffer: Buffer::from_slice(context, GrowsWith::GatherRays.named("cache points"), &points)?,
             neighbourhoods: Neighbourhoods::new(&placement.points),
             narrow_count: placement.points.partition_point(is_narrow) as u32,
             near_count: placement.points.partition_point(is_near) as u32,

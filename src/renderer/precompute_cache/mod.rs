@@ -9,7 +9,7 @@ mod read;
 mod write;
 
 use super::precompute::{Precomputed, precompute};
-use super::{Progress, Renderer, memory_hint};
+use super::{Progress, Renderer};
 use crate::cache_file::{CacheMiss, File, Folder, Key};
 use crate::error::{Error, Result};
 use crate::gpu::Context;
@@ -51,12 +51,9 @@ impl Renderer {
         progress: &mut dyn Progress,
         say: &mut dyn FnMut(&str),
     ) -> Result<Self> {
-        let make = || {
-            let (start, mut scene) = (Instant::now(), scene);
-            let made = store.obtain(context, &mut scene, progress, say)?;
-            Self::from_precomputed(context, scene, made, start)
-        };
-        make().map_err(memory_hint::with_hint)
+        let (start, mut scene) = (Instant::now(), scene);
+        let made = store.obtain(context, &mut scene, progress, say)?;
+        Self::from_precomputed(context, scene, made, start)
     }
 
     /// Traces a scene's light paths and stores them in a file, which is replaced.
@@ -70,7 +67,7 @@ impl Renderer {
         progress: &mut dyn Progress,
     ) -> Result<(Scene, Written)> {
         let key = key::key(context, &scene);
-        let made = precompute(context, &mut scene, progress).map_err(memory_hint::with_hint)?;
+        let made = precompute(context, &mut scene, progress)?;
         let tables = write::Tables::from_precomputed(&made)?;
         let writer = tables.sections(&made);
         let failed = |error: std::io::Error| Error::output(file, format!("cannot be written: {error}"));

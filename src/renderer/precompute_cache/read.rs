@@ -6,6 +6,7 @@ use super::contents::Contents;
 use crate::cache_file::{CacheMiss, File, Key};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
+use crate::passes::GrowsWith;
 use crate::passes::precompute::gather_rays::Hemisphere;
 use crate::passes::precompute::gloss::base_ranges;
 use crate::passes::precompute::merged_rays::MergedRays;
@@ -121,7 +122,8 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
         gloss.base_ranges = base_ranges(&hvds);
         clusters = Some(cluster_tables.upload(context)?);
     }
-    let cache_points = Buffer::from_slice(context, "cache points", &contents.cache_points)?;
+    let cache_points =
+        Buffer::from_slice(context, GrowsWith::GatherRays.named("cache points"), &contents.cache_points)?;
     let merged_rays = MergedRays::of_lists(context, contents.merged_rays, hemisphere, has_images(scene))?;
     let groups = sides::Enclosures::of_numbers(&scene.triangles, &contents.closed);
     let took = start.elapsed().as_secs_f64();

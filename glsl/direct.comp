@@ -8,7 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/loop_limit.glsl"
+#include "include/quirks.glsl"
 #include "include/math.glsl"
 
 layout(local_size_x = 64) in;
@@ -51,9 +51,7 @@ void main() {
     PixelSurface point = pixel_surface_at(SeenPoints, index);
     LightSource light = of_kind(light_at(Lights, push.light));
     float found = push.first_sample == 0u ? 0.0 : light_irradiance[index];
-    // A loop of at most one iteration: lavapipe (Mesa 22.3.6) skips its body if no point of a group
-    // sees a surface.
-    for (bool is_due = point.side != NO_SIDE; is_due; is_due = false) {
+    if_any (point.side != NO_SIDE) {
         vec3 normal = facing_normal(point.side);
         found += light_factor_in(batch, light, push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,
                                  point.footprint);

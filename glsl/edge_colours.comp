@@ -7,6 +7,7 @@
 #include "include/types.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/quirks.glsl"
 #include "include/sampling.glsl"
 #include "include/antialias.glsl"
 #include "include/colour.glsl"

@@ -9,7 +9,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/loop_limit.glsl"
+#include "include/quirks.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/antialias.glsl"
@@ -60,9 +60,7 @@ void main() {
     EdgeSample seen = edge_sample_of(pair_at(EdgeSamples, index));
     LightSource light = of_kind(light_at(Lights, push.light));
     float found = push.first_sample == 0u ? 0.0 : edge_light[index];
-    // A loop of at most one iteration: lavapipe (Mesa 22.3.6) skips its body if no sample of a
-    // group sees a surface.
-    for (bool is_due = seen.side != NO_SIDE; is_due; is_due = false) {
+    if_any (seen.side != NO_SIDE) {
         PixelSurface point = edge_point(view, edge_pixels[number.y], seen, number.x, count);
         vec3 normal = facing_normal(point.side);
         float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,

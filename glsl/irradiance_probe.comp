@@ -10,7 +10,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/loop_limit.glsl"
+#include "include/quirks.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/colour.glsl"
@@ -86,9 +86,7 @@ void main() {
         uint point_seed = hash(push.seed, index);
         uint ray_seed = hash(point_seed, ray);
         bool alive = true;
-        // A loop of at most one iteration, which lavapipe (Mesa 22.3.6) skips; it would execute a
-        // branch for all lanes.
-        for (bool starts = path.depth == 0u; starts; starts = false) {
+        if_any (path.depth == 0u) {
             CachePoint point = cache_points[index];
             vec3 normal = surface_at(point.side >> 1).normal;
             if ((point.side & 1u) != 0u) normal = -normal;

@@ -25,8 +25,8 @@ layout(scalar, push_constant) uniform Push { PhotonOrderPush push; };
 
 #include "include/surfaces.glsl"
 
-// Number of sorted pairs in buckets before `bucket`, by bisection: lavapipe (Mesa 22.3.6) ends a
-// loop over all buckets early.
+// Number of sorted pairs in buckets before `bucket`, by bisection: a loop over all buckets exceeds
+// the iteration limit (quirks.glsl).
 uint pairs_before(uint bucket) {
     uint low = 0u;
     uint high = push.slot_count;

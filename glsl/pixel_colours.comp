@@ -8,6 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/quirks.glsl"
 #include "include/colour.glsl"
 
 layout(local_size_x = 64) in;

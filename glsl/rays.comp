@@ -8,7 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/loop_limit.glsl"
+#include "include/quirks.glsl"
 #include "include/math.glsl"
 
 layout(local_size_x = 64) in;

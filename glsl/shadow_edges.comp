@@ -11,7 +11,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/loop_limit.glsl"
+#include "include/quirks.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/antialias.glsl"
@@ -81,7 +81,7 @@ PixelSurface seen_in(uint place, View view, vec2 point) {
     // Nodes are stored at the end.
     uint nodes = counts >> 16;
     uint last = first + MAX_ROOTS;
-    for (bool is_due = nodes != 0u; is_due; is_due = false) {
+    if_any (nodes != 0u) {
         uint root = has_roots ? word_at(ShaftRoots, last) : 0u;
         Hit below;
         if (trace_from(root, ShaftRoots, last + 1u - nodes, nodes - 1u, Ray(ray.origin, ray.direction, hit.t), false, below)) hit = below;
@@ -138,9 +138,7 @@ void main() {
         vec3 normal = own_normal;
         vec2 point = corner + sample_3d(i, index).xy;
         if (!is_traced) found.position = on_plane(view, found, normal, point);
-        // A loop of at most one iteration, which lavapipe (Mesa 22.3.6) skips; it would execute a
-        // branch for all lanes.
-        for (bool is_due = is_traced; is_due; is_due = false) {
+        if_any (is_traced) {
             found = seen_in(place, view, point);
             if (found.side != NO_SIDE) normal = facing_normal(found.side);
         }
@@ -148,7 +146,7 @@ void main() {
         float factor = light_factor(light, push.first_sample, end, push.traces_all != 0u, found.position, normal, found.normal, found.footprint);
         factor = weighed(light, light.samples, factor, found.position, found.normal, found.footprint);
         uint slot = 0u;
-        for (bool is_due = is_edge && factor > 0.0; is_due; is_due = false) slot = slot_for(found, index, first_slot, slots);
+        if_any (is_edge && factor > 0.0) slot = slot_for(found, index, first_slot, slots);
         sum += mix(vec4(0.0), vec4(factor), equal(uvec4(0u, 1u, 2u, 3u), uvec4(slot)));
     }
     if (!loops_completed(view.width)) truncated_loops[0] = LOOP_TRUNCATED;

@@ -42,7 +42,7 @@ layout(scalar, binding = 10) buffer CrowdedTiles { uint crowded_tiles[]; };
 layout(scalar, push_constant) uniform Push { SplatTilesPush push; };
 
 #include "include/surfaces.glsl"
-#include "include/loop_limit.glsl"
+#include "include/quirks.glsl"
 
 const uint KEPT = 8u;  // weights of a pixel in registers
 const uint BATCH = 256u;

@@ -301,7 +301,7 @@ fn shaders_keep_to_the_rules() {
     }
 }
 
-/// A ray may meet more than a device's loops traverse: see `glsl/include/loop_limit.glsl`. The
+/// A ray may meet more than a device's loops traverse: see `glsl/include/quirks.glsl`. The
 /// search for roots of shafts visits few nodes, and batches trace no rays.
 #[test]
 fn kernels_that_follow_rays_ask_whether_their_loops_completed() {

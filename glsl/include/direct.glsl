@@ -55,7 +55,7 @@ float open_sample(LightSource light, vec3 corner, vec3 shading, uint i, inout ui
 float open_samples(LightSource light, vec3 corner, vec3 shading) {
     float sum = 0.0;
     uint row = lattice_row(light, 0u);
-    // Four an iteration, because lavapipe (Mesa 22.3.6) limits iterations: see loop_limit.glsl.
+    // Four an iteration, because of the iteration limit: see quirks.glsl.
     for (uint i = 0u; i < light.samples; i += 4u) {
         sum += open_sample(light, corner, shading, i, row);
         sum += open_sample(light, corner, shading, i + 1u, row);
@@ -78,7 +78,7 @@ float sample_weight(LightSource light, vec3 position, vec3 shading, float area) 
     float fraction = light.area > LARGE * distance * distance ? clamp(2.0 - spacings / NEAR, 0.0, 1.0) : 0.0;
     // Point to disc of the surface's area. [Wallace]
     float weight = 1.0 / (1.0 + area / (PI * distance * distance));
-    for (bool is_due = fraction > 0.0; is_due; is_due = false) {
+    if_any (fraction > 0.0) {
         float sum = open_samples(light, corner, shading);
         float whole = parallelogram_irradiance(shading, corner, light.edge_u, light.edge_v);
         // Disc to disc: a receiver takes no more than the light emits, even from a light much
@@ -90,7 +90,7 @@ float sample_weight(LightSource light, vec3 position, vec3 shading, float area) 
 
 // Applies `sample_weight` to the sum `found` once it includes the last sample.
 float weighed(LightSource light, uint end, float found, vec3 position, vec3 shading, float area) {
-    for (bool is_due = found > 0.0 && end == light.samples; is_due; is_due = false) found *= sample_weight(light, position, shading, area);
+    if_any (found > 0.0 && end == light.samples) found *= sample_weight(light, position, shading, area);
     return found;
 }
 

@@ -27,9 +27,7 @@ vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint ray
     for (uint i = 0u; i < push.light_count; ++i) {
         LightSource light = lights[i];
         vec2 u = vec2(0.0);
-        // A loop of at most one iteration, which lavapipe (Mesa 22.3.6) skips; it would execute a
-        // branch for all lanes.
-        for (bool is_due = light.kind == LIGHT_AREA; is_due; is_due = false) u = sample_3d(sample_index, hash(seed, ~i)).xy;
+        if_any (light.kind == LIGHT_AREA) u = sample_3d(sample_index, hash(seed, ~i)).xy;
         LightSample found;
         if (!sample_light(light, vertex.position, u, found)) continue;
         float cosine = dot(vertex.shading, found.direction);

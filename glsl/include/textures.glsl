@@ -15,9 +15,7 @@ vec3 texel_at(Texture image, ivec2 place) {
 vec3 image_at(uint material, uint triangle, vec3 barycentric) {
     vec3 colour = vec3(1.0);
     Texture image = textures[material];
-    // A loop of at most one iteration, which lavapipe (Mesa 22.3.6) skips; it would execute a
-    // branch for all lanes.
-    for (bool is_due = image.width != 0u; is_due; is_due = false) {
+    if_any (image.width != 0u) {
         vec2 uv = barycentric.x * texture_coordinates[3u * triangle] + barycentric.y * texture_coordinates[3u * triangle + 1u]
                 + barycentric.z * texture_coordinates[3u * triangle + 2u];
         // Rows are stored from the top.

@@ -16,6 +16,7 @@ use super::names::Names;
 use super::optional::{Offers, Optional, PipelineStatistics};
 use super::pipeline_store::PipelineStore;
 use super::pipelines::Pipelines;
+use super::quirks;
 use super::submission::Submission;
 use super::timeline::Timeline;
 use super::tuning::Tuning;
@@ -190,10 +191,9 @@ impl Context {
         &self.tuning
     }
 
-    /// Whether timestamps wait for a barrier first: once lavapipe has drawn to a window, it
-    /// executes them in order with its draws.
+    /// Whether timestamps wait for a barrier first.
     pub(super) fn delays_timestamps(&self) -> bool {
-        self.has_window && self.is_cpu()
+        quirks::delays_timestamps(self.has_window, self.is_cpu())
     }
 
     /// Memory in use by buffers, and its peak.

@@ -45,6 +45,7 @@ pub use device::{DeviceSummary, Limits};
 pub use host_block::{HostBlock, HostUpload};
 pub use optional::{PipelineStatistics, Statistic};
 pub use pipeline::Pipeline;
+pub use quirks::MAX_LOOP_ITERATIONS;
 pub use recorder::{PassScope, Recorder};
 pub use split_buffer::{Chunk, SplitBuffer};
 pub use timeline::{HostSpan, PassSpan, SubmissionSpan, Trace};

@@ -1,4 +1,21 @@
-//! Quirks of drivers that the device layer works around.
+//! Quirks of drivers that the host works around: one entry each, with driver, version, symptom and
+//! how it was seen. `glsl/include/quirks.glsl` has those of kernels.
+
+/// Iterations of all loops of an invocation together.
+///
+/// lavapipe (Mesa 22.3.6) silently ends every loop after them (`glsl/include/quirks.glsl`).
+/// Constants of passes bound the work of an invocation on every device, because a dispatch with
+/// more would also take too long.
+pub const MAX_LOOP_ITERATIONS: u32 = 65_535;
+
+/// Whether timestamps wait for a barrier first.
+///
+/// Once lavapipe (Mesa 22.3.6) has drawn to a window, it takes a timestamp only when it next
+/// executes its commands: a pass of one dispatch seemed to take no time
+/// (`docs/decisions/window.md`). A barrier executes them. Other devices do not wait.
+pub(super) fn delays_timestamps(has_window: bool, is_cpu: bool) -> bool {
+    has_window && is_cpu
+}
 
 /// Maximum of [`unused_bytes`].
 pub(super) const MAX_UNUSED_BYTES: u64 = 256;

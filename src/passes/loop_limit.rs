@@ -1,5 +1,4 @@
-//! Errors for truncated loops: lavapipe (Mesa 22.3.6) silently ends all loops of an invocation
-//! after 65 535 iterations (`glsl/include/loop_limit.glsl`).
+//! Errors for truncated loops (`MAX_LOOP_ITERATIONS` in `src/gpu/quirks.rs`).
 
 use crate::error::{Error, Result};
 

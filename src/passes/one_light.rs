@@ -7,7 +7,7 @@ use crate::gpu::{Buffer, Context, Pipeline};
 use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource};
 
 /// Point samples of a light in one dispatch. More would exceed the watchdog of a slow device, and
-/// the 65 535 iterations of lavapipe (Mesa 22.3.6).
+/// the iteration limit ([`crate::gpu::MAX_LOOP_ITERATIONS`]).
 const SAMPLES_A_DISPATCH: u32 = 8;
 
 /// One light of the table.

@@ -8,7 +8,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, MAX_LOOP_ITERATIONS, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::SceneBuffers;
@@ -74,8 +74,9 @@ pub const LAYOUTS: &[Layout] =
     &[GlossBeam::LAYOUT, GlossSpan::LAYOUT, GlossBasePush::LAYOUT, GlossLevelPush::LAYOUT];
 
 /// Iterations of the loop over a cluster's vertices and their beams in one dispatch. A sample of a
-/// pixel visits four clusters, and lavapipe (Mesa 22.3.6) ends loops after 65 535 iterations.
+/// pixel visits four clusters.
 const MAX_ITERATIONS: u32 = 1 << 13;
+const _: () = assert!(4 * MAX_ITERATIONS < MAX_LOOP_ITERATIONS);
 
 /// Lights of one dispatch if as many are due: lobes are evaluated once for all of them.
 const LIGHTS: usize = 4;
@@ -269,9 +270,8 @@ impl Gloss {
     }
 
     /// Dispatches over all vertices of clusters, per unit of each light's emission: first the
-    /// vertices that are no entry points, then the entry points. Each is divided to bound the work
-    /// of an invocation: lavapipe (Mesa 22.3.6) silently ends all loops of an invocation after 65
-    /// 535 iterations in total.
+    /// vertices that are no entry points, then the entry points. Each is divided to bound the
+    /// iterations of an invocation ([`MAX_LOOP_ITERATIONS`]).
     pub(super) fn dispatches<'a>(&self, due: &'a [GlossLight<'a>]) -> Vec<Dispatch<'a>> {
         let area_m2 = self.area_m2;
         let dispatch = |entry_points, lights: &'a [GlossLight<'a>], (first, end)| {

@@ -135,7 +135,7 @@ const MIN_ROOM: u64 = 1 << 16;
 /// Invocations of the tracing kernel: enough to fill a device, few enough to be cheap if
 /// little is glossy.
 const STRIDE: u32 = 1 << 16;
-/// Maximum number of samples of an invocation: lavapipe (Mesa 22.3.6) ends long loops.
+/// Maximum number of samples of an invocation: bounds its loop iterations.
 const SAMPLES_OF_INVOCATION: u32 = 8;
 
 /// Inputs of glossy pixels besides their own samples.

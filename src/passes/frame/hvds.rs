@@ -7,7 +7,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, Pipeline, Recorder, SplitBuffer};
+use crate::gpu::{Buffer, Context, MAX_LOOP_ITERATIONS, Pipeline, Recorder, SplitBuffer};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::frame::light_sum::LightSum;
@@ -417,11 +417,10 @@ pub fn contribution_ranges(hvds: &Hvds, contribution_offsets: &[u32]) -> Vec<Con
 }
 
 /// Maximum number of contributions of one dispatch: all, unless some cluster has too many for
-/// one invocation. If a scene fills a small part of its box, few clusters hold nearly all
-/// contributions, and lavapipe (Mesa 22.3.6) silently ends all loops of an invocation after
-/// 65 535 iterations.
+/// one invocation. In a scene that fills a small part of its box, few clusters hold nearly all.
 fn contributions_at_once(ranges: &[ContributionRange]) -> u32 {
     const MAX: u32 = 1 << 15;
+    const { assert!(MAX < MAX_LOOP_ITERATIONS) };
     if ranges.iter().any(|range| range.end - range.first > MAX) { MAX } else { u32::MAX }
 }
 

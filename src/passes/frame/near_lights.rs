@@ -6,7 +6,7 @@
 use crate::cpu::lights::{lattice_point, sample_light};
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_COMPUTE};
-use crate::gpu::{Buffer, Context, HostBlock, PassScope, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, HostBlock, MAX_LOOP_ITERATIONS, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::SceneBuffers;
@@ -106,9 +106,9 @@ const OVER: f32 = 2.0;
 
 /// Rays from a light.
 const RAYS: u32 = 1024;
-/// Entry points that one invocation goes through: lavapipe (Mesa 22.3.6) truncates loops after
-/// 65 535 iterations.
+/// Entry points that one invocation goes through.
 const POINTS_AT_A_TIME: u32 = 1 << 15;
+const _: () = assert!(POINTS_AT_A_TIME < MAX_LOOP_ITERATIONS);
 
 /// The entry points, sorted by position, and the buffers for one light at a time.
 pub struct NearLights {

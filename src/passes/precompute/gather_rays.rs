@@ -44,8 +44,7 @@ pub const STEM: &str = "gather_rays";
 pub const MIN_ENTRY_POINTS: f32 = 8.0;
 
 /// Maximum number of rays of an invocation, if the device allows workgroups that large. A ray needs
-/// some hundreds of loop iterations, and lavapipe (Mesa 22.3.6) silently ends all loops of an
-/// invocation after 65 535 iterations.
+/// some hundreds of loop iterations ([`crate::gpu::MAX_LOOP_ITERATIONS`]).
 const RAYS_OF_INVOCATION: u32 = 32;
 
 /// Maximum number of rays that the host reads at a time, unless a row has more.

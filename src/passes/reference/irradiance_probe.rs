@@ -56,8 +56,7 @@ pub const LAYOUTS: &[Layout] = &[ProbePath::LAYOUT, IrradianceProbePush::LAYOUT]
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "irradiance_probe";
 
-/// Rays of an invocation in one dispatch: lavapipe (Mesa 22.3.6) silently ends all loops of an
-/// invocation after 65 535 iterations.
+/// Rays of an invocation in one dispatch: bounds its loops ([`crate::gpu::MAX_LOOP_ITERATIONS`]).
 const RAYS_A_DISPATCH: u32 = 128;
 /// Maximum number of strata of one dispatch: their paths take 15 MiB.
 const STRATA_LIMIT: u32 = 1 << 18;

@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, MAX_LOOP_ITERATIONS, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::{LitScene, SceneBuffers, loop_limit};
@@ -80,9 +80,10 @@ pub const LAYOUTS: &[Layout] =
 pub const ROULETTE_THRESHOLD: f32 = 0.5;
 /// Paths continue from their state.
 const RESUME: u32 = u32::MAX;
-/// Rays of a pixel in one dispatch. They bound its duration; and lavapipe (Mesa 22.3.6) silently
-/// ends all loops of an invocation after 65 535 iterations: a thousand for each ray.
+/// Rays of a pixel in one dispatch. They bound its duration and its loops, of a thousand iterations
+/// for each ray.
 const RAYS_A_DISPATCH: u32 = 64;
+const _: () = assert!(1000 * RAYS_A_DISPATCH < MAX_LOOP_ITERATIONS);
 /// Maximum number of tiles of one dispatch: 2¹⁸ pixels fill the largest device, and their paths
 /// take 17 MiB.
 pub const TILE_LIMIT: u32 = 1 << 12;

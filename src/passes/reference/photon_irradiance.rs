@@ -2,7 +2,7 @@
 //! (m²), photons. Out: W/m².
 
 use crate::error::Result;
-use crate::gpu::{Buffer, Context, Pipeline};
+use crate::gpu::{Buffer, Context, MAX_LOOP_ITERATIONS, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::precompute::Chunks;
 use crate::passes::reference::photon_map::{PhotonGrid, PhotonMap};
@@ -27,10 +27,10 @@ pub const LAYOUTS: &[Layout] = &[PhotonIrradiancePush::LAYOUT];
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "photon_irradiance";
 
-/// Maximum number of photons of one bucket in an estimate; of more, a random fraction
-/// represents all. 27 buckets then stay below the 65 535 iterations after which lavapipe (Mesa
-/// 22.3.6) ends a loop.
+/// Maximum number of photons of one bucket in an estimate; a random fraction represents more.
 pub const MAX_PHOTONS: u32 = 1024;
+// An estimate reads 27 buckets.
+const _: () = assert!(27 * MAX_PHOTONS < MAX_LOOP_ITERATIONS);
 
 /// The irradiance points.
 #[derive(Clone, Copy)]

@@ -162,6 +162,11 @@ impl GatherTargets {
         targets
     }
 
+    /// Whether rays as traced are packed like that: they read clusters alone, by the same bits.
+    pub fn are_packed(&self, packing: &GatherTargetPacking) -> bool {
+        self.readers.is_empty() && self.hits.cluster_bits == packing.cluster_bits
+    }
+
     /// Those rays, each with its target packed for frames.
     pub fn packed(&self, packing: &GatherTargetPacking, first: usize, rays: &[GatherRay]) -> Vec<GatherRay> {
         let pack = |(ray, target): (&GatherRay, Option<(GatherTarget, u32)>)| GatherRay {
@@ -241,6 +246,7 @@ mod tests {
                 assert_eq!(packed.gradient, ray.gradient);
             }
         }
+        assert!(GatherTargets::of_hits(hits).are_packed(&hits) && !targets.are_packed(&hits));
         let packed = targets.packed(&packing, 0, &rays);
         let unpacked: Vec<_> = packed.iter().map(|ray| packing.unpack(ray.target)).collect();
         assert_eq!(unpacked, expected);

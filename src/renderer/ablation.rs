@@ -219,7 +219,7 @@ impl Renderer {
         // These rays read clusters or proxies, not gloss bins, so glossy reflection is missing.
         let (proxies, quality) = (&self.transport.proxies, &self.world.scene.quality);
         let targets = proxies.targets(&rays, points, &self.transport.gather, quality)?;
-        let merged_rays = MergedRays::new(&self.context, rays, (&targets, &packing), hemisphere)?;
+        let merged_rays = MergedRays::new(&self.context, rays.pack(&targets, &packing)?, hemisphere)?;
         let gather = Gather::new(&self.context, buffer, count, merged_rays, hemisphere, packing, false)?;
         let list = RecordList::all(&self.context, count, gather.merged_rays.records_per_chunk)?;
         self.context.run(|rec| {

@@ -8,7 +8,7 @@ use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::needed_records::RecordList;
-use lightpaths::passes::gather_targets::{GatherTargetPacking, GatherTargets};
+use lightpaths::passes::gather_targets::GatherTargetPacking;
 use lightpaths::passes::precompute::gather_rays::{Hemisphere, RayTable};
 use lightpaths::passes::precompute::merged_rays::{MergedRayPacking, MergedRays};
 use lightpaths::types::{CachePoint, GatherRay, MergedRay, NO_TARGET, Record, Reflectance};
@@ -107,12 +107,11 @@ fn irradiance_and_gradients_equal_the_reference() {
             colours: colour_buffers.collect(),
             has_colours,
         };
-        let targets = (&GatherTargets::of_hits(packing), &packing);
         let pass = Gather::new(
             &context,
             Buffer::from_slice(&context, "cache points", &points).unwrap(),
             point_count,
-            MergedRays::new(&context, table, targets, hemisphere).unwrap(),
+            MergedRays::new(&context, table, hemisphere).unwrap(),
             hemisphere,
             packing,
             false,

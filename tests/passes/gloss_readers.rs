@@ -15,7 +15,6 @@ use lightpaths::passes::frame::gloss_pixels::{
 };
 use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
-use lightpaths::passes::gather_targets::GatherTargets;
 use lightpaths::passes::precompute::gather_rays::RayTable;
 use lightpaths::passes::precompute::merged_rays::{MergedRayPacking, MergedRays};
 use lightpaths::scene::Camera;
@@ -51,8 +50,7 @@ pub(crate) fn gathered_bins_equal_the_reference(glossy: &Glossy, gloss: &Gloss, 
         let points = Buffer::from_slice(context, "cache points", &glossy.points).unwrap();
         let (packing, rays) = (glossy.target_packing, table(has_colours));
         let list = RecordList::all(context, point_count, rays.rows_per_buffer).unwrap();
-        let targets = (&GatherTargets::of_hits(packing), &packing);
-        let merged_rays = MergedRays::new(context, rays, targets, HEMISPHERE).unwrap();
+        let merged_rays = MergedRays::new(context, rays, HEMISPHERE).unwrap();
         let pass = Gather::new(context, points, point_count, merged_rays, HEMISPHERE, packing, true).unwrap();
         let sources = GatherSources {
             materials: &world.buffers.materials,

@@ -7,7 +7,7 @@ use glam::DVec2;
 use lightpaths::cpu::gather::{unpack, unpack_change};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::gather_targets::{GatherTargetPacking, GatherTargets};
+use lightpaths::passes::gather_targets::GatherTargetPacking;
 use lightpaths::passes::precompute::gather_rays::{Hemisphere, RayTable};
 use lightpaths::passes::precompute::merged_rays::{MergedRayPacking, MergedRays};
 use lightpaths::types::{MergedRay, NO_TARGET};
@@ -84,9 +84,7 @@ fn merged_rays_stand_point_by_point_in_chunks() {
         let colours =
             buffers.iter().map(|_| Buffer::from_slice(&context, "ray colours", &[0_u32]).unwrap()).collect();
         let table = RayTable { rows_per_buffer: rows, buffers, colours, has_colours: false };
-        let found =
-            MergedRays::new(&context, table, (&GatherTargets::of_hits(packing), &packing), hemisphere)
-                .unwrap();
+        let found = MergedRays::new(&context, table, hemisphere).unwrap();
         let packing = MergedRayPacking::new(targets(&rays), hemisphere);
         let listed: Vec<u32> = found.targets.read_range(0, packing.targets.len()).unwrap();
         assert_eq!(listed, packing.targets);

@@ -76,7 +76,8 @@ fn near_hits_of(world: &World) {
     let counts =
         TargetCounts { clusters, proxies: 17, patches: near.patches.len() as u32, ..TargetCounts::default() };
     let packed = GatherTargetPacking::of_counts(counts, materials, 0.05).unwrap();
-    let after = targets.with(GatherTarget::Patch, near.readers.clone()).packed(&packed, 0, &before);
+    let targets = targets.with(GatherTarget::Patch, near.readers.clone());
+    let after: Vec<GatherRay> = table.pack(&targets, &packed).unwrap().read().unwrap();
     let patch_clusters = near_clusters_of(&near.patches, &packed);
 
     let may_be_glossy = |material: u32| world.reflectances()[material as usize].flags & MAY_BE_GLOSSY != 0;

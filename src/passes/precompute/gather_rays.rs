@@ -7,10 +7,11 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
-use crate::passes::gather_targets::GatherTargetPacking;
+use crate::passes::gather_targets::{GatherTargetPacking, GatherTargets};
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::{CachePoint, GatherRay, Grid};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -49,6 +50,9 @@ const RAYS_OF_INVOCATION: u32 = 32;
 
 /// Maximum number of rays that the host reads at a time, unless a row has more.
 const CHUNK_RAYS: usize = 1 << 20;
+
+/// Number of rays that one task of the host packs.
+const PACKED_RAYS: usize = 1 << 11;
 
 /// The stratification of a gather hemisphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,7 +102,7 @@ impl<'a> RayDirections<'a> {
     }
 }
 
-/// `GatherRay`s as traced, a row a cache point, in as many buffers as the device's bindings need.
+/// `GatherRay`s, a row a cache point, in as many buffers as the device's bindings need.
 pub struct RayTable {
     /// Rows of each buffer; the last may have fewer.
     pub rows_per_buffer: u32,
@@ -161,12 +165,44 @@ impl RayTable {
     /// # Errors
     /// The device failed.
     pub fn scan(&self, row: u32, mut look: impl FnMut(usize, &[GatherRay])) -> Result<()> {
+        self.chunks(row, |first, _, rays| {
+            look(first, rays);
+            Ok(())
+        })
+    }
+
+    /// The table with all targets packed for frames.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn pack(self, targets: &GatherTargets, packing: &GatherTargetPacking) -> Result<Self> {
+        if targets.are_packed(packing) {
+            return Ok(self);
+        }
+        self.chunks(1, |first, (buffer, place), rays| {
+            let packed = rays
+                .par_chunks(PACKED_RAYS)
+                .enumerate()
+                .flat_map_iter(|(chunk, rays)| targets.packed(packing, first + chunk * PACKED_RAYS, rays));
+            buffer.write_range(place, &packed.collect::<Vec<_>>())
+        })?;
+        Ok(self)
+    }
+
+    /// Reads chunk by chunk; `visit` gets the index of the first ray, its buffer and its
+    /// position in the buffer.
+    fn chunks(
+        &self,
+        row: u32,
+        mut visit: impl FnMut(usize, (&Buffer, usize), &[GatherRay]) -> Result<()>,
+    ) -> Result<()> {
         let chunk = (CHUNK_RAYS / row as usize).max(1) * row as usize;
         let mut before = 0;
         for buffer in &self.buffers {
             let count = buffer.bytes() as usize / size_of::<GatherRay>();
             for place in (0..count).step_by(chunk) {
-                look(before + place, &buffer.read_range(place, chunk.min(count - place))?);
+                let rays = buffer.read_range(place, chunk.min(count - place))?;
+                visit(before + place, (buffer, place), &rays)?;
             }
             before += count;
         }

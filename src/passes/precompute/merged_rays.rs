@@ -8,7 +8,6 @@ use crate::cpu::gather::unpack;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::GrowsWith;
-use crate::passes::gather_targets::{GatherTargetPacking, GatherTargets};
 use crate::types::{GatherRay, MOVEMENT_EXPONENT, MergedRay, NO_TARGET};
 use glam::{DVec2, Vec2};
 use rayon::prelude::*;
@@ -205,26 +204,19 @@ impl MergedRays {
         Ok(lists)
     }
 
-    /// Packs the targets of a table, merges its rays by target, and frees it buffer by buffer.
+    /// Merges the rays of a packed table by target, and frees the table buffer by buffer.
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub fn new(
-        context: &Arc<Context>,
-        table: RayTable,
-        (targets, target_packing): (&GatherTargets, &GatherTargetPacking),
-        hemisphere: Hemisphere,
-    ) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, table: RayTable, hemisphere: Hemisphere) -> Result<Self> {
         let records_per_chunk = records_per_chunk(context, &table, hemisphere);
         let (per_row, has_colours) = (hemisphere.rays() as usize, table.has_colours);
-        let packed = |first: usize, rays: &[GatherRay]| targets.packed(target_packing, first, rays);
-        let mut words = Vec::new();
-        table.scan(hemisphere.rays(), |first, rays| words.extend(distinct(first, rays, packed)))?;
-        let packing = MergedRayPacking::new(words, hemisphere);
+        let mut targets = Vec::new();
+        table.scan(hemisphere.rays(), |_, rays| targets.extend(distinct(rays)))?;
+        let packing = MergedRayPacking::new(targets, hemisphere);
         let mut found = Self::empty(context, &packing, records_per_chunk, has_colours)?;
         let chunk = (CHUNK_RAYS / per_row).max(1) * per_row;
         let mut rows: Vec<Vec<(MergedRay, u32)>> = Vec::new();
-        let mut before = 0;
         for (rays, colours) in table.buffers.into_iter().zip(table.colours) {
             let count = rays.bytes() as usize / size_of::<GatherRay>();
             for place in (0..count).step_by(chunk) {
@@ -234,8 +226,7 @@ impl MergedRays {
                     if has_colours { colours.read_range(place, length)? } else { Vec::new() };
                 let merged_rays = |row: usize| {
                     let own = row * per_row..(row + 1) * per_row;
-                    let rays = packed(before + place + own.start, &read[own.clone()]);
-                    packing.merged_rays(&rays, image_colours.get(own).unwrap_or(&[]))
+                    packing.merged_rays(&read[own.clone()], image_colours.get(own).unwrap_or(&[]))
                 };
                 rows.par_extend((0..length / per_row).into_par_iter().map(merged_rays));
                 while rows.len() >= records_per_chunk as usize {
@@ -243,7 +234,6 @@ impl MergedRays {
                     found.add_rows(context, &std::mem::replace(&mut rows, rest))?;
                 }
             }
-            before += count;
         }
         if !rows.is_empty() {
             found.add_rows(context, &rows)?;
@@ -325,14 +315,9 @@ impl MergedRays {
     }
 }
 
-/// The packed targets of rays from `first` on, each once or a few times.
-fn distinct(
-    first: usize,
-    rays: &[GatherRay],
-    packed: impl Fn(usize, &[GatherRay]) -> Vec<GatherRay> + Sync,
-) -> Vec<u32> {
-    let distinct = rays.par_chunks(CHUNK).enumerate().flat_map_iter(|(chunk, rays)| {
-        let rays = packed(first + chunk * CHUNK, rays);
+/// The targets of some rays, each once or a few times.
+fn distinct(rays: &[GatherRay]) -> Vec<u32> {
+    let distinct = rays.par_chunks(CHUNK).flat_map_iter(|rays| {
         let mut targets: Vec<u32> = rays.iter().map(|ray| ray.target).collect();
         targets.retain(|&target| target != NO_TARGET);
         targets.sort_unstable();

@@ -181,9 +181,15 @@ fn visibility(
     let (rays, in_clusters) = (reachable.tracer(), &strata.in_clusters);
     let (surfaces, clear_distance) = (&reachable.surfaces, reachable.clear_distance);
     let mut inconsistent = match quality.takes(Measure::NarrowCavities) {
-        true => {
-            narrow_cavities::inconsistent(rays, hvds, &patches, surfaces, in_clusters, parted, clear_distance)?
-        }
+        true => narrow_cavities::inconsistent(
+            rays,
+            hvds,
+            &patches,
+            surfaces,
+            in_clusters,
+            parted,
+            clear_distance,
+        )?,
         false => Vec::new(),
     };
     let by_rays = match quality.takes(Measure::InconsistentClusters) {

@@ -95,7 +95,9 @@ impl Targets {
         };
         let packing =
             GatherTargetPacking::of_counts(counts, scene.materials.len(), points.hits.min_distance)?;
-        let merged_rays = MergedRays::new(context, rays, (&targets, &packing), hierarchy.hemisphere)?;
+        let rays = rays.pack(&targets, &packing)?;
+        drop(targets);
+        let merged_rays = MergedRays::new(context, rays, hierarchy.hemisphere)?;
         watch.lap("merged rays");
         Ok(Self {
             merged_rays,

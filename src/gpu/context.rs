@@ -220,7 +220,7 @@ impl Context {
         std::mem::take(&mut self.redundant_barriers.lock().expect("no holder panics"))
     }
 
-    /// Number of submissions so far; the host has waited for each.
+    /// Number of submissions so far.
     pub fn submission_count(&self) -> u64 {
         self.submission_count.load(Ordering::Relaxed)
     }

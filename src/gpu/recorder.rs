@@ -3,6 +3,7 @@
 use std::any::Any;
 use std::ffi::CString;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use ash::vk;
@@ -29,13 +30,15 @@ pub(super) const FREE: &str = "all passes";
 /// Name of a transfer outside of every pass.
 const NO_PASS: &str = "transfer";
 
-/// Records the commands of one [`Context::run`].
+/// Records the commands of one submission.
 pub struct Recorder {
-    context: Arc<Context>,
+    pub(super) context: Arc<Context>,
     begun: Instant,
     /// `None` only during drop.
     submission: Option<Submission>,
-    commands: vk::CommandBuffer,
+    pub(super) commands: vk::CommandBuffer,
+    /// Times of the end of recording and of the submission, while the device may execute it.
+    submitted: Option<[Instant; 2]>,
     passes: Vec<PassTiming>,
     /// The open pass, or the last.
     pass_name: &'static str,
@@ -90,6 +93,7 @@ impl Recorder {
             begun: begun_at,
             commands: submission.commands,
             submission: Some(submission),
+            submitted: None,
             passes: Vec::new(),
             pass_name: NO_PASS,
             only: None,
@@ -227,45 +231,79 @@ impl Recorder {
         self.copies_to_host |= !self.leaves_out;
     }
 
-    /// Ends the recording and runs it. Returns the timings and the redundant barriers.
-    pub(super) fn submit_and_wait(mut self) -> Result<(Vec<PassTiming>, Vec<String>)> {
+    /// Keeps a buffer until the commands are done.
+    #[cfg(feature = "window")]
+    pub(super) fn keep(&mut self, buffer: &Buffer) {
+        self.in_use.push(buffer.allocated.clone());
+    }
+
+    /// Ends the recording of passes: everything recorded so far is in the command buffer. Draws may
+    /// follow, and no passes.
+    pub(super) fn end_passes(&mut self) -> Result<()> {
         if let Some(failure) = self.failure.take() {
             return Err(failure);
         }
         if let Some(schedule) = self.schedule.take() {
             self.emit_levels(&schedule);
         }
-        if self.writes_host_flags {
-            // Not reported to the hazard check, which does not track the host.
+        // Not reported to the hazard check, which does not track the host.
+        if std::mem::take(&mut self.writes_host_flags) {
             self.pipeline_barrier(COMPUTE_TO_HOST);
         }
-        if self.copies_to_host {
+        if std::mem::take(&mut self.copies_to_host) {
             self.pipeline_barrier(TRANSFER_TO_HOST);
         }
+        Ok(())
+    }
+
+    /// Ends the recording and submits it. The device waits for the first list of semaphores and
+    /// signals the second.
+    pub(super) fn submit_commands(&mut self, semaphores: [&[vk::SemaphoreSubmitInfo<'_>]; 2]) -> Result<()> {
+        self.end_passes()?;
+        let context = &self.context;
+        context.submission_count.fetch_add(1, Ordering::Relaxed);
         let submission = self.submission.as_ref().expect("taken only in drop");
-        let done = submission
-            .submit_and_wait(&self.context.device, |infos, fence| {
-                let context = &self.context;
-                // SAFETY: no other thread has the queue; commands and fence live until the fence is
-                // waited for.
-                context.with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, infos, fence) })
-            })
-            .and_then(|times| Ok((times, submission.timestamps.read(&self.context.device)?)));
-        let (times, ticks) = done.map_err(|error| match error {
-            Error::Vulkan { call, result: result @ vk::Result::ERROR_DEVICE_LOST, .. } => {
-                Error::Vulkan { call, result, pass: Some(self.pass_name.into()) }
-            }
-            other => other,
-        })?;
+        let submitted = submission.submit(&context.device, semaphores, |infos, fence| {
+            // SAFETY: no other thread has the queue; commands, semaphores and fence live until the
+            // fence is waited for.
+            context.with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, infos, fence) })
+        });
+        self.submitted = Some(submitted.map_err(|error| self.with_pass(error))?);
+        Ok(())
+    }
+
+    /// Waits for the submission, at most `patience_ns`. Returns whether the device is done.
+    pub(super) fn wait(&self, patience_ns: u64) -> Result<bool> {
+        let submission = self.submission.as_ref().expect("taken only in drop");
+        submission.wait(&self.context.device, patience_ns).map_err(|error| self.with_pass(error))
+    }
+
+    /// The timings of passes. The submission must be done.
+    pub(super) fn timings(&mut self) -> Result<Vec<PassTiming>> {
+        let done = Instant::now();
+        let [recorded, submitted] = self.submitted.take().expect("it was submitted");
+        let submission = self.submission.as_ref().expect("taken only in drop");
+        let ticks = submission.timestamps.read(&self.context.device)?;
         let mut timings = std::mem::take(&mut self.passes);
         for (timing, &[begin, end]) in timings.iter_mut().zip(&ticks) {
             timing.ms = milliseconds(begin, end, self.context.limits());
         }
-        let [recorded, submitted, done] = times;
         let host = [self.begun, recorded, submitted, done, Instant::now()];
         let device = (&self.context.optional, self.context.limits());
         self.context.timeline.note_submission(device, host, &timings, &ticks)?;
-        Ok((timings, self.hazards.as_ref().map_or_else(Vec::new, Hazards::redundant)))
+        let redundant = self.hazards.as_ref().map_or_else(Vec::new, Hazards::redundant);
+        self.context.redundant_barriers.lock().expect("no holder panics").extend(redundant);
+        Ok(timings)
+    }
+
+    /// Adds the last pass to the error of a lost device.
+    fn with_pass(&self, error: Error) -> Error {
+        match error {
+            Error::Vulkan { call, result: result @ vk::Result::ERROR_DEVICE_LOST, .. } => {
+                Error::Vulkan { call, result, pass: Some(self.pass_name.into()) }
+            }
+            other => other,
+        }
     }
 
     pub(super) fn pipeline_barrier(&self, barrier: Barrier) {
@@ -450,6 +488,10 @@ enum Size<'a> {
 impl Drop for Recorder {
     fn drop(&mut self) {
         if let Some(submission) = self.submission.take() {
+            if self.submitted.is_some() {
+                // An error leaves the device idle or lost.
+                let _ = submission.wait(&self.context.device, u64::MAX);
+            }
             self.context.give_back_submission(submission);
         }
     }

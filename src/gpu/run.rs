@@ -1,7 +1,6 @@
 //! Runs recordings: records, submits, waits.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::Context;
@@ -31,11 +30,30 @@ impl Context {
         Ok((value, timings.iter().map(|timing| timing.ms).sum()))
     }
 
+    /// Records commands for one submission, which the caller makes. `is_serialised`: as for
+    /// [`Self::run`], else as for [`Self::run_free`].
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn record(self: &Arc<Self>, is_serialised: bool, record: impl Fn(&mut Recorder)) -> Result<Recorder> {
+        let begin = if is_serialised { Recorder::begin } else { Recorder::begin_free };
+        Ok(self.record_with(begin, record)?.0)
+    }
+
     fn run_with<T>(
         self: &Arc<Self>,
         begin: impl Fn(&Arc<Self>) -> Result<Recorder>,
         record: impl Fn(&mut Recorder) -> T,
     ) -> Result<(T, Vec<PassTiming>)> {
+        let (recorder, value) = self.record_with(begin, record)?;
+        Ok((value, recorder.submit()?.wait()?))
+    }
+
+    fn record_with<T>(
+        self: &Arc<Self>,
+        begin: impl Fn(&Arc<Self>) -> Result<Recorder>,
+        record: impl Fn(&mut Recorder) -> T,
+    ) -> Result<(Recorder, T)> {
         let mut recorder = begin(self)?;
         let mut value = record(&mut recorder);
         let missing = recorder.take_missing()?;
@@ -45,10 +63,7 @@ impl Context {
             recorder = begin(self)?;
             value = record(&mut recorder);
         }
-        self.submission_count.fetch_add(1, Ordering::Relaxed);
-        let (timings, redundant) = recorder.submit_and_wait()?;
-        self.redundant_barriers.lock().expect("no holder panics").extend(redundant);
-        Ok((value, timings))
+        Ok((recorder, value))
     }
 
     /// Begins a trace of host and device. Times count from `origin`.

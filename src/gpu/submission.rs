@@ -65,30 +65,42 @@ impl Submission {
         unsafe { device.begin_command_buffer(self.commands, &info) }.vk("vkBeginCommandBuffer")
     }
 
-    /// Ends the recording, submits it, and waits until the device is done with it. Returns the
-    /// times of the end of recording, of the submission, and of the end on the device. `submit`
-    /// gives the commands to the queue.
-    pub(super) fn submit_and_wait(
+    /// Ends the recording and submits it. The device waits for the first list of semaphores and
+    /// signals the second. Returns the times of the end of recording and of the submission.
+    /// `submit` gives the commands to the queue.
+    pub(super) fn submit(
         &self,
         device: &ash::Device,
+        [wait, signal]: [&[vk::SemaphoreSubmitInfo<'_>]; 2],
         submit: impl FnOnce(&[vk::SubmitInfo2<'_>], vk::Fence) -> VkResult<()>,
-    ) -> Result<[Instant; 3]> {
+    ) -> Result<[Instant; 2]> {
         // SAFETY: the commands are ours, and are being recorded.
         unsafe { device.end_command_buffer(self.commands) }.vk("vkEndCommandBuffer")?;
         let recorded = Instant::now();
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
-        let infos = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        let infos = [vk::SubmitInfo2::default()
+            .wait_semaphore_infos(wait)
+            .command_buffer_infos(&commands)
+            .signal_semaphore_infos(signal)];
         submit(&infos, self.fence).vk("vkQueueSubmit2")?;
-        let submitted = Instant::now();
+        Ok([recorded, Instant::now()])
+    }
+
+    /// Waits until the device is done with the submission, at most `patience_ns`. Returns false if
+    /// the time is over.
+    pub(super) fn wait(&self, device: &ash::Device, patience_ns: u64) -> Result<bool> {
         // SAFETY: the device is alive; whoever holds the queue waits for it.
-        let waited = unsafe { device.wait_for_fences(&[self.fence], true, u64::MAX) };
-        if waited.is_err() {
-            // Objects may be reused or destroyed only after the device is done with them, or lost.
-            // SAFETY: the device is alive; whoever holds the queue waits for it.
-            let _ = unsafe { device.device_wait_idle() };
+        match unsafe { device.wait_for_fences(&[self.fence], true, patience_ns) } {
+            Ok(()) => Ok(true),
+            Err(vk::Result::TIMEOUT) => Ok(false),
+            Err(result) => {
+                // Objects may be reused or destroyed only after the device is done with them, or
+                // lost.
+                // SAFETY: the device is alive; whoever holds the queue waits for it.
+                let _ = unsafe { device.device_wait_idle() };
+                Err(result).vk("vkWaitForFences")
+            }
         }
-        waited.vk("vkWaitForFences")?;
-        Ok([recorded, submitted, Instant::now()])
     }
 
     /// Destroys the objects. The device must be done with them.

@@ -1,5 +1,6 @@
 //! Counters of a frame that the host wants: the device copies them into one block, which the host
-//! reads after the wait for the frame.
+//! reads once the frame is done. Two frames may be in flight: each has its own word for its list.
+//! Only frames with a new view write the other words, and no frame begins before they are read.
 
 use super::plan::{FramePlan, Gathering};
 use crate::error::Result;
@@ -12,7 +13,10 @@ use std::sync::Arc;
 
 const EDGE_PIXELS: u32 = SplatCounts::WORDS;
 const LISTED: u32 = EDGE_PIXELS + 1;
-const WORDS: u32 = LISTED + 1;
+const WORDS: u32 = LISTED + FRAMES as u32;
+
+/// Number of frames in flight.
+const FRAMES: u64 = 2;
 
 /// The counters. A frame that does not count something leaves its counter.
 pub(super) struct FrameCounters(HostBlock);
@@ -22,11 +26,11 @@ impl FrameCounters {
         HostBlock::new(context, "frame counters", WORDS).map(Self)
     }
 
-    /// Copies what the frame counts. Transfers.
+    /// Copies what frame number `frame` counts. Transfers.
     pub(super) fn record(
         &self,
         rec: &mut Recorder,
-        plan: &FramePlan,
+        (plan, frame): (&FramePlan, u64),
         (splat, antialias, needed): (&Splat, &Antialias, &NeededRecords),
     ) {
         if plan.view {
@@ -36,7 +40,7 @@ impl FrameCounters {
         }
         if let Gathering::List(_) = plan.gather {
             let (offsets, offset) = needed.listed_at();
-            rec.copy_to_host(offsets, offset, &self.0, LISTED, 1);
+            rec.copy_to_host(offsets, offset, &self.0, listed_at(frame), 1);
         }
     }
 
@@ -50,8 +54,12 @@ impl FrameCounters {
         self.0.word(EDGE_PIXELS)
     }
 
-    /// Length of the list of records that was built last.
-    pub(super) fn listed(&self) -> u32 {
-        self.0.word(LISTED)
+    /// Length of the list of records that frame number `frame` built. Undefined if it built none.
+    pub(super) fn listed(&self, frame: u64) -> u32 {
+        self.0.word(listed_at(frame))
     }
+}
+
+fn listed_at(frame: u64) -> u32 {
+    LISTED + (frame % FRAMES) as u32
 }

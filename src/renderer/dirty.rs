@@ -182,9 +182,8 @@ impl Dirty {
         plan
     }
 
-    /// Marks clean what a frame with this plan has computed; it listed `listed` of `record_count`
-    /// records. Returns the number of records that it gathered.
-    pub(super) fn clean(&mut self, plan: &FramePlan, listed: u32, record_count: u32, traced: &[bool]) -> u32 {
+    /// Marks clean what a frame with this plan computes.
+    pub(super) fn clean(&mut self, plan: &FramePlan, traced: &[bool]) {
         self.changes = Changes::default();
         self.uploads.lights &= !plan.uploads.lights;
         self.uploads.materials &= !plan.uploads.materials;
@@ -192,7 +191,7 @@ impl Dirty {
         for (stale, _) in self.lights.iter_mut().zip(traced).filter(|(_, is_traced)| **is_traced) {
             *stale = LightResults::default();
         }
-        self.records.clean(plan, listed, record_count)
+        self.records.clean(plan);
     }
 }
 
@@ -221,22 +220,33 @@ impl RecordState {
         }
     }
 
-    fn clean(&mut self, plan: &FramePlan, listed: u32, record_count: u32) -> u32 {
+    fn clean(&mut self, plan: &FramePlan) {
         self.knows_view &= !plan.view;
         self.has_list &= !plan.view;
         match plan.gather {
-            Gathering::Nothing => return 0,
-            Gathering::All => (self.has_list, self.lags, self.gathered) = (false, false, record_count),
+            Gathering::Nothing => {}
+            Gathering::All => (self.has_list, self.lags) = (false, false),
             Gathering::Listed => self.lags = true,
             Gathering::List(request) => {
-                self.gathered = listed;
                 self.marked_view = request.view_is_new;
                 self.knows_view |= request.view_is_new;
                 self.has_list = request.none_is_current;
                 self.lags = !request.all;
             }
         }
-        if self.gathered == record_count {
+    }
+
+    /// Takes over the length of a frame's list, out of `record_count` records. Frames end in order.
+    /// `is_last`: no later one is recorded. Returns the number of records that the frame gathered.
+    pub(super) fn count(&mut self, plan: &FramePlan, listed: u32, record_count: u32, is_last: bool) -> u32 {
+        self.gathered = match plan.gather {
+            Gathering::Nothing => return 0,
+            Gathering::All => record_count,
+            Gathering::Listed => self.gathered,
+            Gathering::List(_) => listed,
+        };
+        // A later frame may have made records stale again.
+        if is_last && self.gathered == record_count {
             self.lags = false;
         }
         self.gathered

@@ -8,6 +8,7 @@ mod dirty;
 mod edits;
 mod enclosures;
 mod film;
+mod frame;
 mod gloss;
 mod image;
 mod inspect;
@@ -35,6 +36,7 @@ mod world;
 pub use crate::passes::precompute::{Progress, Silent};
 pub use ablation::{Exact, Stage};
 pub use dirty::Work;
+pub use frame::RecordedFrame;
 pub use inspect::{ClusterAt, GatherRaySegment, PathPoint, RecordWeight, SurfaceAt};
 pub use outputs::StageBuffers;
 pub use plan::{FramePlan, Gathering, LightResults, Scan, Uploads};
@@ -44,7 +46,7 @@ pub use report::{Columns, FrameReport, Layer, Statistics};
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
-use crate::gpu::{Context, PassTiming, Recorder};
+use crate::gpu::{Context, Recorder};
 use crate::passes::frame::{
     blend::Blend, form_factors::FormFactors, gather::Gather, hvds::Pyramid, near_lights::NearLights,
     path_scan::PathScan, splat::Splat,
@@ -81,6 +83,8 @@ pub struct Renderer {
     statistics: Statistics,
     /// Passes wait for each other, so that each can be timed.
     is_serialised: bool,
+    /// Number of frames recorded so far.
+    frames: u64,
 }
 
 impl Renderer {
@@ -120,6 +124,7 @@ impl Renderer {
             splat,
             statistics,
             is_serialised: true,
+            frames: 0,
         };
         renderer.warn_of_few_paths(&reach)?;
         renderer.statistics.end_precomputation("tables for frames", start.elapsed());
@@ -211,37 +216,17 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn frame(&mut self) -> Result<FrameReport> {
-        if !self.dirty.skips {
-            self.force(Work::Everything);
-        }
-        let plan = self.plan();
         let watch = FrameWatch::start(&self.context);
-        self.lights.prepare_near(&plan, &mut self.transport.near_lights)?;
-        self.transport.live_sets.prepare(plan.is_whole)?;
-        let (passes, device_ms) = loop {
-            let timings = self.run(&plan)?;
-            self.world.buffers.refuse_truncated_loops("frame", 0)?;
-            if !plan.view || !self.splat.grow(self.counters.splat())? {
-                break timings;
-            }
-        };
-        let traced = self.lights.traced();
-        let record_count = self.transport.gather.point_count();
-        let gathered = self.dirty.clean(&plan, self.counters.listed(), record_count, &traced);
-        let needs_precompute = self.needs_precompute();
-        let report = self.report(&plan, passes, watch.stop(&self.context), gathered);
-        Ok(FrameReport { device_ms, needs_precompute, ..report })
-    }
-
-    /// Records and runs a frame. Returns the time of each pass, and of all together, milliseconds.
-    fn run(&self, plan: &FramePlan) -> Result<(Vec<PassTiming>, f64)> {
-        if self.is_serialised {
-            let ((), passes) = self.context.run(|rec| self.record(rec, plan))?;
-            let device_ms = passes.iter().map(|pass| pass.ms).sum();
-            return Ok((passes, device_ms));
+        let (recorder, frame) = self.begin_frame()?;
+        let mut passes = recorder.submit()?.wait()?;
+        while !self.fits(&frame)? {
+            passes = self.record_frame(&frame)?.submit()?.wait()?;
         }
-        let ((), device_ms) = self.context.run_free(|rec| self.record(rec, plan))?;
-        Ok((Vec::new(), device_ms))
+        self.frame_is_valid(&frame);
+        let [frame_ms, pipelines_ms] = watch.stop(&self.context);
+        let report = self.end_frame(&frame, passes)?;
+        let (bytes, rays) = self.costs(&frame.plan, &report.passes);
+        Ok(FrameReport { bytes, rays, frame_ms, pipelines_ms, ..report })
     }
 
     /// Sets whether the passes of a frame wait for each other, so that each can be timed; by
@@ -249,30 +234,6 @@ impl Renderer {
     /// once, and [`FrameReport::passes`] is empty. The picture has the same bits.
     pub fn set_serialised(&mut self, is_serialised: bool) {
         self.is_serialised = is_serialised;
-    }
-
-    fn report(
-        &self,
-        plan: &FramePlan,
-        passes: Vec<PassTiming>,
-        [frame_ms, pipelines_ms]: [f64; 2],
-        gathered: u32,
-    ) -> FrameReport {
-        let columns = Columns::from_passes(&passes);
-        let (bytes, rays) = self.costs(plan, &passes);
-        let lights_unchanged = self.lights.unchanged(plan);
-        FrameReport {
-            passes,
-            frame_ms,
-            pipelines_ms,
-            columns,
-            bytes,
-            rays,
-            gathered,
-            lights_unchanged,
-            device_ms: 0.0,
-            needs_precompute: false,
-        }
     }
 
     /// Records what the plan names, in the paper's order. [Yue §3] Each pass waits for the one
@@ -330,7 +291,7 @@ impl Renderer {
         if plan.view || lists || traces {
             rec.barrier(COMPUTE_TO_TRANSFER);
             let needed = &self.transport.record_lists.needed;
-            self.counters.record(rec, plan, (&self.splat, &self.image.antialias, needed));
+            self.counters.record(rec, (plan, self.frames), (&self.splat, &self.image.antialias, needed));
             let near_lights = &self.transport.near_lights;
             self.lights.copy_counters(rec, plan, (&self.image.antialias, near_lights));
         }

@@ -6,7 +6,7 @@ use super::lights::Lights;
 use super::plan::{FramePlan, Gathering, LightResults, Scan, Uploads};
 use crate::error::Result;
 use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
-use crate::gpu::{Buffer, Context};
+use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::GrowsWith;
 use crate::passes::{SceneBuffers, reflectances};
 use crate::scene::{Camera, Light, Material, Scene, bvh::Bvh, surfaces};
@@ -51,6 +51,22 @@ impl Preview {
         materials: &[Material],
         exposure_stops: f32,
     ) -> Result<()> {
+        self.record(camera, lights, materials, exposure_stops)?.submit()?.wait()?;
+        self.end_frame()
+    }
+
+    /// Records a frame, as [`Self::frame`] renders it. The caller submits it, and calls
+    /// [`Self::end_frame`] when it is done.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed, as in [`Self::frame`].
+    pub fn record(
+        &mut self,
+        camera: &Camera,
+        lights: &[Light],
+        materials: &[Material],
+        exposure_stops: f32,
+    ) -> Result<Recorder> {
         if camera.size != self.image.size() {
             (self.image, self.dark) = images(&self.context, &self.buffers, camera)?;
         }
@@ -60,14 +76,21 @@ impl Preview {
         let plan = plan(&lights.traced());
         let light =
             IndirectLight { irradiance: &self.dark, gloss: None, emission_scale: lights.emission_scale };
-        self.context.run(|rec| {
+        self.context.record(true, |rec| {
             lights.record_upload(rec);
             rec.upload(&buffers.materials, &reflectances(materials));
             rec.barrier(TRANSFER_TO_COMPUTE);
             image.record_view(rec, buffers);
             image.record_direct(rec, &plan, buffers, &lights);
             image.record_picture(rec, &plan, buffers, light);
-        })?;
+        })
+    }
+
+    /// Checks a frame that is done.
+    ///
+    /// # Errors
+    /// The device's loops were truncated.
+    pub fn end_frame(&self) -> Result<()> {
         self.buffers.refuse_truncated_loops("preview", 0)
     }
 

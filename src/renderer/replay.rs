@@ -2,7 +2,7 @@
 
 use super::dirty::Work;
 use super::passes::{self, PASSES};
-use super::report::FrameWatch;
+use super::report::{Columns, FrameWatch};
 use super::{FrameReport, Renderer};
 use crate::error::Result;
 
@@ -29,9 +29,19 @@ impl Renderer {
             rec.only(&recorded);
             self.record(rec, &plan);
         })?;
+        let (bytes, rays) = self.costs(&plan, &passes);
+        let [frame_ms, pipelines_ms] = watch.stop(&self.context);
         Ok(FrameReport {
+            columns: Columns::from_passes(&passes),
+            passes,
+            frame_ms,
+            pipelines_ms,
+            bytes,
+            rays,
+            gathered: 0,
             lights_unchanged: [0.0, 0.0],
-            ..self.report(&plan, passes, watch.stop(&self.context), 0)
+            device_ms: 0.0,
+            needs_precompute: false,
         })
     }
 }

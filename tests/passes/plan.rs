@@ -3,10 +3,14 @@
 
 use crate::common::assert_silent;
 use glam::Vec3;
-use lightpaths::gpu::{Context, ContextOptions};
+use lightpaths::gpu::barrier::COMPUTE_TO_TRANSFER;
+use lightpaths::gpu::{Buffer, Context, ContextOptions, InFlight};
 use lightpaths::passes::frame::needed_records::RecordRequest;
-use lightpaths::renderer::{FramePlan, Gathering, Layer, LightResults, Preview, Renderer, Scan, Silent};
+use lightpaths::renderer::{
+    FramePlan, Gathering, Layer, LightResults, Preview, RecordedFrame, Renderer, Scan, Silent,
+};
 use lightpaths::scene::{Camera, Light, LightKind, Quality, Scene, shapes};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// A room with two lights, one of them large, and an editable material which may become glossy.
@@ -262,4 +266,83 @@ fn plans_name_what_runs() {
     let plan = renderer.plan();
     assert!(plan.view && plan.pixel_batches && !plan.hierarchy && !plan.uploads.lights);
     assert!(plan.lights.iter().all(|light| light.irradiance && light.hits && !light.factors));
+}
+
+/// Frames as the window submits them: the next one is recorded and submitted before the last one
+/// has ended.
+#[derive(Default)]
+struct Window {
+    in_flight: VecDeque<(InFlight, RecordedFrame)>,
+    most: usize,
+    shown: Vec<Buffer>,
+}
+
+impl Window {
+    /// Submits a frame with a copy of its picture.
+    fn frame(&mut self, context: &Arc<Context>, renderer: &mut Renderer) {
+        self.end_frames(renderer, 1);
+        let (mut recorder, frame) = renderer.begin_frame().unwrap();
+        let in_flight = loop {
+            let display = renderer.display_buffer();
+            let shown = Buffer::storage(context, "shown", display.bytes()).unwrap();
+            recorder.barrier(COMPUTE_TO_TRANSFER);
+            recorder.copy(display, &shown);
+            let in_flight = recorder.submit().unwrap();
+            if frame.has_lists() {
+                in_flight.wait().unwrap();
+                if !renderer.fits(&frame).unwrap() {
+                    recorder = renderer.record_frame(&frame).unwrap();
+                    continue;
+                }
+            }
+            self.shown.push(shown);
+            break in_flight;
+        };
+        renderer.frame_is_valid(&frame);
+        self.in_flight.push_back((in_flight, frame));
+        self.most = self.most.max(self.in_flight.len());
+    }
+
+    fn end_frames(&mut self, renderer: &mut Renderer, most: usize) {
+        while self.in_flight.len() > most {
+            let (in_flight, frame) = self.in_flight.pop_front().unwrap();
+            renderer.end_frame(&frame, in_flight.wait().unwrap()).unwrap();
+        }
+    }
+}
+
+#[test]
+fn two_frames_in_flight_have_the_bits_of_frames_one_after_another() {
+    let context = crate::common::context();
+    for (may_be_glossy, is_serialised) in [(false, false), (true, true)] {
+        let mut expected = renderer(&context, may_be_glossy);
+        let mut found = renderer(&context, may_be_glossy);
+        found.set_serialised(is_serialised);
+        let (mut window, mut pictures) = (Window::default(), Vec::new());
+        let resized: Edit = ("another size", |renderer| renderer.resize([40, 30]).unwrap());
+        let edits = || EDITS.iter().chain(MORE).chain([&resized]).chain(EDITS);
+        for (what, edit) in edits() {
+            edit(&mut found);
+            // The idle frame, and one without work, are in flight with edits, too.
+            for _ in 0..3 {
+                window.frame(&context, &mut found);
+            }
+            edit(&mut expected);
+            for step in 0..3 {
+                expected.frame().unwrap();
+                pictures.push((*what, step, expected.display_buffer().read::<u32>().unwrap()));
+            }
+        }
+        assert_eq!(window.most, 2, "frames in flight");
+        window.end_frames(&mut found, 0);
+        for ((what, step, picture), shown) in pictures.iter().zip(&window.shown) {
+            assert_eq!(*picture, shown.read::<u32>().unwrap(), "{what}, frame {step}");
+        }
+        assert_eq!(pictures.len(), window.shown.len());
+        for layer in [Layer::Beauty, Layer::Indirect] {
+            assert_eq!(expected.layer(layer).unwrap(), found.layer(layer).unwrap(), "{layer:?}");
+        }
+        assert!(found.plan().is_idle() && found.plan().gather == Gathering::Nothing, "nothing is stale");
+    }
+    assert_silent(&context);
 }

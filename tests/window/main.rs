@@ -10,6 +10,7 @@ mod demo;
 mod disk;
 mod display;
 mod faults;
+mod frames;
 mod harness;
 mod keys;
 #[path = "../common/layer.rs"]

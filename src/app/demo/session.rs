@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::document::{Document, History};
 use super::rebase::Rebase;
@@ -10,8 +10,9 @@ use super::stage::{Preparing, Progressed, Ready, Wake};
 use super::view_request::ViewRequest;
 use super::watch::Watch;
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Context};
-use crate::renderer::{Columns, FrameReport, Renderer, Store};
+use crate::gpu::window::Verdict;
+use crate::gpu::{Buffer, Context, InFlight, PassTiming, Recorder};
+use crate::renderer::{Columns, FrameReport, RecordedFrame, Renderer, Store};
 use crate::scene::{Camera, LoadOptions, Scene, save::SceneText};
 
 /// Frames whose times are kept.
@@ -81,6 +82,18 @@ pub(super) struct Session {
     needs_precompute: bool,
     stage: Preparation,
     shown: Option<ViewRequest>,
+    /// The frame that is recorded and not submitted.
+    recorded: Option<Recorded>,
+    /// Submitted frames that have not ended, the oldest first. `None` for frames of the preview.
+    in_flight: VecDeque<(InFlight, Option<RecordedFrame>)>,
+}
+
+/// A frame that is recorded and not submitted.
+struct Recorded {
+    /// `None` for a frame of the preview.
+    frame: Option<RecordedFrame>,
+    /// What the picture showed before.
+    before: Option<ViewRequest>,
 }
 
 impl Session {
@@ -119,6 +132,8 @@ impl Session {
                 &wake,
             )?)),
             shown: None,
+            recorded: None,
+            in_flight: VecDeque::new(),
             text: SceneText::new(&source.spec, &source.options, &scene).map_err(|error| error.to_string()),
             context: context.clone(),
             wake,
@@ -154,51 +169,129 @@ impl Session {
         }
     }
 
-    /// Renders the current document and camera. Returns whether the picture changed.
-    pub(super) fn update(&mut self) -> Result<bool> {
-        if let Preparation::Preparing(preparing) = &mut self.stage {
-            match preparing.finished(self.scene.lights.len()) {
-                Ok(Some(ready)) => {
-                    let known = self.scene.warnings.len();
-                    self.said.append(&mut preparing.said());
-                    self.said.extend(ready.renderer.scene().warnings.iter().skip(known).cloned());
-                    self.stage = Preparation::Ready(Box::new(ready));
-                    self.shown = None;
-                }
-                Ok(None) => (),
-                Err(error) if error.is_out_of_memory() => self.alarm(format!("direct light only: {error}")),
-                Err(error) => return Err(error),
-            }
-        }
-        let requested = self.requested();
-        if self.shown.as_ref() == Some(&requested) {
-            return Ok(false);
-        }
-        match (self.frame(&requested), self.shown.clone()) {
-            (Err(error), Some(shown)) if error.is_out_of_memory() => {
-                self.go_back(shown);
-                self.alarm(format!("taken back: {error}"));
-                self.frame(&self.requested())?;
-            }
-            (done, _) => done?,
-        }
-        self.shown = Some(self.requested());
-        self.version += 1;
+    /// Records the current document and camera, as a new version of the picture. `None` if the
+    /// picture shows them.
+    pub(super) fn update(&mut self) -> Result<Option<Recorder>> {
         if std::mem::take(&mut self.needs_precompute) {
             self.open_enclosure()?;
         }
-        Ok(true)
+        self.take_renderer()?;
+        let requested = self.requested();
+        if self.shown.as_ref() == Some(&requested) {
+            return Ok(None);
+        }
+        let before = self.shown.clone();
+        let recorder = match (self.record(&requested), before) {
+            (Err(error), Some(shown)) if error.is_out_of_memory() => {
+                self.go_back(shown);
+                self.alarm(format!("taken back: {error}"));
+                self.record(&self.requested())?
+            }
+            (done, _) => done?,
+        };
+        self.shown = Some(self.requested());
+        self.version += 1;
+        Ok(Some(recorder))
     }
 
-    /// Renders the requested picture.
-    fn frame(&mut self, requested: &ViewRequest) -> Result<()> {
+    /// Takes the renderer once the precomputation has ended.
+    fn take_renderer(&mut self) -> Result<()> {
+        let Preparation::Preparing(preparing) = &mut self.stage else { return Ok(()) };
+        match preparing.finished(self.scene.lights.len()) {
+            Ok(Some(ready)) => {
+                let known = self.scene.warnings.len();
+                self.said.append(&mut preparing.said());
+                self.said.extend(ready.renderer.scene().warnings.iter().skip(known).cloned());
+                self.stage = Preparation::Ready(Box::new(ready));
+                self.shown = None;
+                Ok(())
+            }
+            Ok(None) => Ok(()),
+            Err(error) if error.is_out_of_memory() => {
+                self.alarm(format!("direct light only: {error}"));
+                Ok(())
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Records the requested picture.
+    fn record(&mut self, requested: &ViewRequest) -> Result<Recorder> {
+        let before = self.shown.clone();
         match &mut self.stage {
-            Preparation::Preparing(preparing) => preparing.frame(requested, &self.scene.materials),
+            Preparation::Preparing(preparing) => {
+                let recorder = preparing.record(requested, &self.scene.materials)?;
+                self.recorded = Some(Recorded { frame: None, before });
+                Ok(recorder)
+            }
             Preparation::Ready(ready) => {
                 ready.renderer.set_serialised(self.times_passes);
-                let (report, refused) = ready.frame(requested, &mut self.document)?;
-                self.needs_precompute = report.needs_precompute;
+                let (recorder, frame, refused) = ready.record(requested, &mut self.document)?;
+                self.needs_precompute = frame.needs_precompute();
                 self.said.extend(refused);
+                self.recorded = Some(Recorded { frame: Some(frame), before });
+                Ok(recorder)
+            }
+        }
+    }
+
+    /// Takes over the submission of what was recorded last. A frame with new lists waits
+    /// for the device, because a list that is too short shows wrong light.
+    pub(super) fn check(&mut self, in_flight: &InFlight) -> Result<Verdict> {
+        let Some(recorded) = self.recorded.take() else { return Ok(Verdict::Present) };
+        if let (Preparation::Ready(ready), Some(frame)) = (&mut self.stage, &recorded.frame) {
+            if frame.has_lists() {
+                in_flight.wait()?;
+                match ready.renderer.fits(frame) {
+                    Ok(true) => (),
+                    Ok(false) => {
+                        let again = ready.renderer.record_frame(frame)?;
+                        self.recorded = Some(recorded);
+                        return Ok(Verdict::Again(Box::new(again)));
+                    }
+                    Err(error) => return self.discard(recorded.before, error),
+                }
+            }
+            ready.renderer.frame_is_valid(frame);
+        }
+        self.in_flight.push_back((in_flight.clone(), recorded.frame));
+        Ok(Verdict::Present)
+    }
+
+    /// Returns to the picture before a submitted frame whose lists do not fit the device.
+    fn discard(&mut self, before: Option<ViewRequest>, error: Error) -> Result<Verdict> {
+        match before {
+            Some(before) if error.is_out_of_memory() => {
+                self.go_back(before);
+                self.shown = None;
+                self.alarm(format!("taken back: {error}"));
+                Ok(Verdict::Discard)
+            }
+            _ => Err(error),
+        }
+    }
+
+    /// Ends frames that are done, and waits until at most `most` are in flight. Returns whether any
+    /// frame has ended.
+    pub(super) fn end_frames(&mut self, most: usize) -> Result<bool> {
+        let before = self.in_flight.len();
+        while let Some((in_flight, _)) = self.in_flight.front() {
+            if self.in_flight.len() <= most && !in_flight.wait_at_most(Duration::ZERO)? {
+                break;
+            }
+            let timings = in_flight.wait()?;
+            if let Some((_, frame)) = self.in_flight.pop_front() {
+                self.end_frame(frame, timings)?;
+            }
+        }
+        Ok(self.in_flight.len() < before)
+    }
+
+    fn end_frame(&mut self, frame: Option<RecordedFrame>, timings: Vec<PassTiming>) -> Result<()> {
+        match (&mut self.stage, frame) {
+            (Preparation::Preparing(preparing), None) => preparing.preview.end_frame(),
+            (Preparation::Ready(ready), Some(frame)) => {
+                let report = ready.renderer.end_frame(&frame, timings)?;
                 if self.costs.len() == FRAMES {
                     self.costs.pop_front();
                 }
@@ -207,7 +300,23 @@ impl Session {
                 self.last = Some(report);
                 Ok(())
             }
+            // Another scene or the full renderer has taken the place of the frame's own.
+            _ => Ok(()),
         }
+    }
+
+    /// Whether the device may still compute a picture.
+    pub(super) fn is_computing(&self) -> bool {
+        !self.in_flight.is_empty()
+    }
+
+    /// Waits until the rest of the newest frame takes the device as long as the host needs to
+    /// prepare the next one, `host`. A frame that begins earlier would show older input.
+    pub(super) fn wait_for_device(&self, host: Duration) -> Result<()> {
+        if let (Some((newest, _)), Some(cost)) = (self.in_flight.back(), self.costs.back()) {
+            newest.wait_at_most(Duration::from_secs_f64(1e-3 * cost.device_ms).saturating_sub(host))?;
+        }
+        Ok(())
     }
 
     /// Adds a note that the window also shows as an alarm.
@@ -233,15 +342,18 @@ impl Session {
         }
     }
 
-    /// Runs the idle work of the renderer.
-    pub(super) fn run_idle_work(&mut self) -> Result<()> {
-        match &mut self.stage {
-            Preparation::Ready(ready) => ready.run_idle_work(),
-            Preparation::Preparing(_) => Ok(()),
+    /// Records the idle work of the renderer. `None` if there is none.
+    pub(super) fn record_idle_work(&mut self) -> Result<Option<Recorder>> {
+        let Preparation::Ready(ready) = &mut self.stage else { return Ok(None) };
+        if !ready.is_behind() {
+            return Ok(None);
         }
+        let (recorder, frame) = ready.record_idle_work()?;
+        self.recorded = Some(Recorded { frame: Some(frame), before: self.shown.clone() });
+        Ok(Some(recorder))
     }
 
-    /// Whether [`Self::run_idle_work`] has work.
+    /// Whether [`Self::record_idle_work`] has work.
     pub(super) fn is_behind(&self) -> bool {
         matches!(&self.stage, Preparation::Ready(ready) if ready.is_behind())
     }

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use super::document::{Document, MaterialEdit};
 use super::view_request::ViewRequest;
 use crate::error::{Error, Result};
-use crate::gpu::Context;
-use crate::renderer::{FrameReport, Preview, Progress, Renderer, Store};
+use crate::gpu::{Context, Recorder};
+use crate::renderer::{Preview, Progress, RecordedFrame, Renderer, Store};
 use crate::scene::{Material, Scene};
 
 /// Shortest time between progress updates: drawing takes time from the worker.
@@ -145,8 +145,8 @@ impl Preparing {
         Ok(Some(Ready { renderer: made?, ids: (0..light_count as u64).collect(), is_behind: true }))
     }
 
-    /// Renders a picture of direct light.
-    pub(super) fn frame(&mut self, requested: &ViewRequest, materials: &[Material]) -> Result<()> {
+    /// Records a picture of direct light.
+    pub(super) fn record(&mut self, requested: &ViewRequest, materials: &[Material]) -> Result<Recorder> {
         let lights = requested.document.lights.iter().map(|entry| entry.light.clone()).collect::<Vec<_>>();
         let mut materials = materials.to_vec();
         requested.document.apply_materials(&mut materials);
@@ -154,7 +154,7 @@ impl Preparing {
         for material in &mut materials {
             material.clamp_albedo();
         }
-        self.preview.frame(&requested.camera, &lights, &materials, requested.exposure_stops)
+        self.preview.record(&requested.camera, &lights, &materials, requested.exposure_stops)
     }
 }
 
@@ -170,12 +170,12 @@ impl Drop for Preparing {
 }
 
 impl Ready {
-    /// Renders the request. Refused material edits are reverted in `document`, with a message each.
-    pub(super) fn frame(
+    /// Records the request. Refused material edits are reverted in `document`, with a message each.
+    pub(super) fn record(
         &mut self,
         requested: &ViewRequest,
         document: &mut Document,
-    ) -> Result<(FrameReport, Vec<String>)> {
+    ) -> Result<(Recorder, RecordedFrame, Vec<String>)> {
         let renderer = &mut self.renderer;
         if renderer.size() != requested.camera.size {
             renderer.resize(requested.camera.size)?;
@@ -186,18 +186,17 @@ impl Ready {
         self.bring_lights_into_line(&requested.document)?;
         let refused = self.bring_materials_into_line(document)?;
         self.is_behind = true;
-        Ok((self.renderer.frame()?, refused))
+        let (recorder, frame) = self.renderer.begin_frame()?;
+        Ok((recorder, frame, refused))
     }
 
-    /// Finishes the work of the last frame, so that the next camera movement does not wait.
-    pub(super) fn run_idle_work(&mut self) -> Result<()> {
-        if std::mem::take(&mut self.is_behind) {
-            self.renderer.frame()?;
-        }
-        Ok(())
+    /// Records the work that the last frame left, so that the next camera movement does not wait.
+    pub(super) fn record_idle_work(&mut self) -> Result<(Recorder, RecordedFrame)> {
+        self.is_behind = false;
+        self.renderer.begin_frame()
     }
 
-    /// Whether [`Self::run_idle_work`] has work.
+    /// Whether [`Self::record_idle_work`] has work.
     pub(super) fn is_behind(&self) -> bool {
         self.is_behind
     }

@@ -1,15 +1,18 @@
-//! One frame of the window in flight: recorded, submitted, and awaited before the next.
+//! Frames of the window: commands of passes and draws in one submission, presented in order.
 
 use std::sync::Arc;
 
 use ash::vk;
 
 use super::super::barrier::SUBMISSION;
-use super::super::{Context, VkResultExt};
+use super::super::{Context, InFlight, Recorder, VkResultExt};
 use super::image::COLOUR;
 use super::picture::Picture;
 use super::swapchain::{Swapchain, SwapchainImage};
 use crate::error::Result;
+
+/// Number of frames in flight: the host records one while the device executes the other.
+pub const FRAMES: usize = 2;
 
 /// Maximum wait for an image of the swapchain, nanoseconds: a hidden window may never get one.
 const PATIENCE_NS: u64 = 500_000_000;
@@ -22,15 +25,36 @@ const LAYER: vk::ImageSubresourceLayers = vk::ImageSubresourceLayers {
     layer_count: 1,
 };
 
-/// Commands of a frame, with the objects that signal their end.
-pub(super) struct Frame {
+/// The objects of frames in flight.
+pub(super) struct Frames {
     context: Arc<Context>,
     rendering: ash::khr::dynamic_rendering::Device,
+    /// Pool of the commands that upload the panels' textures.
     pub(super) pool: vk::CommandPool,
-    commands: vk::CommandBuffer,
-    fence: vk::Fence,
+    slots: [Slot; FRAMES],
+    /// Slot of the frame that is being recorded.
+    current: usize,
+}
+
+/// The objects of every second frame.
+#[derive(Default)]
+struct Slot {
     /// Signalled when the acquired image may be drawn to.
     is_lent: vk::Semaphore,
+    /// The last frame of the slot. `None` if it was not drawn, or is done.
+    in_flight: Option<InFlight>,
+    /// Textures of panels that no later frame uses.
+    unused: Vec<egui::TextureId>,
+}
+
+/// Target and content of a frame.
+pub(super) struct Drawing<'a> {
+    pub(super) swapchain: &'a Swapchain,
+    /// Index of the acquired image.
+    pub(super) index: u32,
+    pub(super) background: [f32; 4],
+    /// The image was drawn before and not presented: the picture was computed again.
+    pub(super) is_again: bool,
 }
 
 /// Result of a request to the presentation engine.
@@ -45,52 +69,53 @@ pub(super) enum Answer<T> {
     Busy,
 }
 
-impl Frame {
+impl Frames {
     pub(super) fn new(context: &Arc<Context>) -> Result<Self> {
         let device = &context.device;
-        let info = vk::CommandPoolCreateInfo::default()
-            .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
-            .queue_family_index(context.queue_family);
+        let info = vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family);
         // SAFETY: the device and every object in the description are alive.
         let pool = unsafe { device.create_command_pool(&info, None) }.vk("vkCreateCommandPool")?;
         context.set_name(pool, "window");
-        let mut frame = Self {
+        let mut frames = Self {
             rendering: ash::khr::dynamic_rendering::Device::new(context.instance(), device),
             context: context.clone(),
             pool,
-            commands: vk::CommandBuffer::null(),
-            fence: vk::Fence::null(),
-            is_lent: vk::Semaphore::null(),
+            slots: Default::default(),
+            current: 0,
         };
-        let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
-        // SAFETY: the device and every object in the description are alive.
-        frame.commands = unsafe { device.allocate_command_buffers(&info) }.vk("vkAllocateCommandBuffers")?[0];
-        context.set_name(frame.commands, "window");
-        let signalled = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
-        // SAFETY: the device and every object in the description are alive.
-        frame.fence = unsafe { device.create_fence(&signalled, None) }.vk("vkCreateFence")?;
-        context.set_name(frame.fence, "window is drawn");
-        // SAFETY: the device and every object in the description are alive.
-        frame.is_lent = unsafe { device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }
-            .vk("vkCreateSemaphore")?;
-        context.set_name(frame.is_lent, "image is lent");
-        Ok(frame)
+        for slot in &mut frames.slots {
+            // SAFETY: the device and every object in the description are alive.
+            slot.is_lent = unsafe { device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }
+                .vk("vkCreateSemaphore")?;
+            context.set_name(slot.is_lent, "image is lent");
+        }
+        Ok(frames)
     }
 
-    /// Waits until the device is done with the frame before.
-    pub(super) fn wait(&self) -> Result<()> {
-        // SAFETY: the device is alive; whoever holds the queue waits for it.
-        unsafe { self.context.device.wait_for_fences(&[self.fence], true, u64::MAX) }.vk("vkWaitForFences")
+    /// Begins the next frame: waits until the frame before the last is done. Returns the textures
+    /// that no frame uses any more.
+    pub(super) fn begin(&mut self) -> Result<Vec<egui::TextureId>> {
+        self.current = (self.current + 1) % FRAMES;
+        let slot = &mut self.slots[self.current];
+        if let Some(in_flight) = slot.in_flight.take() {
+            in_flight.wait()?;
+        }
+        Ok(std::mem::take(&mut slot.unused))
     }
 
-    /// Acquires an image to draw to. The frame before must be done.
+    /// Frees these textures when the current frame is done.
+    pub(super) fn free_later(&mut self, textures: impl Iterator<Item = egui::TextureId>) {
+        self.slots[self.current].unused.extend(textures);
+    }
+
+    /// Acquires an image to draw to.
     pub(super) fn acquire(&self, swapchain: &Swapchain) -> Result<Answer<u32>> {
         // SAFETY: swapchain and semaphore are alive, and no other code uses them.
         let lent = unsafe {
             swapchain.loader.acquire_next_image(
                 swapchain.handle,
                 PATIENCE_NS,
-                self.is_lent,
+                self.slots[self.current].is_lent,
                 vk::Fence::null(),
             )
         };
@@ -101,68 +126,66 @@ impl Frame {
         }
     }
 
-    /// Updates the pictures, draws, and presents the image.
+    /// Updates the pictures and draws, behind the recorded passes and in one submission with them.
     pub(super) fn draw<'a>(
-        &self,
-        swapchain: &Swapchain,
-        index: u32,
-        pictures: impl Iterator<Item = &'a mut Picture>,
-        background: [f32; 4],
+        &mut self,
+        mut recorder: Recorder,
+        drawing: &Drawing<'_>,
+        pictures: impl Iterator<Item = &'a Picture>,
         panels: impl FnOnce(vk::CommandBuffer) -> Result<()>,
-    ) -> Result<Answer<()>> {
-        let (device, image) = (&self.context.device, &swapchain.images[index as usize]);
-        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the commands are ours, and no submission uses them any more.
-        unsafe { device.begin_command_buffer(self.commands, &info) }.vk("vkBeginCommandBuffer")?;
-        self.memory_barrier();
+    ) -> Result<InFlight> {
+        let &Drawing { swapchain, index, background, is_again } = drawing;
+        let image = &swapchain.images[index as usize];
+        recorder.end_passes()?;
+        recorder.pipeline_barrier(SUBMISSION);
         for picture in pictures {
-            self.upload(picture);
+            self.upload(&mut recorder, picture);
         }
+        let commands = recorder.commands;
         let canvas = swapchain.canvas.as_ref().map(|canvas| (canvas.handle, canvas.view));
         let (target, view) = canvas.unwrap_or((image.image, image.view));
         let drawn = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
-        self.move_image(target, vk::ImageLayout::UNDEFINED, drawn);
-        self.begin_rendering(view, swapchain.extent, background);
-        panels(self.commands)?;
+        self.move_image(commands, target, vk::ImageLayout::UNDEFINED, drawn);
+        self.begin_rendering(commands, view, swapchain.extent, background);
+        panels(commands)?;
         // SAFETY: the commands are being recorded, and what they name lives until they have run.
-        unsafe { self.rendering.cmd_end_rendering(self.commands) };
+        unsafe { self.rendering.cmd_end_rendering(commands) };
         let mut last = drawn;
         if target != image.image {
-            self.move_image(target, drawn, vk::ImageLayout::TRANSFER_SRC_OPTIMAL);
+            self.move_image(commands, target, drawn, vk::ImageLayout::TRANSFER_SRC_OPTIMAL);
             last = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-            self.move_image(image.image, vk::ImageLayout::UNDEFINED, last);
-            self.copy(target, image.image, swapchain.extent);
+            self.move_image(commands, image.image, vk::ImageLayout::UNDEFINED, last);
+            self.copy(commands, target, image.image, swapchain.extent);
         }
-        self.move_image(image.image, last, vk::ImageLayout::PRESENT_SRC_KHR);
-        // SAFETY: the commands are ours, and are being recorded.
-        unsafe { device.end_command_buffer(self.commands) }.vk("vkEndCommandBuffer")?;
-        self.submit(image)?;
-        self.present(swapchain, index)
+        self.move_image(commands, image.image, last, vk::ImageLayout::PRESENT_SRC_KHR);
+        let in_flight = self.submit(recorder, image, swapchain.canvas.is_some(), is_again)?;
+        self.slots[self.current].in_flight = Some(in_flight.clone());
+        Ok(in_flight)
     }
 
-    fn submit(&self, image: &SwapchainImage) -> Result<()> {
-        let at = |semaphore| {
-            vk::SemaphoreSubmitInfo::default()
-                .semaphore(semaphore)
-                .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+    /// Submits a frame. Its passes do not wait for the image.
+    fn submit(
+        &self,
+        recorder: Recorder,
+        image: &SwapchainImage,
+        has_canvas: bool,
+        is_again: bool,
+    ) -> Result<InFlight> {
+        let at =
+            |semaphore, stages| vk::SemaphoreSubmitInfo::default().semaphore(semaphore).stage_mask(stages);
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let wait = match (is_again, has_canvas) {
+            (true, _) => at(image.is_drawn, all),
+            (false, true) => at(self.slots[self.current].is_lent, vk::PipelineStageFlags2::BLIT),
+            (false, false) => {
+                at(self.slots[self.current].is_lent, vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT)
+            }
         };
-        let (wait, signal) = ([at(self.is_lent)], [at(image.is_drawn)]);
-        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
-        let submit = [vk::SubmitInfo2::default()
-            .wait_semaphore_infos(&wait)
-            .command_buffer_infos(&commands)
-            .signal_semaphore_infos(&signal)];
-        // SAFETY: no submission uses them any more.
-        unsafe { self.context.device.reset_fences(&[self.fence]) }.vk("vkResetFences")?;
-        let context = &self.context;
-        context
-            // SAFETY: no other thread has the queue; commands, semaphores and fence live until the
-            // fence is waited for.
-            .with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, &submit, self.fence) })
-            .vk("vkQueueSubmit2")
+        recorder.submit_with([&[wait], &[at(image.is_drawn, all)]])
     }
 
-    fn present(&self, swapchain: &Swapchain, index: u32) -> Result<Answer<()>> {
+    /// Presents the image that was drawn last.
+    pub(super) fn present(&self, swapchain: &Swapchain, index: u32) -> Result<Answer<()>> {
         let wait = [swapchain.images[index as usize].is_drawn];
         let (swapchains, indices) = ([swapchain.handle], [index]);
         let info = vk::PresentInfoKHR::default()
@@ -178,8 +201,10 @@ impl Frame {
     }
 
     /// Copies the new content of a picture, if there is any.
-    fn upload(&self, picture: &mut Picture) {
-        let Some(pixels) = picture.next.take() else { return };
+    fn upload(&self, recorder: &mut Recorder, picture: &Picture) {
+        let Some(pixels) = &picture.next else { return };
+        recorder.keep(pixels);
+        let commands = recorder.commands;
         let region = [vk::BufferImageCopy::default().image_subresource(LAYER).image_extent(vk::Extent3D {
             width: picture.size[0],
             height: picture.size[1],
@@ -187,18 +212,17 @@ impl Frame {
         })];
         let written = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         // The copy writes the whole image, so its old content may be discarded.
-        self.move_image(picture.image.handle, vk::ImageLayout::UNDEFINED, written);
+        self.move_image(commands, picture.image.handle, vk::ImageLayout::UNDEFINED, written);
         let (from, to) = (pixels.allocated.handle, picture.image.handle);
         // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe {
-            self.context.device.cmd_copy_buffer_to_image(self.commands, from, to, written, &region);
+            self.context.device.cmd_copy_buffer_to_image(commands, from, to, written, &region);
         }
-        self.move_image(picture.image.handle, written, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
-        picture.shown = Some(pixels);
+        self.move_image(commands, picture.image.handle, written, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
     }
 
     /// Copies an image to another, channel by channel, whatever the order of their channels.
-    fn copy(&self, from: vk::Image, to: vk::Image, extent: vk::Extent2D) {
+    fn copy(&self, commands: vk::CommandBuffer, from: vk::Image, to: vk::Image, extent: vk::Extent2D) {
         let end = vk::Offset3D { x: extent.width as i32, y: extent.height as i32, z: 1 };
         let region = [vk::ImageBlit::default()
             .src_subresource(LAYER)
@@ -208,10 +232,16 @@ impl Frame {
         let layouts = (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
         let (device, nearest) = (&self.context.device, vk::Filter::NEAREST);
         // SAFETY: the commands are being recorded, and what they name lives until they have run.
-        unsafe { device.cmd_blit_image(self.commands, from, layouts.0, to, layouts.1, &region, nearest) };
+        unsafe { device.cmd_blit_image(commands, from, layouts.0, to, layouts.1, &region, nearest) };
     }
 
-    fn begin_rendering(&self, view: vk::ImageView, extent: vk::Extent2D, background: [f32; 4]) {
+    fn begin_rendering(
+        &self,
+        commands: vk::CommandBuffer,
+        view: vk::ImageView,
+        extent: vk::Extent2D,
+        background: [f32; 4],
+    ) {
         let attachment = [vk::RenderingAttachmentInfo::default()
             .image_view(view)
             .image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
@@ -223,19 +253,17 @@ impl Frame {
             .layer_count(1)
             .color_attachments(&attachment);
         // SAFETY: the commands are being recorded, and what they name lives until they have run.
-        unsafe { self.rendering.cmd_begin_rendering(self.commands, &info) };
-    }
-
-    /// Makes writes of other submissions visible to this one.
-    fn memory_barrier(&self) {
-        let memory = [SUBMISSION.memory_barrier()];
-        let info = vk::DependencyInfo::default().memory_barriers(&memory);
-        // SAFETY: the commands are being recorded, and what they name lives until they have run.
-        unsafe { self.context.sync2.cmd_pipeline_barrier2(self.commands, &info) };
+        unsafe { self.rendering.cmd_begin_rendering(commands, &info) };
     }
 
     /// Changes the layout of an image. Earlier commands are done and visible to later ones.
-    fn move_image(&self, image: vk::Image, from: vk::ImageLayout, to: vk::ImageLayout) {
+    fn move_image(
+        &self,
+        commands: vk::CommandBuffer,
+        image: vk::Image,
+        from: vk::ImageLayout,
+        to: vk::ImageLayout,
+    ) {
         let all = vk::PipelineStageFlags2::ALL_COMMANDS;
         let barrier = [vk::ImageMemoryBarrier2::default()
             .src_stage_mask(all)
@@ -250,19 +278,19 @@ impl Frame {
             .subresource_range(COLOUR)];
         let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
         // SAFETY: the commands are being recorded, and what they name lives until they have run.
-        unsafe { self.context.sync2.cmd_pipeline_barrier2(self.commands, &info) };
+        unsafe { self.context.sync2.cmd_pipeline_barrier2(commands, &info) };
     }
 }
 
-impl Drop for Frame {
+impl Drop for Frames {
     fn drop(&mut self) {
         let _ = self.context.wait_idle();
-        // SAFETY: it is ours, made by this device, and no submission uses it any more.
-        unsafe {
-            self.context.device.destroy_semaphore(self.is_lent, None);
-            self.context.device.destroy_fence(self.fence, None);
-            self.context.device.destroy_command_pool(self.pool, None);
+        for slot in &self.slots {
+            // SAFETY: it is ours, made by this device, and no submission uses it any more.
+            unsafe { self.context.device.destroy_semaphore(slot.is_lent, None) };
         }
+        // SAFETY: as above.
+        unsafe { self.context.device.destroy_command_pool(self.pool, None) };
     }
 }
 

@@ -3,8 +3,8 @@
 //! A [`WindowPainter`] owns the pictures and panels. It copies pictures from the buffers of compute
 //! passes into images that the panels' triangles sample, so one draw shows both. The target of the
 //! draw encodes sRGB, so that a picture's bytes reach the screen unchanged. The target is the
-//! swapchain's image, or a canvas that is copied to it if the image does not encode sRGB. One frame
-//! is in flight at a time: the picture on the screen is the last requested one.
+//! swapchain's image, or a canvas that is copied to it if the image does not encode sRGB. Passes,
+//! copies and draws of a frame are one submission, and two frames may be in flight.
 
 mod frame;
 mod image;
@@ -13,6 +13,7 @@ mod picture;
 mod surface;
 mod swapchain;
 
-pub use painter::{Painting, Shown, WindowPainter};
+pub use frame::FRAMES;
+pub use painter::{Check, Painting, Shown, Verdict, WindowPainter};
 pub use picture::PictureId;
 pub use surface::{Surface, WindowHandles};

@@ -1,6 +1,7 @@
 //! Draws panels and pictures to a window.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use ash::vk;
 use egui::epaint::{ClippedPrimitive, textures::TexturesDelta};
@@ -8,8 +9,8 @@ use egui_ash_renderer::allocator::DefaultAllocator;
 use egui_ash_renderer::vulkan::{create_vulkan_descriptor_set, create_vulkan_descriptor_set_layout};
 use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer, RendererError};
 
-use super::super::{Buffer, Context, VkResultExt};
-use super::frame::{Answer, Frame};
+use super::super::{Buffer, Context, InFlight, Recorder, VkResultExt};
+use super::frame::{Answer, Drawing, FRAMES, Frames};
 use super::picture::{Picture, PictureId};
 use super::surface::{RawSurface, Surface, WindowHandles};
 use super::swapchain::{self, Swapchain};
@@ -39,24 +40,36 @@ pub enum Shown {
     NotNow,
 }
 
+/// What becomes of a frame that was submitted.
+pub enum Verdict {
+    /// It is presented.
+    Present,
+    /// These commands compute the picture again, and the frame is drawn with them.
+    Again(Box<Recorder>),
+    /// It is not presented.
+    Discard,
+}
+
+/// Called with each submission that computes a picture, before it is presented.
+pub type Check<'a> = &'a mut dyn FnMut(&InFlight) -> Result<Verdict>;
+
 /// The pictures and panels of a window, and the objects that draw them.
 pub struct WindowPainter {
     context: Arc<Context>,
     /// `None` only during drop.
     panels: Option<Renderer<DefaultAllocator>>,
     pictures: Vec<BoundTexture>,
-    /// Textures of panels that are unused after the frame in flight.
-    unused: Vec<egui::TextureId>,
     set_layout: vk::DescriptorSetLayout,
     set_pool: vk::DescriptorPool,
     sampler: vk::Sampler,
-    frame: Frame,
+    frames: Frames,
     swapchain: Option<Swapchain>,
     is_out_of_date: bool,
     /// Format of the surface, or of the last surface if there is none.
     format: vk::SurfaceFormatKHR,
     size: [u32; 2],
     vsync: bool,
+    presented: u64,
     /// The last field, because all others need it. `None` between two surfaces.
     surface: Option<Surface>,
 }
@@ -81,7 +94,7 @@ impl WindowPainter {
             context.physical_device(),
             context.device.clone(),
             mode(format.format),
-            Options { srgb_framebuffer: true, ..Options::default() },
+            Options { in_flight_frames: FRAMES, srgb_framebuffer: true, ..Options::default() },
         )
         .map_err(panel_error)?;
         let set_layout = create_vulkan_descriptor_set_layout(&context.device).map_err(panel_error)?;
@@ -103,11 +116,10 @@ impl WindowPainter {
         let sampler = unsafe { context.device.create_sampler(&info, None) }.vk("vkCreateSampler")?;
         context.set_name(sampler, "pixels as they are");
         Ok(Self {
-            frame: Frame::new(&context)?,
+            frames: Frames::new(&context)?,
             context,
             panels: Some(panels),
             pictures: Vec::new(),
-            unused: Vec::new(),
             set_layout,
             set_pool,
             sampler,
@@ -116,6 +128,7 @@ impl WindowPainter {
             format,
             size,
             vsync,
+            presented: 0,
             surface: Some(surface),
         })
     }
@@ -156,7 +169,8 @@ impl WindowPainter {
             return Ok(());
         }
         let picture = Picture::new(&self.context, size)?;
-        self.frame.wait()?;
+        // Frames in flight use the set and the image.
+        self.context.wait_idle()?;
         let hung = &mut self.pictures[id.0];
         let image = [vk::DescriptorImageInfo {
             sampler: self.sampler,
@@ -172,6 +186,11 @@ impl WindowPainter {
         unsafe { self.context.device.update_descriptor_sets(&write, &[]) };
         hung.picture = picture;
         Ok(())
+    }
+
+    /// Number of frames presented so far.
+    pub fn presented(&self) -> u64 {
+        self.presented
     }
 
     /// The texture by which panels draw a picture.
@@ -193,63 +212,114 @@ impl WindowPainter {
         picture.next = Some(pixels.alias());
     }
 
-    /// Draws a frame and presents it.
+    /// Draws a frame, in one submission with the commands that compute its picture, and presents
+    /// it once `check` agrees. Does not wait for the device, except for the frame before the
+    /// last. Commands are submitted even if there is no image to draw to.
     ///
     /// # Errors
-    /// The device failed.
-    pub fn paint(&mut self, mut painting: Painting, window: &dyn WindowHandles) -> Result<Shown> {
-        self.frame.wait()?;
-        // The copies from these buffers are done.
-        self.pictures.iter_mut().for_each(|hung| hung.picture.shown = None);
+    /// The device or `check` failed.
+    pub fn paint(
+        &mut self,
+        mut painting: Painting,
+        window: &dyn WindowHandles,
+        commands: Option<Recorder>,
+        check: Check<'_>,
+    ) -> Result<Shown> {
+        for texture in self.frames.begin()? {
+            self.panels().free_texture(texture).map_err(panel_error)?;
+        }
         self.update_textures(&mut painting.textures)?;
-        let shown = self.try_paint(&painting, window)?;
-        self.unused.extend(painting.textures.free.drain());
+        let shown = match (self.acquire(window)?, commands) {
+            (Some(index), commands) => self.draw(index, &painting, commands, check)?,
+            (None, Some(commands)) => {
+                self.run(commands, check)?;
+                Shown::NotNow
+            }
+            (None, None) => Shown::NotNow,
+        };
+        self.frames.free_later(painting.textures.free.drain());
         Ok(shown)
     }
 
-    fn try_paint(&mut self, painting: &Painting, window: &dyn WindowHandles) -> Result<Shown> {
+    /// Submits the commands of a picture by themselves.
+    ///
+    /// # Errors
+    /// The device or `check` failed.
+    pub fn run(&mut self, mut commands: Recorder, check: Check<'_>) -> Result<()> {
+        loop {
+            match check(&commands.submit()?)? {
+                Verdict::Present => return Ok(()),
+                Verdict::Again(again) => commands = *again,
+                Verdict::Discard => {
+                    self.pictures.iter_mut().for_each(|bound| bound.picture.next = None);
+                    return Ok(());
+                }
+            }
+        }
+    }
+
+    /// Acquires an image of the swapchain. `None` if there is none now.
+    fn acquire(&mut self, window: &dyn WindowHandles) -> Result<Option<u32>> {
         // A swapchain may go out of date during its creation.
         for _ in 0..3 {
             if self.is_out_of_date && !self.renew_swapchain(window)? {
-                return Ok(Shown::NotNow);
+                return Ok(None);
             }
-            let Some(swapchain) = &self.swapchain else { return Ok(Shown::NotNow) };
-            let index = match self.frame.acquire(swapchain)? {
+            let Some(swapchain) = &self.swapchain else { return Ok(None) };
+            match self.frames.acquire(swapchain)? {
                 Answer::Granted(index, fits) => {
                     self.is_out_of_date |= !fits;
-                    index
+                    return Ok(Some(index));
                 }
-                Answer::Busy => return Ok(Shown::NotNow),
-                Answer::OutOfDate => {
-                    self.is_out_of_date = true;
-                    continue;
-                }
-                Answer::SurfaceLost => {
-                    self.lose_surface()?;
-                    continue;
-                }
-            };
-            let extent = swapchain.extent;
-            let pictures = self.pictures.iter_mut().map(|hung| &mut hung.picture);
-            let panels = self.panels.as_mut().expect("taken only in drop");
-            let [r, g, b] = painting.background;
-            let answer = self.frame.draw(swapchain, index, pictures, [r, g, b, 1.0], |commands| {
+                Answer::Busy => return Ok(None),
+                Answer::OutOfDate => self.is_out_of_date = true,
+                Answer::SurfaceLost => self.lose_surface()?,
+            }
+        }
+        Ok(None)
+    }
+
+    fn draw(
+        &mut self,
+        index: u32,
+        painting: &Painting,
+        commands: Option<Recorder>,
+        check: Check<'_>,
+    ) -> Result<Shown> {
+        let Self { context, frames, pictures, panels, swapchain, .. } = self;
+        let panels = panels.as_mut().expect("taken only in drop");
+        let swapchain = swapchain.as_ref().expect("it has lent an image");
+        let [r, g, b] = painting.background;
+        let mut drawing = Drawing { swapchain, index, background: [r, g, b, 1.0], is_again: false };
+        let (computes, mut next) = (commands.is_some(), commands);
+        let is_valid = loop {
+            let recorder = next.take().map_or_else(|| context.record(true, |_| ()), Ok)?;
+            let shown = pictures.iter().map(|bound| &bound.picture);
+            let in_flight = frames.draw(recorder, &drawing, shown, |commands| {
                 panels
-                    .cmd_draw(commands, extent, painting.pixels_per_point, &painting.primitives)
+                    .cmd_draw(commands, swapchain.extent, painting.pixels_per_point, &painting.primitives)
                     .map_err(panel_error)
             })?;
-            match answer {
-                Answer::Granted((), fits) => self.is_out_of_date |= !fits,
-                Answer::OutOfDate | Answer::Busy => {
-                    self.is_out_of_date = true;
-                    return Ok(Shown::NotNow);
-                }
-                Answer::SurfaceLost => {
-                    self.lose_surface()?;
-                    return Ok(Shown::NotNow);
-                }
+            match if computes { check(&in_flight)? } else { Verdict::Present } {
+                Verdict::Present => break true,
+                Verdict::Again(recorder) => (next, drawing.is_again) = (Some(*recorder), true),
+                Verdict::Discard => break false,
             }
-            return Ok(Shown::Yes);
+        };
+        pictures.iter_mut().for_each(|bound| bound.picture.next = None);
+        if !is_valid {
+            // A new swapchain takes the image back.
+            self.is_out_of_date = true;
+            return Ok(Shown::NotNow);
+        }
+        self.presented += 1;
+        match frames.present(swapchain, index)? {
+            Answer::Granted((), fits) => {
+                self.is_out_of_date |= !fits;
+                return Ok(Shown::Yes);
+            }
+            Answer::OutOfDate | Answer::Busy => self.is_out_of_date = true,
+            Answer::SurfaceLost => self.lose_surface()?,
         }
         Ok(Shown::NotNow)
     }
@@ -257,7 +327,7 @@ impl WindowPainter {
     /// Creates the swapchain anew. Returns false if the window has no area, or if the surface
     /// was lost again.
     fn renew_swapchain(&mut self, window: &dyn WindowHandles) -> Result<bool> {
-        self.frame.wait()?;
+        self.context.wait_idle()?;
         if self.surface.is_none() && !self.renew_surface(window)? {
             return Ok(false);
         }
@@ -301,17 +371,20 @@ impl WindowPainter {
         Ok(true)
     }
 
-    /// Applies changes of the panels' textures. The frame before must be done.
+    /// Applies changes of the panels' textures. They are rare, and wait for the device.
     fn update_textures(&mut self, changes: &mut TexturesDelta) -> Result<()> {
-        let panels = self.panels.as_mut().expect("taken only in drop");
-        for texture in self.unused.drain(..) {
-            panels.free_texture(texture).map_err(panel_error)?;
+        if changes.set.is_empty() {
+            return Ok(());
         }
-        let pool = self.frame.pool;
+        // The upload overwrites what frames in flight may read.
+        self.context.wait_idle()?;
+        let panels = self.panels.as_mut().expect("taken only in drop");
+        let (pool, count) = (self.frames.pool, &self.context.submission_count);
         self.context.with_queue(|queue| {
             for (id, changes) in changes.set.drain() {
                 for change in changes {
                     panels.set_texture(queue, pool, id, &change).map_err(panel_error)?;
+                    count.fetch_add(1, Ordering::Relaxed);
                 }
             }
             Ok(())

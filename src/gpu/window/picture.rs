@@ -21,8 +21,6 @@ pub(super) struct Picture {
     pub(super) size: [u32; 2],
     /// New content, shown from the next frame on. `None` if the image holds it.
     pub(super) next: Option<Buffer>,
-    /// Source of the last copy, which may still be in flight.
-    pub(super) shown: Option<Buffer>,
 }
 
 impl Picture {
@@ -33,6 +31,6 @@ impl Picture {
             seen_as: FORMAT,
             usage: vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST,
         };
-        Ok(Self { image: Image::new(context, size, &purpose)?, size, next: None, shown: None })
+        Ok(Self { image: Image::new(context, size, &purpose)?, size, next: None })
     }
 }

@@ -24,12 +24,12 @@ use super::session::Session;
 use super::shortcuts;
 use super::stage::Wake;
 use super::start::{Demo, Start, WakeUp, no_display};
-use super::ui_state::UiState;
+use super::ui_state::{UiState, View};
 use super::viewport::{Textures, Viewport};
 use crate::app::note;
 use crate::error::Result;
-use crate::gpu::Context;
-use crate::gpu::window::{Painting, PictureId, Shown, WindowPainter};
+use crate::gpu::window::{FRAMES, Painting, PictureId, Shown, WindowPainter};
+use crate::gpu::{Context, Recorder};
 
 /// Delay before a frame is presented again that the system did not take. Also the polling period
 /// of the precomputation.
@@ -38,6 +38,9 @@ const RETRY: Duration = Duration::from_millis(100);
 /// Polling period of the scene's files, and the time without events after which idle work starts.
 const GLANCE: Duration = Duration::from_millis(500);
 const REST: Duration = Duration::from_millis(1000);
+
+/// Polling period of frames that the device computes.
+const DEVICE: Duration = Duration::from_millis(2);
 
 /// Size of the picture before the first one exists.
 const NO_PICTURE: [u32; 2] = [1, 1];
@@ -179,10 +182,16 @@ impl WindowState {
             self.tolerate(glanced)?;
         }
         let mut next = self.last_glance + GLANCE;
-        if self.session.is_behind() && !self.is_held {
+        if self.session.end_frames(usize::MAX)? {
+            // The panel shows the frame's cost.
+            self.window.request_redraw();
+        }
+        if self.session.is_computing() {
+            next = next.min(now + DEVICE);
+        }
+        if self.session.is_behind() && !self.is_held && !self.is_hidden {
             if now >= self.last_event + REST {
-                let rested = self.session.run_idle_work();
-                self.tolerate(rested)?;
+                self.window.request_redraw();
             } else {
                 next = next.min(self.last_event + REST);
             }
@@ -193,6 +202,8 @@ impl WindowState {
 
     /// Draws one frame. Panels run first, so that it shows their changes.
     fn draw(&mut self) -> Result<bool> {
+        self.session.end_frames(FRAMES - 1)?;
+        let begun = Instant::now();
         let input = self.panels.take_egui_input(&self.window);
         let egui = self.panels.egui_ctx().clone();
         self.play()?;
@@ -232,22 +243,16 @@ impl WindowState {
         }
         self.session.weights = self.ui_state.view.weights();
         self.session.times_passes = self.ui_state.times_passes;
-        let is_new = self.session.update()?;
+        let commands = self.record_frame()?;
+        let is_new = self.shown != self.session.version;
         if is_new {
-            // The next frame shows this frame's cost.
-            self.window.request_redraw();
-        }
-        if std::mem::take(&mut self.session.has_gone_back) {
-            // Otherwise the drag would request the refused state again.
-            self.viewport.let_go();
-        }
-        if self.shown != self.session.version {
             self.shown = self.session.version;
             self.hang_picture()?;
         }
         if let Some(recorder) = &mut self.recorder {
             recorder.note(&self.session);
         }
+        let commands = self.submit_before_cells(commands)?;
         let coloured = self.colour_cells();
         self.tolerate(coloured)?;
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
@@ -260,7 +265,15 @@ impl WindowState {
         };
         self.panels.handle_platform_output(&self.window, output.platform_output);
         self.window.pre_present_notify();
-        let shown = self.painter.paint(painting, &self.window)?;
+        let session = &mut self.session;
+        let shown = self
+            .painter
+            .paint(painting, &self.window, commands, &mut |in_flight| session.check(in_flight))?;
+        if std::mem::take(&mut self.session.has_gone_back) {
+            // Otherwise the drag would request the refused state again.
+            self.viewport.let_go();
+            self.window.request_redraw();
+        }
         if shown == Shown::NotNow || self.session.progress().is_some() {
             // The worker may send its last event before its thread ends.
             let soon = Instant::now() + RETRY;
@@ -274,6 +287,9 @@ impl WindowState {
             self.window.request_redraw();
         }
         self.settle(shown == Shown::Yes && !is_new);
+        if is_new {
+            self.session.wait_for_device(begun.elapsed())?;
+        }
         let requests = std::mem::take(&mut self.ui_state.requests);
         for request in requests {
             if !self.fulfil(request)? {
@@ -281,6 +297,33 @@ impl WindowState {
             }
         }
         Ok(true)
+    }
+
+    /// Records a new picture, or else idle work that is due.
+    fn record_frame(&mut self) -> Result<Option<Recorder>> {
+        if let Some(commands) = self.session.update()? {
+            return Ok(Some(commands));
+        }
+        if self.is_held || Instant::now() < self.last_event + REST {
+            return Ok(None);
+        }
+        match self.session.record_idle_work() {
+            Err(error) => self.tolerate(Err(error)).map(|()| None),
+            commands => commands,
+        }
+    }
+
+    /// Submits the commands of a picture by themselves if the window shows cells: the host reads
+    /// their light before it draws.
+    fn submit_before_cells(&mut self, commands: Option<Recorder>) -> Result<Option<Recorder>> {
+        match commands {
+            Some(commands) if matches!(self.ui_state.view, View::Cells(_)) => {
+                let session = &mut self.session;
+                self.painter.run(commands, &mut |in_flight| session.check(in_flight))?;
+                Ok(None)
+            }
+            commands => Ok(commands),
+        }
     }
 
     /// Gives the picture to the painter. If the device lacks memory for it, the picture returns to
@@ -303,5 +346,7 @@ impl WindowState {
 
     pub(super) fn say_memory(&self) {
         note(&format!("lightpaths: device memory {} bytes", self.context.memory().current_bytes));
+        let (frames, submissions) = (self.painter.presented(), self.context.submission_count());
+        note(&format!("lightpaths: frames {frames} submissions {submissions}"));
     }
 }

@@ -136,6 +136,7 @@ impl WindowState {
         }
         let draws_again = self.again.is_some_and(|again| again <= Instant::now());
         let is_done = self.session.progress().is_none()
+            && !self.session.is_computing()
             && self.viewport.fits(&self.session)
             && self.ui_state.requests.is_empty()
             && !self.plays_when_ready;

@@ -19,7 +19,7 @@ layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: cluster fields beyond c
 struct GatherRadiancePush {
     uint target_count;
     uint cluster_bits;   // width of the cluster field in a target
-    uint cluster_count;  // proxies and near-field patches included
+    uint cluster_count;  // near-field patches included
 };
 
 layout(scalar, binding = 0) readonly buffer Targets { uint targets[]; };  // targets of gather rays, in ascending order

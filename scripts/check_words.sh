@@ -45,7 +45,7 @@ terms() {
     replaced '\bdealt\b' 'swizzled' "${code[@]}"
     replaced 'gloss.?slots?\b|slot.?reads?\b' 'gloss bin' "${all[@]}"
     replaced '(hvds|light|cluster|highlight)_?layers?\b' 'flux or irradiance of a light' "${all[@]}"
-    replaced '\b(near|proxy|split).?parts?\b' 'near-field patch, term of a proxy, chunk' "${all[@]}"
+    replaced '\b(near|split).?parts?\b' 'near-field patch, chunk' "${all[@]}"
     replaced '\bshares?_(?!of_(copy|floor))|_shares?\b(?!_of)' 'fraction, weight' src/passes src/renderer src/cpu glsl
     replaced '\b(weight|contribution)_?runs?\b' 'range' "${all[@]}"
     replaced 'kept from falling' 'clamped' "${all[@]}"

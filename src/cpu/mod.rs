@@ -8,7 +8,6 @@ pub mod accessibility;
 pub mod antialias;
 pub mod blend;
 pub mod brdf;
-pub mod cluster_proxies;
 pub mod compose;
 pub mod direct;
 pub mod emission;

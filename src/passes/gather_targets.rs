@@ -10,8 +10,6 @@ use crate::types::{GatherRay, NO_TARGET};
 pub enum GatherTarget {
     /// A cluster, by its index in the hierarchy.
     Cluster(u32),
-    /// A directional proxy of a cluster.
-    Proxy(u32),
     /// A near-field patch.
     Patch(u32),
     /// One outgoing direction of a glossy cluster.
@@ -26,8 +24,6 @@ pub type TargetKind = fn(u32) -> GatherTarget;
 pub struct TargetCounts {
     /// Clusters of all levels.
     pub clusters: u32,
-    /// Directional proxies of clusters.
-    pub proxies: u32,
     /// Near-field patches of cache points.
     pub patches: u32,
     /// Gloss bins, those of sums included.
@@ -35,8 +31,8 @@ pub struct TargetCounts {
 }
 
 /// Packing of a gather ray's target and material in one word, and the unit of its gradient.
-/// Clusters, proxies, patches and gloss bins are numbered in this order, so that the first three
-/// share one list of irradiances.
+/// Clusters, patches and gloss bins are numbered in this order, so that the first two share one
+/// list of irradiances.
 #[derive(Clone, Copy, Debug)]
 pub struct GatherTargetPacking {
     counts: TargetCounts,
@@ -61,8 +57,8 @@ impl GatherTargetPacking {
     /// # Errors
     /// [`Error::OutOfMemory`] if targets and materials do not fit one word.
     pub fn of_counts(counts: TargetCounts, materials: usize, min_distance: f32) -> Result<Self> {
-        let TargetCounts { clusters, proxies, patches, gloss_bins } = counts;
-        let total: u64 = [clusters, proxies, patches, gloss_bins].into_iter().map(u64::from).sum();
+        let TargetCounts { clusters, patches, gloss_bins } = counts;
+        let total: u64 = [clusters, patches, gloss_bins].into_iter().map(u64::from).sum();
         let cluster_bits = (total + 1).next_power_of_two().ilog2().max(1);
         // One packing is `NO_TARGET`: the topmost material index stays unused.
         if cluster_bits > 31 || materials as u64 >= 1 << (32 - cluster_bits) {
@@ -79,14 +75,13 @@ impl GatherTargetPacking {
         (1 << (32 - material_bits)) - 1
     }
 
-    /// Number of a target: for clusters, proxies and patches, its place in the list of irradiances.
+    /// Number of a target: for clusters and patches, its place in the list of irradiances.
     pub fn number(&self, target: GatherTarget) -> u32 {
-        let TargetCounts { clusters, proxies, patches, .. } = self.counts;
+        let TargetCounts { clusters, patches, .. } = self.counts;
         match target {
             GatherTarget::Cluster(cluster) => cluster,
-            GatherTarget::Proxy(proxy) => clusters + proxy,
-            GatherTarget::Patch(patch) => clusters + proxies + patch,
-            GatherTarget::GlossBin(bin) => clusters + proxies + patches + bin,
+            GatherTarget::Patch(patch) => clusters + patch,
+            GatherTarget::GlossBin(bin) => clusters + patches + bin,
         }
     }
 
@@ -100,11 +95,10 @@ impl GatherTargetPacking {
         if word == NO_TARGET {
             return None;
         }
-        let TargetCounts { clusters, proxies, patches, gloss_bins } = self.counts;
+        let TargetCounts { clusters, patches, gloss_bins } = self.counts;
         let mut number = word & ((1 << self.cluster_bits) - 1);
-        let kinds: [(u32, TargetKind); 4] = [
+        let kinds: [(u32, TargetKind); 3] = [
             (clusters, GatherTarget::Cluster),
-            (proxies, GatherTarget::Proxy),
             (patches, GatherTarget::Patch),
             (gloss_bins, GatherTarget::GlossBin),
         ];
@@ -191,16 +185,16 @@ mod tests {
             assert_ne!(last, NO_TARGET, "{materials} materials");
             assert!(GatherTargetPacking::new(most + 1, materials, 1.0).is_err(), "{materials} materials");
         }
-        let counts = TargetCounts { clusters: u32::MAX, proxies: u32::MAX, ..TargetCounts::default() };
+        let counts = TargetCounts { clusters: u32::MAX, patches: u32::MAX, ..TargetCounts::default() };
         assert!(GatherTargetPacking::of_counts(counts, 1, 1.0).is_err());
     }
 
     #[test]
     fn every_target_is_packed_and_unpacked() {
-        let kinds = [GatherTarget::Cluster, GatherTarget::Proxy, GatherTarget::Patch, GatherTarget::GlossBin];
-        for numbers in [[5, 0, 0, 0], [5, 3, 0, 2], [7, 0, 4, 0], [1, 1, 1, 1]] {
-            let [clusters, proxies, patches, gloss_bins] = numbers;
-            let counts = TargetCounts { clusters, proxies, patches, gloss_bins };
+        let kinds = [GatherTarget::Cluster, GatherTarget::Patch, GatherTarget::GlossBin];
+        for numbers in [[5, 0, 0], [5, 3, 2], [7, 0, 4], [1, 1, 1]] {
+            let [clusters, patches, gloss_bins] = numbers;
+            let counts = TargetCounts { clusters, patches, gloss_bins };
             let packing = GatherTargetPacking::of_counts(counts, 3, 1.0).unwrap();
             let targets = kinds.iter().zip(numbers).flat_map(|(kind, count)| (0..count).map(kind));
             let mut next = 0;
@@ -227,16 +221,16 @@ mod tests {
         let reader = |(ray, index)| Reader { ray, index };
         let targets = GatherTargets::of_hits(hits)
             .with(GatherTarget::Patch, vec![reader((1, 0)), reader((2, 6))])
-            .with(GatherTarget::Proxy, vec![reader((4, 5))]);
+            .with(GatherTarget::GlossBin, vec![reader((4, 5))]);
         let expected = [
             Some(GatherTarget::Cluster(0)),
             None,
             Some(GatherTarget::Patch(6)),
             Some(GatherTarget::Cluster(3)),
-            Some(GatherTarget::Proxy(5)),
+            Some(GatherTarget::GlossBin(5)),
         ]
         .map(|target| target.map(|target| (target, 1)));
-        let counts = TargetCounts { clusters: 4, proxies: 6, patches: 7, gloss_bins: 0 };
+        let counts = TargetCounts { clusters: 4, patches: 7, gloss_bins: 6 };
         let packing = GatherTargetPacking::of_counts(counts, 2, 1.0).unwrap();
         for (first, end) in (0..5).flat_map(|first| (first..=5).map(move |end| (first, end))) {
             assert_eq!(targets.of_rays(first, &rays[first..end]), expected[first..end]);

@@ -44,7 +44,6 @@ pub fn layouts() -> Vec<Layout> {
         frame::path_scan::LAYOUTS,
         frame::hvds::LAYOUTS,
         frame::near_field::LAYOUTS,
-        frame::cluster_proxies::LAYOUTS,
         frame::gloss::LAYOUTS,
         frame::gloss_beams::LAYOUTS,
         frame::gloss_pixels::LAYOUTS,

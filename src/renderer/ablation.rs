@@ -216,10 +216,8 @@ impl Renderer {
             self.world.scene.quality.seed,
             &mut Silent,
         )?;
-        // These rays read clusters or proxies, not gloss bins, so glossy reflection is missing.
-        let (proxies, quality) = (&self.transport.proxies, &self.world.scene.quality);
-        let targets = proxies.targets(&rays, points, &self.transport.gather, quality)?;
-        let merged_rays = MergedRays::new(&self.context, rays.pack(&targets, &packing)?, hemisphere)?;
+        // These rays read clusters, not gloss bins, so glossy reflection is missing.
+        let merged_rays = MergedRays::new(&self.context, rays, hemisphere)?;
         let gather = Gather::new(&self.context, buffer, count, merged_rays, hemisphere, packing, false)?;
         let list = RecordList::all(&self.context, count, gather.merged_rays.records_per_chunk)?;
         self.context.run(|rec| {

@@ -2,7 +2,6 @@
 //! A frame computes either the live set or the whole hierarchy.
 
 use super::precompute::Precomputed;
-use super::proxies::Proxies;
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::passes::frame::hvds::{ClusterLists, Pyramid};
@@ -118,20 +117,13 @@ impl LiveSets {
 }
 
 /// Computes the live set. If a material may be glossy, rays of glossy pixels may read any cluster.
-pub(super) fn reads(made: &Precomputed, proxies: &Proxies, pyramid: &Pyramid) -> Result<LiveClusters> {
+pub(super) fn reads(made: &Precomputed, pyramid: &Pyramid) -> Result<LiveClusters> {
     if made.gloss.is_some() {
         return Ok(LiveClusters::all(made.hvds.cluster_count()));
     }
     let sources = pyramid.indirect_sources.read::<u32>()?;
     let targets = made.merged_rays.targets.read::<u32>()?;
-    Ok(LiveClusters::from_targets(
-        &made.hvds,
-        targets,
-        &made.packing,
-        proxies.tables(),
-        &made.near_patches,
-        &sources,
-    ))
+    Ok(LiveClusters::from_targets(&made.hvds, targets, &made.packing, &made.near_patches, &sources))
 }
 
 /// Fractions of the hierarchy outside the live set, 0..=1.

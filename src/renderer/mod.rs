@@ -22,7 +22,6 @@ mod plan;
 mod precompute;
 mod precompute_cache;
 mod preview;
-mod proxies;
 mod quality_warnings;
 mod reopen;
 mod replay;
@@ -62,7 +61,6 @@ use image::{Image, IndirectLight};
 use lights::Lights;
 use liveness::LiveSets;
 use precompute::Precomputed;
-use proxies::Proxies;
 use report::FrameWatch;
 use std::sync::Arc;
 use std::time::Instant;
@@ -153,9 +151,8 @@ impl Renderer {
             made.area_m2,
             is_glossy,
         )?;
-        let proxies = Proxies::new(context, made.proxies.take(), &made.hvds, &mut pyramid)?;
         pyramid.reserve_patches(context, made.near_patches.len() as u32)?;
-        let reads = liveness::reads(&made, &proxies, &pyramid)?;
+        let reads = liveness::reads(&made, &pyramid)?;
         let unread = liveness::unread(&made, &reads, Directions::new(scene.quality.directions));
         made.statistics.skipped.extend(unread);
         let live_sets = LiveSets::new(context, &mut made, &reads)?;
@@ -181,7 +178,6 @@ impl Renderer {
             )?,
             path_ranges: made.paths.ranges,
             pyramid,
-            proxies,
             live_sets,
             narrow_patches: made.narrow_patches,
             gap_rounds: scene.quality.gap_rounds,

@@ -68,7 +68,6 @@ impl Sizes {
             first_bounce: if transport.gloss.is_some() { 4 + 12 } else { 4 },
             light_flux: size_of::<LightFlux>() as u64 * u64::from(transport.pyramid.base_count()),
             clusters: transport.pyramid.irradiance.bytes(),
-            proxies: transport.proxies.bytes(),
             near_field: set.near_field.bytes(patch_counts) / ran(NearField::STEM),
             records: transport.gather.records.bytes(),
             cache_points: transport.gather.cache_points.bytes(),

@@ -63,7 +63,6 @@ pub(super) struct Sizes {
     /// Flux of base clusters from one light.
     pub(super) light_flux: u64,
     pub(super) clusters: u64,
-    pub(super) proxies: u64,
     pub(super) near_field: u64,
     pub(super) records: u64,
     pub(super) cache_points: u64,

@@ -3,10 +3,10 @@
 
 use super::pass_sizes::{Cost, Sizes};
 use crate::passes::frame::{
-    antialias::Antialias, blend::Blend, cluster_proxies::ClusterProxies, compose::Compose, direct::Direct,
-    form_factors::FormFactors, gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid,
-    near_field::NearField, needed_records::NeededRecords, path_scan::PathScan, pixel_colours::PixelColours,
-    primary::Primary, splat::Splat, tonemap::Tonemap,
+    antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
+    gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid, near_field::NearField,
+    needed_records::NeededRecords, path_scan::PathScan, pixel_colours::PixelColours, primary::Primary,
+    splat::Splat, tonemap::Tonemap,
 };
 
 /// A column of the paper's timing table. [Yue, Table 2]
@@ -39,7 +39,7 @@ const fn unmodelled(stem: &'static str, column: Column) -> Pass {
 }
 
 /// Every pass that a frame may have, in the order of its first occurrence.
-pub(super) const PASSES: [Pass; 26] = [
+pub(super) const PASSES: [Pass; 25] = [
     pass(Primary::STEM, Column::Tdi, |size| Cost::of_rays(size.surface, size.pixels)),
     pass(Antialias::STEM, Column::Tdi, |size| {
         let bytes = size.surface + 8 * size.pixels + size.edge_samples + size.edge_slots;
@@ -82,7 +82,6 @@ pub(super) const PASSES: [Pass; 26] = [
     }),
     pass(Pyramid::STEM, Column::Thvds, |size| Cost::of(size.lights * size.light_flux + 3 * size.clusters)),
     unmodelled(Gloss::STEM, Column::Thvds),
-    pass(ClusterProxies::STEM, Column::Thvds, |size| Cost::of(size.proxies)),
     pass(NearField::STEM, Column::Tfg, |size| Cost::of(size.near_field)),
     pass(Splat::STEM, Column::Tsplat, |size| {
         Cost::of(size.surface + size.cache_points + 4 * size.pairs + size.weights)

@@ -21,7 +21,7 @@ pub struct FramePlan {
     pub direct_sum: bool,
     /// The energy scan of the light paths.
     pub scan: Scan,
-    /// Hierarchy, proxies and near field.
+    /// Hierarchy and near field.
     pub hierarchy: bool,
     /// The whole hierarchy is computed, not only the live set.
     pub is_whole: bool,
@@ -144,7 +144,7 @@ impl fmt::Display for FramePlan {
             Scan::All => line(true, "energy scan: all paths")?,
         }
         let scope = if self.is_whole { "whole" } else { "live set" };
-        line(self.hierarchy, &format!("hierarchy: {scope}, proxies, near field"))?;
+        line(self.hierarchy, &format!("hierarchy: {scope}, near field"))?;
         let gather = match self.gather {
             Gathering::Nothing => None,
             Gathering::All => Some("all records"),

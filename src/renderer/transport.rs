@@ -5,7 +5,6 @@ use super::gloss::GlossPasses;
 use super::lights::Lights;
 use super::liveness::{LiveSet, LiveSets};
 use super::plan::{FramePlan, Gathering, Scan};
-use super::proxies::Proxies;
 use crate::error::Result;
 use crate::gpu::barrier::{
     COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE,
@@ -34,7 +33,6 @@ pub(super) struct Transport {
     /// Ranges of light paths by the editable materials that reflect them.
     pub(super) path_ranges: Vec<PathRange>,
     pub(super) pyramid: Pyramid,
-    pub(super) proxies: Proxies,
     pub(super) live_sets: LiveSets,
     /// Number of near-field patches that cache points in narrow cavities see. They come first.
     pub(super) narrow_patches: u32,
@@ -130,7 +128,7 @@ impl Transport {
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// Records the hierarchy, its glossy radiance, proxies and the near field.
+    /// Records the hierarchy, its glossy radiance and the near field.
     pub(super) fn record_hierarchy(
         &self,
         rec: &mut Recorder,
@@ -173,20 +171,18 @@ impl Transport {
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// Records proxies and the near field. Small clusters and near-field patches take the
-    /// irradiance of the records beside them; proxies are then evaluated again. Each extra gather
-    /// iteration repeats both with records that are gathered again.
+    /// Records the near field: small clusters and near-field patches take the irradiance of the
+    /// records beside them. Each extra gather iteration repeats it with records that are gathered
+    /// again.
     pub(super) fn record_near_field(&self, rec: &mut Recorder, materials: &Buffer, set: &LiveSet) {
         let (near_field, records) = (&set.near_field, &self.gather.records);
         let patch_count = near_field.patch_count();
-        self.proxies.record(rec, &self.pyramid);
         near_field.record_patches(rec, &self.pyramid, None, patch_count);
         self.gather.record(rec, self.gather_sources(materials), &set.sources);
         rec.barrier(COMPUTE_TO_COMPUTE);
         let take = |rec: &mut Recorder, patches| {
             near_field.record(rec, &self.pyramid, records);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.proxies.record(rec, &self.pyramid);
             near_field.record_patches(rec, &self.pyramid, Some(records), patches);
         };
         for (list, _, patches) in self.extra_iterations(set) {

@@ -112,7 +112,7 @@ keys! {
         directions: "integer, a square", "1 to 65 536", "144; 256; 256", "Outgoing directions of glossy clusters", "16", "17";
         gloss_rays: "integer", "1 to 4 096", "32; 32; 64", "Rays of a glossy pixel into its lobe", "4", "0";
         cells: "integer, a power of two", "8 to 256", "32; 64; 128", "Cells of the hierarchy along the longest axis", "8", "9";
-        occlusion: "true or false", "", "true", "Whether clusters are read through directional proxies", "false", "";
+        occlusion: "true or false", "", "true", "Whether rays read the children of clusters whose parts see different surroundings", "false", "";
         gap_rounds: "integer", "0 to 16", "0; 0; 3", "Extra gather iterations in narrow cavities", "1", "17";
         edge_samples: "integer", "0 to 256", "16; 16; 64", "Samples of a pixel that shows an edge; 0: none", "4", "257";
         seed: "integer", "0 to 4 294 967 295", "0", "Seed of all sampling; equal seeds give equal bytes", "7", "-1";

@@ -27,8 +27,6 @@ pub enum Measure {
     NearClusters,
     /// Cache points beside near clusters read patches of them; only with `quality.gap_rounds`.
     NearFieldPatches,
-    /// Partly hidden clusters are read through directional proxies.
-    DirectionalProxies,
     /// A record covers nothing behind its nearest occluder plane, nor far off its own plane.
     OccluderPlanes,
     /// The clearances of neighbours bound that of a record.
@@ -39,7 +37,7 @@ pub enum Measure {
 
 impl Measure {
     /// All measures, in the order of the precomputation.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 14] = [
         Self::Solids,
         Self::Enclosures,
         Self::CoveredSurface,
@@ -51,7 +49,6 @@ impl Measure {
         Self::Accessibility,
         Self::NearClusters,
         Self::NearFieldPatches,
-        Self::DirectionalProxies,
         Self::OccluderPlanes,
         Self::ClearanceBounds,
         Self::NearLights,

@@ -22,7 +22,7 @@ pub struct Quality {
     pub gloss_rays: u32,
     /// Base cells of the volumetric hierarchy along the scene's longest axis: a power of two.
     pub cells: u32,
-    /// Reads a cluster that is partly hidden in its cell through its directional proxies.
+    /// Finds visibility-inconsistent clusters, and reads their children instead.
     pub occlusion: bool,
     /// Extra gather iterations of cache points in narrow cavities, where light is reflected back
     /// and forth. At 0, clusters are split only along walls without thickness, and near readers

@@ -16,11 +16,11 @@ const FAR: u32 = 0x0fff_ffff;
 
 /// Section, words of an element, and the word that is an index into a list or the length of one.
 const POINTERS: &[(&str, usize, usize)] = &[
-    ("numbers", 14, 3),
-    ("numbers", 14, 4),
-    ("numbers", 14, 5),
-    ("numbers", 14, 9),
-    ("numbers", 14, 10),
+    ("numbers", 12, 3),
+    ("numbers", 12, 4),
+    ("numbers", 12, 5),
+    ("numbers", 12, 8),
+    ("numbers", 12, 9),
     ("order", 1, 0),
     ("sides", 1, 0),
     ("levels", 2, 0),
@@ -48,9 +48,6 @@ const POINTERS: &[(&str, usize, usize)] = &[
     ("near patches", 6, 0),
     ("near patches", 6, 1),
     ("near patches", 6, 5),
-    ("proxy term offsets", 1, 0),
-    ("proxy pairs", 3, 0),
-    ("proxy pairs", 3, 2),
     ("gloss entries", 13, 3),
     ("gloss entries", 13, 11),
     ("gloss vertices", 5, 3),
@@ -88,8 +85,6 @@ const LENGTHS: &[&str] = &[
     "merged ray counts",
     "merged rays",
     "merged ray colours",
-    "proxy term offsets",
-    "proxy terms",
     "gloss shifts",
     "gloss child offsets",
 ];
@@ -155,9 +150,6 @@ fn no_index_leads_out_of_a_list() {
     let mut tables = all.tables.clone();
     *tables.word("cell clusters", 0) = FAR.to_le_bytes();
     all.assert_refused(&tables, "cell clusters");
-    let mut tables = all.tables.clone();
-    *tables.word("proxy terms", 0) = u32::MAX.to_le_bytes();
-    all.assert_refused(&tables, "proxy terms");
     for count in [0, 1] {
         let mut tables = all.tables.clone();
         for shift in 0..tables.words("gloss shifts") {

@@ -13,7 +13,6 @@ mod accessibility;
 mod addresses;
 mod antialias;
 mod blend;
-mod cluster_proxies;
 mod clusters;
 mod compose;
 mod edge_slots;

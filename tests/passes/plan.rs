@@ -253,7 +253,7 @@ fn plans_name_what_runs() {
         "upload the lights",
         "light 0: irradiance at pixels, form factors, flux of clusters, glossy hits, highlights",
         "sum of direct light",
-        "hierarchy: live set, proxies, near field",
+        "hierarchy: live set, near field",
         "compose",
     ] {
         assert!(lines.lines().any(|found| found == line), "`{line}` in\n{lines}");

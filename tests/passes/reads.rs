@@ -11,7 +11,6 @@ use lightpaths::passes::frame::hvds::{
 use lightpaths::passes::frame::near_field::NearCluster;
 use lightpaths::passes::gather_targets::{GatherTarget, GatherTargetPacking, TargetCounts};
 use lightpaths::passes::precompute::live_clusters::LiveClusters;
-use lightpaths::passes::precompute::visibility::cluster_proxies::ProxyTables;
 use lightpaths::scene::hvds::Hvds;
 use lightpaths::types::{Contribution, NO_CLUSTER, NO_TARGET, OPEN};
 
@@ -21,17 +20,6 @@ fn is_within(hvds: &Hvds, mut cluster: u32, around: u32) -> bool {
         cluster = hvds.parents[cluster as usize];
     }
     cluster == around && cluster != NO_CLUSTER
-}
-
-/// Proxies with random children.
-fn random_proxies(random: &mut Random, clusters: u32, count: u32) -> ProxyTables {
-    let mut proxies = ProxyTables::new(clusters);
-    for _ in 0..count {
-        let terms = 1 + random.below(5);
-        proxies.terms.extend((0..terms).map(|_| proxies.packing.pack(random.below(clusters), 1)));
-        proxies.term_offsets.push(proxies.terms.len() as u32);
-    }
-    proxies
 }
 
 #[test]
@@ -53,44 +41,33 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
     let contributions = SplitBuffer::cut(&context, "contributions", &contributions, u32::MAX).unwrap();
     let factors = Buffer::from_slice(&context, "factors", &factors).unwrap();
     let sources = indirect_sources(&hvds, &contribution_ranges(&hvds, &contribution_offsets), MIN_VERTICES);
-    for (ray_count, proxy_count, patch_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)]
-    {
-        let taken = clusters + proxy_count;
+    for (ray_count, patch_count) in [(0, 0), (1, 0), (40, 5), (40, 0), (400, 20)] {
         let near_patches: Vec<NearCluster> = (0..patch_count)
             .map(|part| {
                 let cluster = random.below(clusters);
-                NearCluster { cluster, record: 0, offset: Vec3::ZERO, target: taken + part }
+                NearCluster { cluster, record: 0, offset: Vec3::ZERO, target: clusters + part }
             })
             .collect();
-        let proxies = random_proxies(&mut random, clusters, proxy_count);
-        let counts =
-            TargetCounts { clusters, proxies: proxy_count, patches: patch_count, ..TargetCounts::default() };
+        let counts = TargetCounts { clusters, patches: patch_count, ..TargetCounts::default() };
         let packing = GatherTargetPacking::of_counts(counts, 3, 1.0).unwrap();
         let words: Vec<u32> = (0..2 * ray_count)
             .map(|_| {
                 // Mostly fine clusters; some rays leave the scene.
-                let end = 1 + random.below(taken + patch_count);
+                let end = 1 + random.below(clusters + patch_count);
                 let cluster = random.below(end);
-                let cluster = if random.below(4) == 0 { taken + patch_count - 1 - cluster } else { cluster };
+                let cluster =
+                    if random.below(4) == 0 { clusters + patch_count - 1 - cluster } else { cluster };
                 let target = cluster | random.below(3) << packing.cluster_bits;
                 if random.below(5) == 0 { NO_TARGET } else { target }
             })
             .collect();
-        let proxies_read = (proxy_count > 0).then_some(&proxies);
         let targets = words.iter().copied();
-        let reads =
-            LiveClusters::from_targets(&hvds, targets, &packing, proxies_read, &near_patches, &sources);
+        let reads = LiveClusters::from_targets(&hvds, targets, &packing, &near_patches, &sources);
 
         let mut read: Vec<u32> = near_patches.iter().map(|part| part.cluster).collect();
         for (target, _) in words.iter().filter_map(|&word| packing.unpack(word)) {
-            match target {
-                GatherTarget::Cluster(cluster) => read.push(cluster),
-                GatherTarget::Proxy(proxy) => {
-                    let [first, end] =
-                        [proxy, proxy + 1].map(|proxy| proxies.term_offsets[proxy as usize] as usize);
-                    read.extend(proxies.terms[first..end].iter().map(|&part| proxies.packing.cluster(part)));
-                }
-                GatherTarget::Patch(_) | GatherTarget::GlossBin(_) => {}
+            if let GatherTarget::Cluster(cluster) = target {
+                read.push(cluster);
             }
         }
         for cluster in 0..clusters {

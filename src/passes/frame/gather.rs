@@ -22,7 +22,7 @@ gpu_struct! {
         pub target_count: u32,
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
-        /// Clusters, proxies and near-field patches; targets beyond are gloss bins.
+        /// Clusters and near-field patches; targets beyond are gloss bins.
         pub cluster_count: u32,
     }
 }
@@ -52,7 +52,7 @@ pub const LAYOUTS: &[Layout] = &[GatherRadiancePush::LAYOUT, GatherPush::LAYOUT]
 pub struct GatherSources<'a> {
     /// `Reflectance` of each material.
     pub materials: &'a Buffer,
-    /// Irradiance of each cluster, then of each proxy and near-field patch, W/m².
+    /// Irradiance of each cluster, then of each near-field patch, W/m².
     pub irradiance: &'a Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: &'a Buffer,

@@ -110,10 +110,6 @@ pub const VERTICES_AROUND: u32 = 16;
 /// is replaced anyway.
 pub const MIN_FRACTION: u32 = 4;
 
-/// Minimum below an inconsistent cluster, whose surface is hidden from the readers: noise is better
-/// than a wrong value there.
-pub const MIN_VERTICES_APART: u32 = 16;
-
 /// Clusters that a frame works on.
 pub struct ClusterLists {
     /// Clusters whose flux is summed, in ascending order.
@@ -180,7 +176,7 @@ pub struct Pyramid {
     pub indirect_sources: Buffer,
     /// `ClusterFlux` of each cluster, W.
     pub flux: Buffer,
-    /// Irradiance of each cluster, W/m²; three floats. Proxies and near-field patches may follow.
+    /// Irradiance of each cluster, W/m²; three floats. Near-field patches may follow.
     pub irradiance: Buffer,
 }
 
@@ -194,8 +190,8 @@ impl Pyramid {
     /// `contribution_offsets` holds, for each base cluster, its first
     /// contribution of an entry point and its first one of another vertex; then the end. The area
     /// of a root is at least `entry_area_m2`, the mean area of an entry point: smaller roots cannot
-    /// be resolved. Other small clusters are read only through proxies, whose weights are
-    /// proportional to area. `is_glossy`: lights have an outgoing flux after the first bounce.
+    /// be resolved. No ray reads other clusters that are that small. `is_glossy`: lights have an
+    /// outgoing flux after the first bounce.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -259,30 +255,7 @@ impl Pyramid {
         })
     }
 
-    /// Allocates `proxy_count` proxies behind the clusters' irradiance. Then
-    /// recomputes the sources of indirect light: below `inconsistent` clusters the
-    /// lower minimum [`MIN_VERTICES_APART`] suffices.
-    ///
-    /// # Errors
-    /// The device lacks memory or failed.
-    pub fn make_room(
-        &mut self,
-        context: &Arc<Context>,
-        hvds: &Hvds,
-        proxy_count: u32,
-        inconsistent: impl IntoIterator<Item = u32>,
-    ) -> Result<()> {
-        let mut is_inconsistent = vec![false; hvds.cluster_count() as usize];
-        inconsistent.into_iter().for_each(|cluster| is_inconsistent[cluster as usize] = true);
-        let ranges: Vec<ContributionRange> = self.contribution_ranges.read()?;
-        let least = [MIN_VERTICES, MIN_VERTICES_APART];
-        self.indirect_sources.write(&consistent_sources(hvds, &ranges, least, &is_inconsistent))?;
-        let dark = vec![Vec3::ZERO; (hvds.cluster_count() + proxy_count) as usize];
-        self.irradiance = Buffer::from_slice(context, GrowsWith::Cells.named("cluster irradiance"), &dark)?;
-        Ok(())
-    }
-
-    /// Allocates `patch_count` near-field patches behind the irradiance of clusters and proxies.
+    /// Allocates `patch_count` near-field patches behind the irradiance of clusters.
     ///
     /// # Errors
     /// The device lacks memory.
@@ -425,19 +398,8 @@ fn contributions_at_once(ranges: &[ContributionRange]) -> u32 {
 }
 
 /// For each cluster, the smallest enclosing one with at least `least` expected path vertices that
-/// are no entry points. No cluster counts as inconsistent.
+/// are no entry points.
 pub fn indirect_sources(hvds: &Hvds, ranges: &[ContributionRange], least: u32) -> Vec<u32> {
-    consistent_sources(hvds, ranges, [least; 2], &vec![false; hvds.cluster_count() as usize])
-}
-
-/// As [`indirect_sources`], but for children of inconsistent clusters the lower
-/// minimum `min_apart` suffices.
-pub fn consistent_sources(
-    hvds: &Hvds,
-    ranges: &[ContributionRange],
-    [least, min_apart]: [u32; 2],
-    is_inconsistent: &[bool],
-) -> Vec<u32> {
     let mut counts = vec![0; hvds.cluster_count() as usize];
     for (count, range) in counts.iter_mut().zip(ranges) {
         *count = range.end - range.first_other;
@@ -454,7 +416,6 @@ pub fn consistent_sources(
         if parent == NO_CLUSTER {
             continue;
         }
-        let least = if is_inconsistent[parent as usize] { min_apart } else { least };
         let mut around = cluster;
         while counts[around] < VERTICES_AROUND * least && hvds.parents[around] != NO_CLUSTER {
             around = hvds.parents[around] as usize;

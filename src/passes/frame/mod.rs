@@ -3,7 +3,6 @@
 pub mod antialias;
 pub mod bin_reads;
 pub mod blend;
-pub mod cluster_proxies;
 pub mod compose;
 pub mod direct;
 pub mod edges;

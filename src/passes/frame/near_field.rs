@@ -18,7 +18,7 @@ gpu_struct! {
         pub record: u32,
         /// From the record to the middle of the cluster or patch, metres.
         pub offset: Vec3,
-        /// Index of the result: the cluster, or the patch behind all clusters and proxies.
+        /// Index of the result: the cluster, or the patch behind all clusters.
         pub target: u32,
     }
 }

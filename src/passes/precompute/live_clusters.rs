@@ -1,7 +1,5 @@
-//! Live set of the hierarchy, independent of lights. In: gather targets, proxies, near-field
-//! patches. Out: clusters whose irradiance is read; clusters whose flux that needs.
+//! Live set of the hierarchy, independent of lights. In: gather targets, near-field patches. Out: clusters whose irradiance is read; clusters whose flux that needs.
 
-use super::visibility::cluster_proxies::ProxyTables;
 use crate::passes::frame::near_field::NearCluster;
 use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking};
 use crate::scene::hvds::Hvds;
@@ -23,34 +21,21 @@ impl LiveClusters {
         Self { irradiance: all.clone(), flux: all }
     }
 
-    /// The live set of packed gather targets, with their proxies and near-field patches; none is a
-    /// gloss bin. `indirect_sources`: the cluster from which each takes its indirect light.
+    /// The live set of packed gather targets, with their near-field patches; none is a gloss bin. `indirect_sources`: the cluster from which each takes its indirect light.
     pub fn from_targets(
         hvds: &Hvds,
         targets: impl IntoIterator<Item = u32>,
         packing: &GatherTargetPacking,
-        proxies: Option<&ProxyTables>,
         near_patches: &[NearCluster],
         indirect_sources: &[u32],
     ) -> Self {
         let count = hvds.cluster_count() as usize;
-        let proxy_count = proxies.map_or(0, |proxies| proxies.count() as usize);
-        let (mut irradiance, mut read_proxies) = (vec![false; count], vec![false; proxy_count]);
+        let mut irradiance = vec![false; count];
         for (target, _) in targets.into_iter().filter_map(|word| packing.unpack(word)) {
             match target {
                 GatherTarget::Cluster(cluster) => irradiance[cluster as usize] = true,
-                GatherTarget::Proxy(proxy) => read_proxies[proxy as usize] = true,
                 // Every patch has a ray that reads it.
                 GatherTarget::Patch(_) | GatherTarget::GlossBin(_) => {}
-            }
-        }
-        if let Some(proxies) = proxies {
-            for (terms, _) in
-                proxies.term_offsets.windows(2).zip(read_proxies).filter(|(_, is_read)| *is_read)
-            {
-                for &term in &proxies.terms[terms[0] as usize..terms[1] as usize] {
-                    irradiance[proxies.packing.cluster(term) as usize] = true;
-                }
             }
         }
         near_patches.iter().for_each(|patch| irradiance[patch.cluster as usize] = true);

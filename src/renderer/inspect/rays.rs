@@ -1,14 +1,12 @@
 //! The gather rays of a cache point. Their hits are not stored, so the rays are traced again in the
 //! same directions. The targets that they read are stored in the point's merged rays.
 //!
-//! A ray that meets a cluster reads one of four gather targets: the cluster itself; a *proxy*, the
-//! visibility-weighted mean towards the ray's direction bin; a *patch*, the near-field patch that
-//! the point sees; or a *gloss bin*, an outgoing direction of a glossy cluster.
+//! A ray that meets a cluster reads one of three gather targets: the cluster itself; a *patch*, the
+//! near-field patch that the point sees; or a *gloss bin*, an outgoing direction of a glossy
+//! cluster.
 //!
 //! A merged ray stores the target, not which rays read it. If several targets of a point stand for
-//! the cluster that a ray met, the direction decides. The result may be wrong for one case: of two
-//! rays in one bin, one reads the proxy and the other the cluster, because nothing can hide a part
-//! of the cluster along it. Both are then reported to read the proxy.
+//! the cluster that a ray met, the direction decides.
 
 use super::super::Renderer;
 use crate::cpu::gather_rays::{Ray, Tracing};
@@ -19,7 +17,6 @@ use crate::passes::gather_targets::GatherTarget;
 use crate::passes::gloss_tables::GlossBin;
 use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::rays::{RayAnswer, RayQuery};
-use crate::scene::directions::Directions;
 use crate::types::{CachePoint, NO_SIDE};
 use glam::{DVec3, Vec3, Vec4};
 
@@ -35,8 +32,8 @@ pub struct GatherRaySegment {
     /// The cluster, of any level, that stands for the hit. `None` if the ray left the scene or met
     /// a side that takes no part in transport.
     pub cluster: Option<u32>,
-    /// Index of the gather target: the cluster with its material, or a proxy, patch or gloss
-    /// bin of it.
+    /// Index of the gather target: the cluster with its material, or a patch or gloss bin of
+    /// it.
     pub target_index: Option<u32>,
     /// Radiance that the last gather pass read from the target, W/m²/sr. Zero if the ray reads
     /// nothing, or before the first frame.
@@ -47,7 +44,6 @@ pub struct GatherRaySegment {
 enum Kind {
     Cluster,
     Patch,
-    Proxy(u32),
     /// With the unit direction of the gloss bin.
     Bin(Vec3),
 }
@@ -57,8 +53,8 @@ struct Reading {
     target_index: u32,
     material: u32,
     kind: Kind,
-    /// Clusters that the target stands for. Proxies that weigh the same clusters alike are one.
-    clusters: Vec<u32>,
+    /// The cluster that the target stands for.
+    cluster: u32,
 }
 
 impl Renderer {
@@ -108,7 +104,7 @@ impl Renderer {
                 return segment;
             };
             segment.cluster = Some(cluster);
-            segment.target_index = self.reading_of(&readings, [cluster, material], -ray.direction);
+            segment.target_index = reading_of(&readings, [cluster, material], -ray.direction);
             if let Some(target_index) = segment.target_index {
                 let colour = tracing.geometry.colour(hit.triangle, hit.barycentric).as_vec3();
                 let [diffuse, gloss] = radiances
@@ -144,45 +140,36 @@ impl Renderer {
             Some(gloss) => gloss.clusters.bins.read()?,
             None => Vec::new(),
         };
-        let (proxies, patches) = (self.transport.proxies.tables(), self.transport.live_sets.near_patches());
+        let patches = self.transport.live_sets.near_patches();
         let packing = &self.transport.gather.packing;
         let reading = |target_index: u32| {
             let (target, material) = packing.unpack(targets[target_index as usize])?;
-            let (kind, clusters) = match target {
-                GatherTarget::Cluster(cluster) => (Kind::Cluster, vec![cluster]),
-                GatherTarget::Proxy(proxy) => {
-                    let pairs = proxies.iter().flat_map(|proxies| &proxies.pairs);
-                    let own = pairs.filter(|pair| pair[2] == proxy);
-                    (Kind::Proxy(proxy), own.map(|pair| pair[0]).collect())
-                }
-                GatherTarget::Patch(patch) => (Kind::Patch, vec![patches[patch as usize].cluster]),
+            let (kind, cluster) = match target {
+                GatherTarget::Cluster(cluster) => (Kind::Cluster, cluster),
+                GatherTarget::Patch(patch) => (Kind::Patch, patches[patch as usize].cluster),
                 GatherTarget::GlossBin(bin) => {
                     let gloss_bin = bins[bin as usize];
-                    (Kind::Bin(gloss_bin.direction), vec![gloss_bin.cluster])
+                    (Kind::Bin(gloss_bin.direction), gloss_bin.cluster)
                 }
             };
-            Some(Reading { target_index, material, kind, clusters })
+            Some(Reading { target_index, material, kind, cluster })
         };
         Ok(target_indices.into_iter().filter_map(reading).collect())
     }
+}
 
-    /// The index of the target that a ray reads if it met `cluster` and `material`; `back` points
-    /// to its origin.
-    fn reading_of(&self, readings: &[Reading], [cluster, material]: [u32; 2], back: DVec3) -> Option<u32> {
-        let bin = Directions::new(self.world.scene.quality.directions).bin(back);
-        let proxy = self.transport.proxies.tables().and_then(|proxies| proxies.proxy_of(cluster, bin));
-        let fits = |found: &&Reading| found.material == material && found.clusters.contains(&cluster);
-        // A gloss bin gets at most 1: rays of other directions may read it better.
-        let fitness = |found: &Reading| match found.kind {
-            Kind::Proxy(own) if Some(own) == proxy => 3.0,
-            Kind::Proxy(_) => -2.0,
-            Kind::Cluster | Kind::Patch => 2.0,
-            Kind::Bin(direction) => direction.as_dvec3().dot(back),
-        };
-        let fitting = readings.iter().filter(fits);
-        let best = fitting.max_by(|a, b| fitness(a).total_cmp(&fitness(b)));
-        best.map(|found| found.target_index)
-    }
+/// The index of the target that a ray reads if it met `cluster` and `material`; `back` points
+/// to its origin.
+fn reading_of(readings: &[Reading], [cluster, material]: [u32; 2], back: DVec3) -> Option<u32> {
+    let fits = |found: &&Reading| [found.cluster, found.material] == [cluster, material];
+    // A gloss bin gets at most 1: rays of other directions may read it better.
+    let fitness = |found: &Reading| match found.kind {
+        Kind::Cluster | Kind::Patch => 2.0,
+        Kind::Bin(direction) => direction.as_dvec3().dot(back),
+    };
+    let fitting = readings.iter().filter(fits);
+    let best = fitting.max_by(|a, b| fitness(a).total_cmp(&fitness(b)));
+    best.map(|found| found.target_index)
 }
 
 /// The hit of a ray, from the device's answer.

@@ -20,7 +20,6 @@ use crate::passes::precompute::gather_rays::Hemisphere;
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
-use crate::passes::precompute::visibility::cluster_proxies::ProxyTables;
 use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers};
 use crate::scene::Scene;
 use crate::scene::hvds::Hvds;
@@ -51,7 +50,6 @@ pub(in crate::renderer) struct Precomputed {
     pub(in crate::renderer) neighbourhoods: Neighbourhoods,
     pub(in crate::renderer) merged_rays: MergedRays,
     /// `None` if no cluster that is read is partly hidden.
-    pub(in crate::renderer) proxies: Option<ProxyTables>,
     /// `None` if no material may be glossy.
     pub(in crate::renderer) gloss: Option<GlossTables>,
     pub(in crate::renderer) hemisphere: Hemisphere,
@@ -104,7 +102,6 @@ impl Steps {
             clearance: hierarchy.clearance,
             neighbourhoods: points.neighbourhoods,
             merged_rays: targets.merged_rays,
-            proxies: targets.proxies.filter(|proxies| !proxies.is_empty()),
             gloss: targets.gloss,
             hemisphere: hierarchy.hemisphere,
             packing: targets.packing,
@@ -148,7 +145,6 @@ impl Steps {
             !hvds.inconsistent.is_empty() || *name != "clusters of inconsistent visibility"
         });
         statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), value)));
-        statistics.counts.extend(targets.proxies.iter().flat_map(ProxyTables::counts));
         if let Some(gloss) = &targets.gloss {
             let directions = u64::from(targets.outgoing.count());
             statistics.counts.insert("directions of the sphere".into(), directions);

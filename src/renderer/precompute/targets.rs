@@ -1,5 +1,5 @@
 //! Last step: what each gather ray reads. A ray meets a cluster; it reads the cluster itself, a
-//! near-field patch of it, a directional proxy, or a gloss bin.
+//! near-field patch of it, or a gloss bin.
 
 use super::cache_points::Points;
 use super::hierarchy::Hierarchy;
@@ -13,10 +13,8 @@ use crate::passes::precompute::gather_rays::RayTable;
 use crate::passes::precompute::gloss;
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::passes::precompute::path_orders::LightPaths;
-use crate::passes::precompute::visibility::cluster_proxies::{self, ProxyTables};
 use crate::passes::precompute::visibility::near_clusters::Extent;
 use crate::passes::precompute::visibility::near_hits::{self, NearHits};
-use crate::passes::precompute::{Progress, rays::Rays};
 use crate::renderer::quality_warnings::{blurred, outgoing_directions};
 use crate::renderer::statistics::Watch;
 use crate::scene::{Measure, Scene, directions::Directions};
@@ -39,8 +37,6 @@ pub(super) struct Sources<'a> {
 /// Targets of all gather rays, which are merged by target.
 pub(super) struct Targets {
     pub(super) merged_rays: MergedRays,
-    /// `None` if no cluster that is read is partly hidden.
-    pub(super) proxies: Option<ProxyTables>,
     /// `None` if no material may be glossy.
     pub(super) gloss: Option<GlossTables>,
     /// Near-field patches of single cache points.
@@ -55,15 +51,14 @@ pub(super) struct Targets {
 }
 
 impl Targets {
-    /// Finds the rays that read patches, then the readers of proxies among the others, then the
-    /// readers of gloss bins. Numbers all targets and merges the rays.
+    /// Finds the rays that read patches, then the readers of gloss bins among the others. Numbers
+    /// all targets and merges the rays.
     pub(super) fn resolve(
         context: &Arc<Context>,
         scene: &Scene,
         sources: Sources<'_>,
         rays: RayTable,
         watch: &mut Watch,
-        progress: &mut dyn Progress,
     ) -> Result<Self> {
         let Sources { hierarchy, points, .. } = sources;
         let outgoing = outgoing_directions(&scene.materials, Directions::new(scene.quality.directions));
@@ -73,15 +68,6 @@ impl Targets {
         let narrow_patches = near.patches_of(points.narrow_count, hierarchy.hemisphere);
         let targets = targets.with(GatherTarget::Patch, near.readers);
         watch.lap("gather rays");
-        let has_proxies = scene.quality.occlusion && scene.quality.takes(Measure::DirectionalProxies);
-        let (proxies, targets) = match has_proxies {
-            true => {
-                let (tables, readers) = proxy_tables(context, scene, sources, (&rays, &targets), progress)?;
-                watch.lap("occlusion");
-                (Some(tables), targets.with(GatherTarget::Proxy, readers))
-            }
-            false => (None, targets),
-        };
         let (gloss, targets) = match gloss_tables(scene, sources, (&rays, &targets), outgoing)? {
             Some((tables, readers)) => (Some(tables), targets.with(GatherTarget::GlossBin, readers)),
             None => (None, targets),
@@ -89,7 +75,6 @@ impl Targets {
         watch.lap("outgoing directions");
         let counts = TargetCounts {
             clusters: hierarchy.hvds.cluster_count(),
-            proxies: proxies.as_ref().map_or(0, ProxyTables::count),
             patches: near.patches.len() as u32,
             gloss_bins: gloss.as_ref().map_or(0, |gloss| gloss.bins.len() as u32),
         };
@@ -101,7 +86,6 @@ impl Targets {
         watch.lap("merged rays");
         Ok(Self {
             merged_rays,
-            proxies,
             gloss,
             near_patches: near_hits::near_clusters(&near.patches, &packing),
             narrow_patches,
@@ -137,30 +121,6 @@ fn near_hits(
         seed: scene.quality.seed,
     };
     NearHits::find(near, rays, targets)
-}
-
-/// Directional proxies of clusters that other surface in their cell hides in part.
-fn proxy_tables(
-    context: &Arc<Context>,
-    scene: &Scene,
-    sources: Sources<'_>,
-    (rays, targets): (&RayTable, &GatherTargets),
-    progress: &mut dyn Progress,
-) -> Result<(ProxyTables, Vec<Reader>)> {
-    let Sources { reachable, hierarchy, points, .. } = sources;
-    let proxies = cluster_proxies::Sources {
-        hvds: &hierarchy.hvds,
-        in_clusters: &hierarchy.strata.in_clusters,
-        surfaces: &reachable.surfaces,
-        materials: &scene.materials,
-        cache_points: &points.points,
-        hemisphere: hierarchy.hemisphere,
-        seed: scene.quality.seed,
-        directions: Directions::new(scene.quality.directions),
-        clear_distance: reachable.clear_distance,
-    };
-    let tracer = (&Rays::of_segments(context)?, &reachable.buffers);
-    cluster_proxies::build(tracer, proxies, rays, targets, progress)
 }
 
 /// Gloss bins: the outgoing directions of glossy clusters that some ray reads.

@@ -28,7 +28,6 @@ pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Re
     paths(contents, scene)?;
     records(contents, scene)?;
     merged_rays(contents, scene)?;
-    proxies(contents)?;
     gloss_checks::check(contents, scene)
 }
 
@@ -158,7 +157,7 @@ fn records(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     demand(is_near, "near clusters")?;
     let mut own = contents.near_clusters.iter();
     demand(own.all(|near| (near.target as usize) < clusters), "targets of near clusters")?;
-    let mut patches = (clusters + contents.proxy_count()..).zip(&contents.near_patches);
+    let mut patches = (clusters..).zip(&contents.near_patches);
     demand(patches.all(|(target, patch)| patch.target as usize == target), "targets of near patches")?;
     let numbers = &contents.numbers;
     let is_narrow = numbers.narrow_count as usize <= points.len()
@@ -188,15 +187,4 @@ fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let mask = 1_u32.checked_shl(target_bits).map_or(u32::MAX, |end| end - 1);
     let is_merged_ray = |target_index: u32| ((target_index & mask) as usize) < lists.targets.len();
     demand(lists.merged_rays.iter().all(|merged_ray| is_merged_ray(merged_ray.target_index)), "merged rays")
-}
-
-fn proxies(contents: &Contents) -> Result<(), CacheMiss> {
-    let Some(proxies) = &contents.proxies else { return Ok(()) };
-    let (count, clusters) = (contents.proxy_count(), contents.hvds.areas_m2.len());
-    demand(cuts(&proxies.term_offsets, count, proxies.terms.len()), "proxies")?;
-    let is_cluster = |cluster: u32| (cluster as usize) < clusters;
-    demand(proxies.terms.iter().all(|&term| is_cluster(proxies.packing.cluster(term))), "terms of proxies")?;
-    let is_pair = |pair: &[u32; 3]| is_cluster(pair[0]) && (pair[2] as usize) < count;
-    let are_pairs = proxies.pairs.is_sorted_by(|a, b| a[..2] < b[..2]) && proxies.pairs.iter().all(is_pair);
-    demand(are_pairs, "pairs of proxies")
 }

@@ -2,14 +2,12 @@
 
 use super::write::Numbers;
 use crate::cache_file::{CacheMiss, File};
-use crate::passes::frame::cluster_proxies::ProxyTermPacking;
 use crate::passes::frame::near_field::NearCluster;
 use crate::passes::gather_targets::{GatherTargetPacking, TargetCounts};
 use crate::passes::gloss_tables::GlossTables;
 use crate::passes::precompute::merged_rays::MergedRayLists;
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::{Arrivals, LightPaths, PathRange};
-use crate::passes::precompute::visibility::cluster_proxies::ProxyTables;
 use crate::scene::hvds::Hvds;
 use crate::types::{CachePoint, Contribution, Grid, PathVertex};
 use std::collections::BTreeMap;
@@ -34,7 +32,6 @@ pub(super) struct Contents {
     pub(super) merged_rays: MergedRayLists,
     pub(super) near_clusters: Vec<NearCluster>,
     pub(super) near_patches: Vec<NearCluster>,
-    pub(super) proxies: Option<ProxyTables>,
     pub(super) gloss: Option<GlossTables>,
 }
 
@@ -77,18 +74,6 @@ impl Contents {
             arrivals: Arrivals { lobes: file.list("lobes")?, ..Arrivals::default() },
             lost: 0,
         };
-        let proxies = || -> Result<ProxyTables, CacheMiss> {
-            Ok(ProxyTables {
-                term_offsets: file.list("proxy term offsets")?,
-                terms: file.list("proxy terms")?,
-                packing: ProxyTermPacking::new(hvds.cluster_count()),
-                pairs: file.list("proxy pairs")?,
-                measured: 0,
-                poor: 0,
-                readers: 0,
-            })
-        };
-        let proxies = if numbers.has_proxies == 0 { None } else { Some(proxies()?) };
         let gloss = || -> Result<GlossTables, CacheMiss> {
             Ok(GlossTables {
                 entries: file.list("gloss entries")?,
@@ -129,15 +114,9 @@ impl Contents {
             },
             near_clusters: file.list("near clusters")?,
             near_patches: file.list("near patches")?,
-            proxies,
             gloss,
             hvds,
         })
-    }
-
-    /// Number of proxies of clusters.
-    pub(super) fn proxy_count(&self) -> usize {
-        self.proxies.as_ref().map_or(0, |proxies| proxies.term_offsets.len().saturating_sub(1))
     }
 
     /// Packing of the gather targets.
@@ -147,7 +126,6 @@ impl Contents {
     pub(super) fn packing(&self, materials: usize) -> crate::error::Result<GatherTargetPacking> {
         let counts = TargetCounts {
             clusters: self.hvds.cluster_count(),
-            proxies: self.proxy_count() as u32,
             patches: self.near_patches.len() as u32,
             gloss_bins: self.gloss.as_ref().map_or(0, |gloss| gloss.bins.len() as u32),
         };

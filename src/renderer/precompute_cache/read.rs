@@ -141,7 +141,6 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
         clearance: numbers.clearance,
         neighbourhoods: contents.neighbourhoods,
         merged_rays,
-        proxies: contents.proxies,
         gloss,
         hemisphere,
         packing,

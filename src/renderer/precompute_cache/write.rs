@@ -20,11 +20,9 @@ pub(super) struct Numbers {
     pub(super) narrow_count: u32,
     pub(super) narrow_patches: u32,
     pub(super) is_covering: u32,
-    pub(super) has_proxies: u32,
     pub(super) has_gloss: u32,
     pub(super) gloss_leaf_count: u32,
     pub(super) gloss_most_vertices: u32,
-    pub(super) triangle_count: u32,
     /// Median clearance of the surface, metres.
     pub(super) clearance: f64,
 }
@@ -70,11 +68,9 @@ impl Tables {
                 narrow_count: made.narrow_count,
                 narrow_patches: made.narrow_patches,
                 is_covering: made.is_covering.into(),
-                has_proxies: made.proxies.is_some().into(),
                 has_gloss: gloss.is_some().into(),
                 gloss_leaf_count: gloss.map_or(0, |gloss| gloss.leaf_count),
                 gloss_most_vertices: gloss.map_or(0, |gloss| gloss.max_vertices),
-                triangle_count: made.surfaces.len() as u32,
                 clearance: made.clearance,
             }],
         );
@@ -119,11 +115,6 @@ impl Tables {
         writer.add("merged ray colours", &self.merged_rays.colours[..]);
         writer.add("near clusters", &made.near_clusters[..]);
         writer.add("near patches", &made.near_patches[..]);
-        if let Some(proxies) = &made.proxies {
-            writer.add("proxy term offsets", &proxies.term_offsets[..]);
-            writer.add("proxy terms", &proxies.terms[..]);
-            writer.add("proxy pairs", &proxies.pairs[..]);
-        }
         if let Some(gloss) = gloss {
             writer.add("gloss entries", &gloss.entries[..]);
             writer.add("gloss vertices", &gloss.vertices[..]);

@@ -5,13 +5,11 @@
 
 pub mod accessibility;
 pub mod clearance;
-pub mod cluster_proxies;
 pub mod exposed_fractions;
 pub mod inconsistent;
 pub mod narrow_cavities;
 pub mod near_clusters;
 pub mod near_hits;
-pub mod occlusion;
 pub mod sides;
 
 /// Results of the measures from which the hierarchy is finished.

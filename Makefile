@@ -4,7 +4,7 @@ CARGO ?= cargo
 # rustup puts cargo here; a shell that was open before the installation does not know yet.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help run demo screenshots test stress soak fuzz lint audit deny mutants bench tables figures film scale peers spirv structure setup clean
+.PHONY: help run demo screenshots test stress soak fuzz lint audit deny mutants ablation bench tables figures film scale peers spirv structure setup clean
 
 help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
@@ -18,6 +18,7 @@ help:
 	@echo 'make audit  advisories against the crates that are used (needs a network)'
 	@echo 'make lint   formatting, lints, documentation, tree and word checks, and licences if cargo-deny is installed'
 	@echo 'make deny   install cargo-deny'
+	@echo 'make ablation error, time and memory without each measure against light leaks (an hour on two cores; docs/visibility.md)'
 	@echo 'make bench  times of this tree against another commit, BASE=HEAD~1, in turns'
 	@echo 'make tables the paper'"'"'s tables 1 to 3 for every built-in scene (15 minutes at most on two cores), into out/tables.json'
 	@echo 'make figures the paper'"'"'s figures 4 to 6, into out/figures (ten minutes on two cores)'
@@ -57,7 +58,7 @@ stress:
 	@scripts/setup.sh --tests
 	$(CARGO) test --release --locked --test scene -- --ignored places_of_one_and_ten
 	$(CARGO) test --release --locked --test physics -- --ignored --nocapture
-	$(CARGO) test --release --locked --test stress -- --ignored --nocapture
+	$(CARGO) test --release --locked --test stress -- --ignored --nocapture --skip what_each_measure_buys
 	$(CARGO) test --release --locked --test failures -- --ignored --nocapture
 
 soak:
@@ -98,6 +99,11 @@ mutants:
 	@scripts/mutants.py build $(MUTANTS)
 	@scripts/mutants.py run
 	@scripts/mutants.py report
+
+# The environment selects cases and settings: see `what_each_measure_buys` in tests/stress/measures.rs.
+ablation:
+	@scripts/setup.sh
+	$(CARGO) test --release --locked --test stress what_each_measure_buys -- --ignored --nocapture
 
 # What `make bench` compares with, and options of `time`, e.g. `make bench BASE=v0.1.0 BENCH='atrium --frames 9 --lights 1'`.
 BASE ?= HEAD~1

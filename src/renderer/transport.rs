@@ -172,8 +172,7 @@ impl Transport {
     }
 
     /// Records the near field: small clusters and near-field patches take the irradiance of the
-    /// records beside them. Each extra gather iteration repeats it with records that are gathered
-    /// again.
+    /// records beside them. Each extra gather iteration gathers records again, and repeats it.
     pub(super) fn record_near_field(&self, rec: &mut Recorder, materials: &Buffer, set: &LiveSet) {
         let (near_field, records) = (&set.near_field, &self.gather.records);
         let patch_count = near_field.patch_count();

@@ -16,8 +16,8 @@ use std::path::Path;
 enum Case {
     /// relMSE of indirect light against two path-traced pictures, whose noise is removed.
     Picture { name: String, scene: Scene, halves: [Vec<[f32; 3]>; 2] },
-    /// Mean squared relative error of the irradiance of records that do not face -x, against
-    /// path-traced radiance along the same gather rays.
+    /// Mean squared relative error of the irradiance of records beside a screen and on the wall that
+    /// it faces, against path-traced radiance along the same gather rays.
     Records { name: String, scene: Scene },
     /// The same against a closed form, W/m².
     Uniform { name: &'static str, scene: Scene, irradiance: f64 },
@@ -29,6 +29,8 @@ enum Case {
 #[derive(Clone, Copy)]
 struct Cost {
     error: f64,
+    /// Mean of the measured light over that of the reference. NaN on dark sides.
+    light: f64,
     /// Processor time of precomputation and first frame, seconds.
     seconds: f64,
     megabytes: f64,
@@ -72,13 +74,17 @@ impl Case {
         renderer.frame().unwrap();
         let seconds = processor_seconds() - before;
         let megabytes = renderer.statistics().unwrap().peak_memory_bytes as f64 / 1e6;
-        Cost { error: self.error(&mut renderer), seconds, megabytes }
+        let [error, light] = self.measure(&mut renderer);
+        Cost { error, light, seconds, megabytes }
     }
 
-    fn error(&self, renderer: &mut Renderer) -> f64 {
+    /// Error and mean light over the reference's.
+    fn measure(&self, renderer: &mut Renderer) -> [f64; 2] {
         match self {
             Self::Picture { halves: [a, b], .. } => {
-                debiased_relmse(&renderer.layer(Layer::Indirect).unwrap(), [a, b])
+                let picture = renderer.layer(Layer::Indirect).unwrap();
+                let sum = |layer: &[[f32; 3]]| layer.iter().flatten().map(|&v| f64::from(v)).sum::<f64>();
+                [debiased_relmse(&picture, [a, b]), 2.0 * sum(&picture) / (sum(a) + sum(b))]
             }
             Self::Records { .. } => {
                 let exact = Exact { stage: Stage::Clusters, samples: 16, sequence: 0 };
@@ -90,29 +96,28 @@ impl Case {
                 records_error(renderer, is_outside, |index| scale * f64::from(exact[index].x))
             }
             Self::Uniform { irradiance, .. } => records_error(renderer, |_| true, |_| *irradiance),
-            Self::Leak(sides) => dark_sides::leak_of(sides, renderer),
+            Self::Leak(sides) => [dark_sides::leak_of(sides, renderer), f64::NAN],
         }
     }
 }
 
-/// Mean squared relative error of the gathered irradiance of records.
+/// Mean squared relative error of the gathered irradiance of records, and its sum over the expected
+/// one.
 fn records_error(
     renderer: &Renderer,
     is_meant: impl Fn(&CachePoint) -> bool,
     expected: impl Fn(usize) -> f64,
-) -> f64 {
+) -> [f64; 2] {
     let stages = renderer.stages();
     let records: Vec<Record> = stages.gathered.read().unwrap();
     let scale = f64::from(stages.emission_scale.x);
     let points: Vec<CachePoint> = stages.cache_points.read().unwrap();
     let both = records.iter().zip(&points).enumerate().filter(|(_, (_, point))| is_meant(point));
-    let squares: Vec<f64> = both
-        .map(|(index, (record, _))| {
-            let expected = expected(index);
-            ((scale * f64::from(record.irradiance.x) - expected) / expected).powi(2)
-        })
-        .collect();
-    squares.iter().sum::<f64>() / squares.len() as f64
+    let both: Vec<[f64; 2]> =
+        both.map(|(index, (record, _))| [scale * f64::from(record.irradiance.x), expected(index)]).collect();
+    let squares = both.iter().map(|[found, expected]| (found / expected - 1.0).powi(2));
+    let sum = |kind: usize| both.iter().map(|pair| pair[kind]).sum::<f64>();
+    [squares.sum::<f64>() / both.len() as f64, sum(0) / sum(1)]
 }
 
 /// Records that are held against a reference.
@@ -199,12 +204,13 @@ fn for_each_case(mut of_case: impl FnMut(Case)) {
     }
 }
 
-/// The ablation of `docs/visibility.md`, as tab-separated values: case, measure, error without it,
-/// processor seconds, megabytes. The environment selects cases (`LIGHTPATHS_CASES`, names with
-/// commas), further scene files (`LIGHTPATHS_SCENES`, with colons), the preset, `gap_rounds` and
-/// the samples of references.
+/// The ablation of `docs/visibility.md`, as tab-separated values: case, measure that is left out,
+/// error, mean light over the reference's, processor seconds, megabytes. The environment selects
+/// cases (`LIGHTPATHS_CASES`, names with commas), further scene files (`LIGHTPATHS_SCENES`, with
+/// colons), `LIGHTPATHS_MEASURES`, `_PRESET`, `_GAP_ROUNDS`, `_GATHER_RAYS`, `_CELLS`, and the
+/// samples of references (`_SAMPLES`).
 #[test]
-#[ignore = "full size: make ablation"]
+#[ignore = "measures: make ablation"]
 fn what_each_measure_buys() {
     let variable = |name: &str| std::env::var(name).ok();
     let preset = variable("LIGHTPATHS_PRESET").unwrap_or("draft".to_owned());
@@ -224,8 +230,37 @@ fn what_each_measure_buys() {
         let rows = [("none".to_owned(), Measures::NONE)].into_iter().chain(names.into_iter().zip(left_out));
         let rows = rows.filter(|(name, _)| measures.as_ref().is_none_or(|chosen| chosen.contains(name)));
         for (name, left_out) in rows {
-            let Cost { error, seconds, megabytes } = case.cost(Quality { left_out, ..quality.clone() });
-            println!("{}\t{name}\t{error:.4e}\t{seconds:.2}\t{megabytes:.1}", case.name());
+            let Cost { error, light, seconds, megabytes } =
+                case.cost(Quality { left_out, ..quality.clone() });
+            println!("{}\t{name}\t{error:.4e}\t{light:.4}\t{seconds:.2}\t{megabytes:.1}", case.name());
         }
     });
+}
+
+/// Without each of these measures, the error of a small scene is at least `ratio` times as large.
+#[test]
+fn a_measure_that_is_left_out_is_missed() {
+    let wide = Quality { gather_rays: 16, cells: 16, ..Quality::DRAFT };
+    let wall = || lamp_at_a_wall(0.01);
+    let screen =
+        || Case::Records { name: "screen at 2 cm".to_owned(), scene: shapes::hidden_light(0.8, 0.02, 0.5) };
+    let dark = |name| move || Case::Leak(dark_sides::scenes().into_iter().find(|s| s.name == name).unwrap());
+    let (corner, thin_wall, leg) = (dark("corner"), dark("thin wall"), dark("table leg"));
+    let cases: [(Measure, &dyn Fn() -> Case, Quality, f64); 8] = [
+        (Measure::SplitPlanes, &corner, Quality::DRAFT, 10.0),
+        (Measure::InconsistentClusters, &corner, Quality::DRAFT, 3.0),
+        (Measure::OccluderPlanes, &corner, Quality::DRAFT, 3.0),
+        (Measure::DenserEntryPoints, &thin_wall, Quality::DRAFT, 1.5),
+        (Measure::NearClusters, &leg, Quality::DRAFT, 2.0),
+        (Measure::StackedSurfaces, &screen, wide.clone(), 10.0),
+        (Measure::NarrowCavities, &screen, wide, 3.0),
+        (Measure::NearLights, &wall, Quality::DRAFT, 5.0),
+    ];
+    for (measure, case, quality, ratio) in cases {
+        let case = case();
+        let [with, without] = [Measures::NONE, Measures::only(measure)]
+            .map(|left_out| case.cost(Quality { left_out, ..quality.clone() }).error);
+        println!("{measure:?}, {}: error {with:.2e}, without {without:.2e}", case.name());
+        assert!(without > ratio * with, "{measure:?}, {}: {without} without, {with} with", case.name());
+    }
 }

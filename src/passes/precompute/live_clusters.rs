@@ -1,4 +1,5 @@
-//! Live set of the hierarchy, independent of lights. In: gather targets, near-field patches. Out: clusters whose irradiance is read; clusters whose flux that needs.
+//! Live set of the hierarchy, independent of lights. In: gather targets, near-field patches. Out:
+//! clusters whose irradiance is read; clusters whose flux that needs.
 
 use crate::passes::frame::near_field::NearCluster;
 use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking};
@@ -21,7 +22,8 @@ impl LiveClusters {
         Self { irradiance: all.clone(), flux: all }
     }
 
-    /// The live set of packed gather targets, with their near-field patches; none is a gloss bin. `indirect_sources`: the cluster from which each takes its indirect light.
+    /// The live set of packed gather targets, with their near-field patches; none is a gloss bin.
+    /// `indirect_sources`: the cluster from which each takes its indirect light.
     pub fn from_targets(
         hvds: &Hvds,
         targets: impl IntoIterator<Item = u32>,

@@ -2,8 +2,7 @@
 //! same directions. The targets that they read are stored in the point's merged rays.
 //!
 //! A ray that meets a cluster reads one of three gather targets: the cluster itself; a *patch*, the
-//! near-field patch that the point sees; or a *gloss bin*, an outgoing direction of a glossy
-//! cluster.
+//! near-field patch that the point sees; or a *gloss bin*, one outgoing direction of a cluster.
 //!
 //! A merged ray stores the target, not which rays read it. If several targets of a point stand for
 //! the cluster that a ray met, the direction decides.
@@ -32,8 +31,8 @@ pub struct GatherRaySegment {
     /// The cluster, of any level, that stands for the hit. `None` if the ray left the scene or met
     /// a side that takes no part in transport.
     pub cluster: Option<u32>,
-    /// Index of the gather target: the cluster with its material, or a patch or gloss bin of
-    /// it.
+    /// Index of the gather target: the cluster, or a patch or gloss bin of it, with its
+    /// material.
     pub target_index: Option<u32>,
     /// Radiance that the last gather pass read from the target, W/m²/sr. Zero if the ray reads
     /// nothing, or before the first frame.

@@ -111,7 +111,7 @@ pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<As
             }
         }
     }
-    warnings.extend(repairs.sentence());
+    warnings.extend(repairs.warning());
     if triangles.is_empty() {
         return Err(format!("no triangle with an area is left of {count}"));
     }
@@ -151,7 +151,8 @@ fn shading_normals(triangle: &Triangle, stated: [Option<DVec3>; 3], repairs: &mu
 }
 
 impl Repairs {
-    fn sentence(&self) -> Option<String> {
+    /// The warning about repaired triangles. `None` if there are none.
+    fn warning(&self) -> Option<String> {
         let parts: Vec<String> = [
             (self.degenerate, "without area dropped"),
             (self.duplicate, "that repeat another dropped"),

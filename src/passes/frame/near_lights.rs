@@ -231,7 +231,7 @@ impl NearLights {
     /// Spacing of entry points beside a light, metres. `None` if no surface is near enough for a
     /// correction. Entry points are denser in cavities and corners.
     fn spacing_at(&self, light_position: Vec3) -> Option<f32> {
-        // A surface that near has an entry point at hardly more than its distance.
+        // A surface closer than `CLOSE` spacings has an entry point within one and a half more.
         let beside = self.within(light_position, (CLOSE + 1.5) * self.spacing);
         let (count, area_m2) =
             beside.fold((0.0, 0.0), |(count, area), point| (count + 1.0, area + point.area_m2));

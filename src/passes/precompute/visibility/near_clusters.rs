@@ -25,11 +25,12 @@ impl Extent {
 
     /// One past the last cluster of its levels.
     pub fn end(self, hvds: &Hvds) -> usize {
-        end(hvds, self.levels)
+        end_of_levels(hvds, self.levels)
     }
 }
 
-fn end(hvds: &Hvds, levels: usize) -> usize {
+/// One past the last cluster of the finest `levels` levels.
+fn end_of_levels(hvds: &Hvds, levels: usize) -> usize {
     hvds.levels[levels.min(hvds.levels.len()) - 1].end as usize
 }
 
@@ -74,7 +75,7 @@ impl Patch {
 /// The clusters of the finest `levels` levels, in order; an unweighted cluster has the patch of its
 /// cluster. `clearances` of the fragments, metres; `normal` of a side.
 pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, levels: usize) -> Vec<Patch> {
-    let end = end(hvds, levels);
+    let end = end_of_levels(hvds, levels);
     let mut patches = vec![Patch { clearance: 0.0, ..Patch::EMPTY }; end];
     let mut areas = vec![0.0; end];
     for (fragment, &clearance) in hvds.fragments.iter().zip(clearances) {

@@ -19,44 +19,59 @@ const WORDS: u32 = LISTED + FRAMES as u32;
 const FRAMES: u64 = 2;
 
 /// The counters. A frame that does not count something leaves its counter.
-pub(super) struct FrameCounters(HostBlock);
+pub(super) struct FrameCounters {
+    block: HostBlock,
+    /// Number of frames recorded so far.
+    frames: u64,
+}
 
 impl FrameCounters {
     pub(super) fn new(context: &Arc<Context>) -> Result<Self> {
-        HostBlock::new(context, "frame counters", WORDS).map(Self)
+        Ok(Self { block: HostBlock::new(context, "frame counters", WORDS)?, frames: 0 })
     }
 
-    /// Copies what frame number `frame` counts. Transfers.
+    /// Begins the next frame. Returns its number.
+    pub(super) fn begin_frame(&mut self) -> u64 {
+        self.frames += 1;
+        self.frames
+    }
+
+    /// Number of the frame that was begun last.
+    pub(super) fn frame(&self) -> u64 {
+        self.frames
+    }
+
+    /// Copies what the last frame counts. Transfers.
     pub(super) fn record(
         &self,
         rec: &mut Recorder,
-        (plan, frame): (&FramePlan, u64),
+        plan: &FramePlan,
         (splat, antialias, needed): (&Splat, &Antialias, &NeededRecords),
     ) {
         if plan.view {
-            splat.copy_counts(rec, &self.0, 0);
+            splat.copy_counts(rec, &self.block, 0);
             let (groups, offset) = antialias.edge_count_at();
-            rec.copy_to_host(groups, offset, &self.0, EDGE_PIXELS, 1);
+            rec.copy_to_host(groups, offset, &self.block, EDGE_PIXELS, 1);
         }
         if let Gathering::List(_) = plan.gather {
             let (offsets, offset) = needed.listed_at();
-            rec.copy_to_host(offsets, offset, &self.0, listed_at(frame), 1);
+            rec.copy_to_host(offsets, offset, &self.block, listed_at(self.frames), 1);
         }
     }
 
     /// Lengths of the splat lists, and uncovered pixels.
     pub(super) fn splat(&self) -> SplatCounts {
-        SplatCounts::read(&self.0, 0)
+        SplatCounts::read(&self.block, 0)
     }
 
     /// Edge pixels of the view.
     pub(super) fn edge_pixels(&self) -> u32 {
-        self.0.word(EDGE_PIXELS)
+        self.block.word(EDGE_PIXELS)
     }
 
     /// Length of the list of records that frame number `frame` built. Undefined if it built none.
     pub(super) fn listed(&self, frame: u64) -> u32 {
-        self.0.word(listed_at(frame))
+        self.block.word(listed_at(frame))
     }
 }
 

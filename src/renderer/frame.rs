@@ -51,11 +51,10 @@ impl Renderer {
         let plan = self.plan();
         self.lights.prepare_near(&plan, &mut self.transport.near_lights)?;
         self.transport.live_sets.prepare(plan.is_whole)?;
-        self.frames += 1;
         let mut frame = RecordedFrame {
             lights_unchanged: self.lights.unchanged(&plan),
             plan,
-            number: self.frames,
+            number: self.counters.begin_frame(),
             is_serialised: self.is_serialised,
             needs_precompute: self.needs_precompute(),
             recording_ms: [0.0; 2],
@@ -98,7 +97,8 @@ impl Renderer {
         let device_ms = timings.iter().map(|pass| pass.ms).sum();
         let passes = if frame.is_serialised { timings } else { Vec::new() };
         let listed = self.counters.listed(frame.number);
-        let (record_count, is_last) = (self.transport.gather.point_count(), frame.number == self.frames);
+        let (record_count, is_last) =
+            (self.transport.gather.point_count(), frame.number == self.counters.frame());
         let gathered = self.dirty.records.count(&frame.plan, listed, record_count, is_last);
         let [recording_ms, pipelines_ms] = frame.recording_ms;
         Ok(FrameReport {

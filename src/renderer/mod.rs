@@ -81,8 +81,6 @@ pub struct Renderer {
     statistics: Statistics,
     /// Passes wait for each other, so that each can be timed.
     is_serialised: bool,
-    /// Number of frames recorded so far.
-    frames: u64,
 }
 
 impl Renderer {
@@ -122,7 +120,6 @@ impl Renderer {
             splat,
             statistics,
             is_serialised: true,
-            frames: 0,
         };
         renderer.warn_of_few_paths(&reach)?;
         renderer.statistics.end_precomputation("tables for frames", start.elapsed());
@@ -287,7 +284,7 @@ impl Renderer {
         if plan.view || lists || traces {
             rec.barrier(COMPUTE_TO_TRANSFER);
             let needed = &self.transport.record_lists.needed;
-            self.counters.record(rec, (plan, self.frames), (&self.splat, &self.image.antialias, needed));
+            self.counters.record(rec, plan, (&self.splat, &self.image.antialias, needed));
             let near_lights = &self.transport.near_lights;
             self.lights.copy_counters(rec, plan, (&self.image.antialias, near_lights));
         }

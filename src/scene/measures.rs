@@ -12,8 +12,8 @@ pub enum Measure {
     CoveredSurface,
     /// Stacked surfaces in one base cell are different clusters.
     StackedSurfaces,
-    /// Planes of walls divide base clusters. Without `quality.gap_rounds`, only walls without
-    /// thickness do.
+    /// Planes of walls divide base clusters: of walls without thickness, and with
+    /// `quality.gap_rounds` of all.
     SplitPlanes,
     /// Clusters with surface inside and outside a narrow cavity stand for none of their children.
     NarrowCavities,

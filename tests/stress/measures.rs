@@ -16,10 +16,10 @@ use std::path::Path;
 enum Case {
     /// relMSE of indirect light against two path-traced pictures, whose noise is removed.
     Picture { name: String, scene: Scene, halves: [Vec<[f32; 3]>; 2] },
-    /// Mean squared relative error of the irradiance of records beside a screen and on the wall that
-    /// it faces, against path-traced radiance along the same gather rays.
+    /// Mean squared relative error of records beside a screen and on the wall that it faces. The
+    /// reference is path-traced radiance along the same gather rays.
     Records { name: String, scene: Scene },
-    /// The same against a closed form, W/m².
+    /// The same for all records, against a closed form, W/m².
     Uniform { name: &'static str, scene: Scene, irradiance: f64 },
     /// Light on a dark side over that on the lit side.
     Leak(Sides),

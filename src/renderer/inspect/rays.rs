@@ -31,8 +31,7 @@ pub struct GatherRaySegment {
     /// The cluster, of any level, that stands for the hit. `None` if the ray left the scene or met
     /// a side that takes no part in transport.
     pub cluster: Option<u32>,
-    /// Index of the gather target: the cluster, or a patch or gloss bin of it, with its
-    /// material.
+    /// Index of the gather target: the cluster, or its patch or gloss bin, and the material.
     pub target_index: Option<u32>,
     /// Radiance that the last gather pass read from the target, W/m²/sr. Zero if the ray reads
     /// nothing, or before the first frame.

@@ -112,7 +112,7 @@ fn spirv_matches_compiler() {
     }
     for shader in SHADERS {
         let committed = fs::read(root().join(format!("spirv/{}.spv", shader.stem))).unwrap();
-        assert!(shader.bytes == committed, "spirv/{}.spv is not what the compiler makes", shader.stem);
+        assert!(*shader.bytes == committed, "spirv/{}.spv is not what the compiler makes", shader.stem);
     }
     let manifest = fs::read_to_string(root().join("spirv/MANIFEST")).unwrap();
     assert_eq!(manifest.lines().next().unwrap(), compiler(), "the compiler changed: run `make spirv`");
@@ -125,8 +125,8 @@ fn bless() {
     let _ = fs::remove_dir_all(&spirv);
     fs::create_dir(&spirv).unwrap();
     for shader in SHADERS {
-        fs::write(spirv.join(format!("{}.spv", shader.stem)), shader.bytes).unwrap();
-        manifest += &manifest_line(shader, shader.bytes);
+        fs::write(spirv.join(format!("{}.spv", shader.stem)), &shader.bytes).unwrap();
+        manifest += &manifest_line(shader, &shader.bytes);
     }
     fs::write(spirv.join("MANIFEST"), manifest).unwrap();
 }
@@ -315,6 +315,15 @@ fn kernels_that_follow_rays_ask_whether_their_loops_completed() {
         }
     }
     assert!(followers > 15, "{followers} kernels follow rays");
+}
+
+/// The window traces light paths again if one of these shaders is reloaded.
+#[test]
+fn shaders_of_the_precomputation_are_listed() {
+    let files = rust_files(&root().join("src/passes/precompute"));
+    let made: usize = files.iter().map(|path| read(path).matches("Pipeline::new(").count()).sum();
+    assert_eq!(made, passes::precompute::STEMS.len());
+    assert!(passes::precompute::STEMS.iter().all(|stem| SHADERS.iter().any(|shader| shader.stem == *stem)));
 }
 
 /// Every name in a shader's interface is used by the host file of its pass, or by `Tuning`.

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
 use ash::vk;
@@ -14,7 +14,8 @@ use super::device::Limits;
 use super::names::Names;
 use super::optional::Optional;
 use super::pipeline_store::PipelineStore;
-use super::program::{Maker, Program};
+use super::program::{Handles, Maker, Program};
+use super::shaders::Shader;
 use crate::error::Result;
 
 /// Key of a program: shader and specialisation constants.
@@ -23,12 +24,29 @@ type Key = (&'static str, Vec<(String, u32)>);
 /// Programs by shader and constants, with the driver's pipeline cache.
 pub(super) struct Pipelines {
     programs: Mutex<HashMap<Key, Arc<Program>>>,
+    replaced: RwLock<Replaced>,
+    /// Vulkan objects of replaced shaders, which recordings and submissions may still use.
+    retired: Mutex<Vec<Arc<Handles>>>,
     cache: vk::PipelineCache,
     store: PipelineStore,
     /// Number of compiled variants.
     made: AtomicU32,
     /// Wall-clock time of compiling, nanoseconds.
     compile_ns: AtomicU64,
+}
+
+/// The shaders that have replaced embedded ones, by stem. Locked before the programs.
+#[derive(Default)]
+struct Replaced {
+    shaders: HashMap<&'static str, Shader>,
+    /// Number of replacements so far.
+    count: u32,
+}
+
+impl Replaced {
+    fn shader(&self, stem: &str) -> &Shader {
+        self.shaders.get(stem).unwrap_or_else(|| Shader::named(stem))
+    }
 }
 
 /// A variant of a program that a recording needs and the driver has not compiled yet.
@@ -40,6 +58,8 @@ impl Pipelines {
         let cache = store.open(device, names);
         Self {
             programs: Mutex::default(),
+            replaced: RwLock::default(),
+            retired: Mutex::default(),
             cache,
             store,
             made: AtomicU32::new(0),
@@ -57,12 +77,13 @@ impl Pipelines {
     ) -> Result<Arc<Program>> {
         let mut sorted: Vec<_> = constants.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
         sorted.sort_unstable();
+        let replaced = self.replaced.read().unwrap_or_else(PoisonError::into_inner);
         // A panic about a wrong constant leaves the table as it was.
         let mut programs = self.programs.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(program) = programs.get(&(stem, sorted.clone())) {
             return Ok(program.clone());
         }
-        let program = Arc::new(Program::new(stem, constants, tuning, limits)?);
+        let program = Arc::new(Program::new(replaced.shader(stem), constants, tuning, limits)?);
         programs.insert((stem, sorted), program.clone());
         Ok(program)
     }
@@ -77,14 +98,76 @@ impl Pipelines {
         missing: &[Missing],
     ) -> Result<()> {
         let maker = Maker { device, names, optional, cache: self.cache };
-        let start = Instant::now();
-        let one_at_a_time = missing.par_iter().with_max_len(1);
-        let made = one_at_a_time
-            .map(|(program, uses_buffer_device_address)| program.make(maker, *uses_buffer_device_address));
-        let made: Vec<_> = made.collect();
-        self.made.fetch_add(missing.len() as u32, Ordering::Relaxed);
-        self.compile_ns.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        let replaced = self.replaced.read().unwrap_or_else(PoisonError::into_inner);
+        let made = self.in_parallel(missing, |program, uses_buffer_device_address| {
+            program.make(maker, replaced.shader(program.stem), uses_buffer_device_address)
+        });
         made.into_iter().collect()
+    }
+
+    /// Compiles variants on all cores. Results are in the order of `variants`.
+    fn in_parallel<T: Send>(
+        &self,
+        variants: &[Missing],
+        compile: impl Fn(&Program, bool) -> Result<T> + Sync,
+    ) -> Vec<Result<T>> {
+        let start = Instant::now();
+        let one_at_a_time = variants.par_iter().with_max_len(1);
+        let made = one_at_a_time
+            .map(|(program, uses_buffer_device_address)| compile(program, *uses_buffer_device_address));
+        let made: Vec<_> = made.collect();
+        self.made.fetch_add(variants.len() as u32, Ordering::Relaxed);
+        self.compile_ns.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        made
+    }
+
+    /// The shader with this stem that programs are compiled from.
+    pub(super) fn shader(&self, stem: &str) -> Shader {
+        self.replaced.read().unwrap_or_else(PoisonError::into_inner).shader(stem).clone()
+    }
+
+    /// Number of replacements of shaders so far.
+    pub(super) fn replacement_count(&self) -> u32 {
+        self.replaced.read().unwrap_or_else(PoisonError::into_inner).count
+    }
+
+    /// Replaces shaders by others with the same interface, in all programs or, on an error, in
+    /// none of them.
+    pub(super) fn replace(
+        &self,
+        (device, names, optional): (&ash::Device, &Names, &Optional),
+        shaders: Vec<Shader>,
+    ) -> Result<()> {
+        let maker = Maker { device, names, optional, cache: self.cache };
+        // Locked to the end: no other thread compiles the old code meanwhile.
+        let mut replaced = self.replaced.write().unwrap_or_else(PoisonError::into_inner);
+        let shaders: HashMap<_, _> = shaders.into_iter().map(|shader| (shader.stem, shader)).collect();
+        let programs = self.programs.lock().unwrap_or_else(PoisonError::into_inner);
+        let variants: Vec<Missing> = programs
+            .values()
+            .filter(|program| shaders.contains_key(program.stem))
+            .flat_map(|program| [false, true].map(|variant| (program.clone(), variant)))
+            .filter(|(program, variant)| program.handles(*variant).is_some())
+            .collect();
+        let made = self.in_parallel(&variants, |program, uses_buffer_device_address| {
+            program.compile(maker, &shaders[program.stem], uses_buffer_device_address)
+        });
+        if made.iter().any(Result::is_err) {
+            let (made, failed): (Vec<_>, Vec<_>) = made.into_iter().partition(Result::is_ok);
+            made.into_iter().flatten().for_each(|handles| handles.destroy(device));
+            return failed.into_iter().try_for_each(|failure| failure.map(|_| ()));
+        }
+        let mut retired = self.retired.lock().unwrap_or_else(PoisonError::into_inner);
+        for ((program, variant), handles) in variants.iter().zip(made.into_iter().flatten()) {
+            retired.extend(program.replace(handles, *variant));
+        }
+        // A recording holds what it uses until its submission is done.
+        for unused in retired.extract_if(.., |handles| Arc::strong_count(handles) == 1) {
+            unused.destroy(device);
+        }
+        replaced.shaders.extend(shaders);
+        replaced.count += 1;
+        Ok(())
     }
 
     /// Number of variants compiled so far.
@@ -104,6 +187,8 @@ impl Pipelines {
             self.store.save(device, self.cache);
         }
         programs.drain().for_each(|(_, program)| program.destroy(device));
+        let retired = self.retired.get_mut().unwrap_or_else(PoisonError::into_inner);
+        retired.drain(..).for_each(|handles| handles.destroy(device));
         // SAFETY: it is ours, made by this device, and nothing is compiled any more.
         unsafe { device.destroy_pipeline_cache(self.cache, None) };
     }

@@ -1,7 +1,7 @@
 //! Programs: compute shaders with a value for each specialisation constant, and their Vulkan
 //! objects, which the driver compiles at the first use.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, PoisonError, RwLock};
 
 use ash::vk;
 
@@ -20,13 +20,16 @@ pub(super) struct Program {
     /// All constants except the one that follows from the bindings.
     constants: Vec<(String, u32)>,
     /// Variant in which all lists are bound directly.
-    direct: OnceLock<Handles>,
+    direct: Variant,
     /// Variant in which a list is read through an address.
-    following: OnceLock<Handles>,
+    following: Variant,
 }
 
-/// The Vulkan objects of a program. [`Pipelines`](super::pipelines::Pipelines) destroys them
-/// with the device.
+/// The Vulkan objects of a variant. `None` before the first use.
+type Variant = RwLock<Option<Arc<Handles>>>;
+
+/// The Vulkan objects of a program. Recordings share them.
+/// [`Pipelines`](super::pipelines::Pipelines) destroys them.
 #[derive(Clone, Copy)]
 pub(super) struct Handles {
     pub(super) pipeline: vk::Pipeline,
@@ -46,12 +49,12 @@ pub(super) struct Maker<'a> {
 impl Program {
     /// Creates the program. Panics if a constant is missing or unknown.
     pub(super) fn new(
-        stem: &'static str,
+        shader: &Shader,
         constants: &[(&str, u32)],
         tuning: &Tuning,
         limits: &Limits,
     ) -> Result<Self> {
-        let mut module = spirv::reflect(&Shader::named(stem).words());
+        let (stem, mut module) = (shader.stem, spirv::reflect(&shader.words()));
         let knows = |name: &str| module.constants.iter().any(|constant| constant.name == name);
         let is_given = |name: &str| constants.iter().any(|(given, _)| *given == name);
         let tuned = tuning.constants().into_iter().filter(|(name, _)| knows(name) && !is_given(name));
@@ -64,33 +67,61 @@ impl Program {
         // pipeline is created.
         specialisation(stem, &module, &constants, false);
         let constants = constants.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-        Ok(Self { stem, module, constants, direct: OnceLock::new(), following: OnceLock::new() })
+        Ok(Self { stem, module, constants, direct: Variant::default(), following: Variant::default() })
     }
 
     /// The Vulkan objects of a variant. `None` before [`Self::make`].
-    pub(super) fn handles(&self, uses_buffer_device_address: bool) -> Option<Handles> {
-        self.variant(uses_buffer_device_address).get().copied()
+    pub(super) fn handles(&self, uses_buffer_device_address: bool) -> Option<Arc<Handles>> {
+        let variant = self.variant(uses_buffer_device_address).read();
+        variant.unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Creates the Vulkan objects of a variant that has none.
-    pub(super) fn make(&self, maker: Maker<'_>, uses_buffer_device_address: bool) -> Result<()> {
-        let constants: Vec<_> = self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        let handles = Handles::new(maker, self.stem, &self.module, &constants, uses_buffer_device_address)?;
-        // Another thread may have been faster; its objects are in use.
-        if let Err(late) = self.variant(uses_buffer_device_address).set(handles) {
-            late.destroy(maker.device);
+    /// Creates the Vulkan objects of a variant that has none, from the program's shader.
+    pub(super) fn make(
+        &self,
+        maker: Maker<'_>,
+        shader: &Shader,
+        uses_buffer_device_address: bool,
+    ) -> Result<()> {
+        let handles = self.compile(maker, shader, uses_buffer_device_address)?;
+        let mut variant =
+            self.variant(uses_buffer_device_address).write().unwrap_or_else(PoisonError::into_inner);
+        match &*variant {
+            // Another thread was faster; its objects are in use.
+            Some(_) => handles.destroy(maker.device),
+            None => *variant = Some(Arc::new(handles)),
         }
         Ok(())
     }
 
-    fn variant(&self, uses_buffer_device_address: bool) -> &OnceLock<Handles> {
+    /// Creates the Vulkan objects of a variant. The caller owns them.
+    pub(super) fn compile(
+        &self,
+        maker: Maker<'_>,
+        shader: &Shader,
+        uses_buffer_device_address: bool,
+    ) -> Result<Handles> {
+        let constants: Vec<_> = self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        let constants = specialisation(self.stem, &self.module, &constants, uses_buffer_device_address);
+        Handles::new(maker, shader, &self.module, &constants)
+    }
+
+    /// Replaces the Vulkan objects of a variant, and returns the old ones.
+    pub(super) fn replace(&self, handles: Handles, uses_buffer_device_address: bool) -> Option<Arc<Handles>> {
+        let variant = self.variant(uses_buffer_device_address).write();
+        variant.unwrap_or_else(PoisonError::into_inner).replace(Arc::new(handles))
+    }
+
+    fn variant(&self, uses_buffer_device_address: bool) -> &Variant {
         if uses_buffer_device_address { &self.following } else { &self.direct }
     }
 
     /// Destroys the Vulkan objects. No submission may use them any more.
     pub(super) fn destroy(&self, device: &ash::Device) {
-        let variants = [&self.direct, &self.following];
-        variants.into_iter().filter_map(OnceLock::get).for_each(|handles| handles.destroy(device));
+        [false, true]
+            .into_iter()
+            .filter_map(|variant| self.handles(variant))
+            .for_each(|handles| handles.destroy(device));
     }
 
     /// Workgroups that cover `threads`. One-dimensional work is swizzled if the shader reads the
@@ -109,14 +140,8 @@ impl Program {
 }
 
 impl Handles {
-    fn new(
-        maker: Maker<'_>,
-        stem: &'static str,
-        module: &Module,
-        constants: &[(&str, u32)],
-        uses_buffer_device_address: bool,
-    ) -> Result<Self> {
-        let (entries, values) = specialisation(stem, module, constants, uses_buffer_device_address);
+    fn new(maker: Maker<'_>, shader: &Shader, module: &Module, constants: &Specialisation) -> Result<Self> {
+        let stem = shader.stem;
         let mut handles = Self {
             pipeline: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),
@@ -124,7 +149,7 @@ impl Handles {
         };
         let made = handles
             .create_layout(maker, stem, module)
-            .and_then(|()| handles.create_pipeline(maker, stem, &entries, &values))
+            .and_then(|()| handles.create_pipeline(maker, shader, constants))
             .and_then(|()| maker.optional.note_pipeline(stem, handles.pipeline));
         if made.is_err() {
             handles.destroy(maker.device);
@@ -171,21 +196,19 @@ impl Handles {
     fn create_pipeline(
         &mut self,
         maker: Maker<'_>,
-        stem: &str,
-        entries: &[vk::SpecializationMapEntry],
-        values: &[u32],
+        shader: &Shader,
+        (entries, values): &Specialisation,
     ) -> Result<()> {
-        let device = maker.device;
-        let words = Shader::named(stem).words();
+        let (device, stem, words) = (maker.device, shader.stem, shader.words());
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the device and every object in the description are alive.
-        let shader = unsafe { device.create_shader_module(&info, None) }.vk("vkCreateShaderModule")?;
-        maker.names.set_name(shader, stem);
+        let module = unsafe { device.create_shader_module(&info, None) }.vk("vkCreateShaderModule")?;
+        maker.names.set_name(module, stem);
         let specialisation =
             vk::SpecializationInfo::default().map_entries(entries).data(bytemuck::cast_slice(values));
         let stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
-            .module(shader)
+            .module(module)
             .name(c"main")
             .specialization_info(&specialisation);
         let info = vk::ComputePipelineCreateInfo::default()
@@ -195,14 +218,15 @@ impl Handles {
         // SAFETY: the device and every object in the description are alive; the cache locks itself.
         let created = unsafe { device.create_compute_pipelines(maker.cache, &[info], None) };
         // SAFETY: the pipeline that needed it is made.
-        unsafe { device.destroy_shader_module(shader, None) };
+        unsafe { device.destroy_shader_module(module, None) };
         let pipelines = created.map_err(|(_, result)| result).vk("vkCreateComputePipelines")?;
         self.pipeline = pipelines[0];
         maker.names.set_name(self.pipeline, stem);
         Ok(())
     }
 
-    fn destroy(self, device: &ash::Device) {
+    /// Destroys the objects. No submission may use them any more.
+    pub(super) fn destroy(self, device: &ash::Device) {
         // Null handles, where creation stopped half-way, are ignored by Vulkan.
         // SAFETY: they are ours, made by this device, and no submission uses them any more.
         unsafe {
@@ -213,14 +237,17 @@ impl Handles {
     }
 }
 
-/// Map entries and values of the specialisation constants. Panics if one is missing or unknown; the
+/// Map entries and values of the specialisation constants.
+type Specialisation = (Vec<vk::SpecializationMapEntry>, Vec<u32>);
+
+/// The specialisation of a module. Panics if a constant is missing or unknown; the
 /// constant that follows from the bindings is not passed.
 fn specialisation(
     stem: &str,
     module: &Module,
     given: &[(&str, u32)],
     uses_buffer_device_address: bool,
-) -> (Vec<vk::SpecializationMapEntry>, Vec<u32>) {
+) -> Specialisation {
     for (name, _) in given {
         let is_known = module.constants.iter().any(|constant| constant.name == *name);
         assert!(is_known, "`{stem}` has no specialisation constant `{name}`");

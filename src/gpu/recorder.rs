@@ -443,6 +443,7 @@ impl Recorder {
             }
         };
         self.writes_host_flags |= bindings.iter().any(|(_, buffer)| buffer.is_host_flag());
+        self.in_use.push(handles.clone());
         let buffers = bindings.iter().map(|(_, buffer)| *buffer).chain(counts);
         self.in_use.extend(buffers.map(|buffer| buffer.allocated.clone() as Arc<dyn Any>));
         let declared = &program.module.bindings;
@@ -463,7 +464,7 @@ impl Recorder {
                 return false;
             }
         };
-        let is_free = self.schedule.is_some();
+        let (handles, is_free) = (*handles, self.schedule.is_some());
         self.command(Command::Dispatch { handles, push: push.to_vec(), bound, workgroups }, |_| {
             let declared = declared.iter().zip(bindings);
             let mut uses: Vec<Use> = declared

@@ -5,7 +5,8 @@ use super::Renderer;
 use super::dirty::Work;
 use super::plan::LightResults;
 use crate::error::{Error, Result};
-use crate::passes::frame::gloss::is_little;
+use crate::passes::frame::{form_factors::FormFactors, gloss::is_little};
+use crate::passes::precompute;
 use crate::passes::precompute::path_orders::editable_bits;
 use crate::scene::{Camera, Light, LightKind, Material};
 use crate::types::View;
@@ -176,6 +177,12 @@ impl Renderer {
     pub fn set_light_weights(&mut self, weights: [f32; 2]) {
         self.dirty.changes.composition |= self.image.light_weights != weights;
         self.image.light_weights = weights;
+    }
+
+    /// Whether a shader runs before the first frame. If it is replaced, the change shows in a new
+    /// renderer only; of other shaders, after [`Work::Everything`].
+    pub fn runs_before_frames(stem: &str) -> bool {
+        stem == FormFactors::BATCHES_STEM || precompute::STEMS.contains(&stem)
     }
 
     /// Makes the next frame do this work without a change.

@@ -77,7 +77,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
         warnings: _,
     } = scene;
     let shader = Shader::named("path_trace");
-    write!(key, "{FORMAT} {} {} {budget} {}", shader.source_hash, fnv1a(shader.bytes), quality.seed)
+    write!(key, "{FORMAT} {} {} {budget} {}", shader.source_hash, fnv1a(&shader.bytes), quality.seed)
         .and_then(|()| write!(key, "{materials:?} {texture_coordinates:?} {lights:?} {:?}", cameras[0]))
         .and_then(|()| triangles.iter().try_for_each(|triangle| write!(key, "{triangle:?}")))
         .expect("a hash takes everything");

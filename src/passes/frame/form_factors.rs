@@ -79,6 +79,8 @@ fn batches(points: &[EntryPoint]) -> u32 {
 impl FormFactors {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "form_factors";
+    /// Stem of the shader that runs once, before the first frame.
+    pub const BATCHES_STEM: &str = "entry_batches";
     /// Timing name of the sum over the lights.
     pub const FLUX_STEM: &str = "path_flux";
 
@@ -136,9 +138,9 @@ impl FormFactors {
     }
 
     fn bound_batches(&self, context: &Arc<Context>, scene: &SceneBuffers) -> Result<()> {
-        let entry_batches = Pipeline::new(context, "entry_batches", &[])?;
+        let entry_batches = Pipeline::new(context, Self::BATCHES_STEM, &[])?;
         context.run(|rec| {
-            let mut pass = rec.pass("entry_batches");
+            let mut pass = rec.pass(Self::BATCHES_STEM);
             for (chunk, first_batch) in self.chunks() {
                 let point_count = chunk.items.len() as u32;
                 if first_batch > 0 {

@@ -24,6 +24,16 @@ use crate::error::Result;
 /// surface order, and beyond a region of cheap items they may take four times as long.
 const DISPATCH_MS: f64 = 10.0;
 
+/// Stems of the shaders of these passes.
+pub const STEMS: [&str; 6] = [
+    rays::Rays::STEM,
+    visibility::clearance::STEM,
+    entry_points::STEM,
+    light_paths::STEM,
+    visibility::accessibility::STEM,
+    gather_rays::STEM,
+];
+
 /// Receiver of the precomputation's progress.
 pub trait Progress {
     /// Starts a precomputation stage of `total` steps.

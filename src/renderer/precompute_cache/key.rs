@@ -3,7 +3,7 @@
 
 use crate::cache_file::{Key, hash};
 use crate::gpu::Context;
-use crate::gpu::shaders::SHADERS;
+use crate::gpu::shaders::{SHADERS, Shader};
 use crate::scene::{Material, Scene};
 use glam::Vec3;
 
@@ -17,7 +17,7 @@ pub(super) const OF_NAME: &[&str] = &["device", "geometry", "materials", "viewpo
 /// The key of a scene as it was given, with its triangles in their own order.
 pub(super) fn key(context: &Context, scene: &Scene) -> Key {
     Key::default()
-        .with("program", program())
+        .with("program", program(context))
         .with("device", hash(context.name().as_bytes()))
         .with("driver", hash(context.driver().as_bytes()))
         .with("geometry", geometry(scene))
@@ -26,10 +26,11 @@ pub(super) fn key(context: &Context, scene: &Scene) -> Key {
         .with("settings", hash(format!("{:?}", scene.quality).as_bytes()))
 }
 
-fn program() -> [u64; 2] {
+fn program(context: &Context) -> [u64; 2] {
     let mut text = format!("{} {CONTENTS}", env!("CARGO_PKG_VERSION"));
-    for shader in SHADERS {
-        text += &format!(" {} {} {:x?}", shader.stem, shader.source_hash, hash(shader.bytes));
+    for Shader { stem, .. } in SHADERS {
+        let shader = context.shader(stem);
+        text += &format!(" {stem} {} {:x?}", shader.source_hash, hash(&shader.bytes));
     }
     hash(text.as_bytes())
 }

@@ -117,6 +117,7 @@ impl Store {
         say: &mut dyn FnMut(&str),
     ) -> Result<Precomputed> {
         let start = Instant::now();
+        let replacements = context.replacement_count();
         let key = key::key(context, scene);
         if let Self::Folder(Folder { path, .. }) = self {
             fs::create_dir_all(path)
@@ -136,6 +137,10 @@ impl Store {
             say(&format!("{} {miss}; its light paths are traced anew", file.display()));
         }
         let made = precompute(context, scene, progress)?;
+        if context.replacement_count() != replacements {
+            // The key names the shaders from before.
+            return Ok(made);
+        }
         let tables = write::Tables::from_precomputed(&made)?;
         let writer = tables.sections(&made);
         let bytes = writer.file_bytes(&key);

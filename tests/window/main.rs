@@ -23,6 +23,8 @@ mod photographs;
 mod picture;
 mod scenarios;
 mod screen;
+#[cfg(feature = "shaderc")]
+mod shaders;
 mod surfaces;
 mod tour;
 mod toy;

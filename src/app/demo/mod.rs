@@ -13,6 +13,7 @@ mod panels;
 mod rebase;
 mod reference;
 mod session;
+mod shader_sources;
 mod shortcuts;
 mod stage;
 mod start;
@@ -28,6 +29,7 @@ use winit::event_loop::EventLoop;
 use crate::error::Result;
 use crate::scene::LoadOptions;
 use session::Source;
+use shader_sources::ShaderSources;
 use start::{WakeUp, no_display};
 use watch::Watch;
 use window::{App, keep_edits};
@@ -37,6 +39,7 @@ pub(super) use start::Demo;
 impl Demo {
     pub(super) fn run(self) -> Result<()> {
         let store = self.cache_args.store()?;
+        let shaders = ShaderSources::new(self.shaders.as_deref())?;
         let watch = Watch::new(&self.scene);
         let scene = self.scene_args.load(&self.scene)?;
         let events =
@@ -45,7 +48,7 @@ impl Demo {
         let options = LoadOptions { size: None, ..self.scene_args.options() };
         let source = Source { spec: self.scene.clone(), options, store };
         keep_edits(events.create_proxy());
-        let mut app = App::new(self, (source, scene, watch), events.create_proxy());
+        let mut app = App::new(self, (source, scene, watch), shaders, events.create_proxy());
         let ended = events.run_app(&mut app);
         app.into_result()?;
         ended.map_err(|error| no_display(&error.to_string()))

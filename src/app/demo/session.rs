@@ -12,7 +12,7 @@ use super::watch::Watch;
 use crate::error::{Error, Result};
 use crate::gpu::window::Verdict;
 use crate::gpu::{Buffer, Context, InFlight, PassTiming, Recorder};
-use crate::renderer::{Columns, FrameReport, RecordedFrame, Renderer, Store};
+use crate::renderer::{Columns, FrameReport, RecordedFrame, Renderer, Store, Work};
 use crate::scene::{Camera, LoadOptions, Scene, save::SceneText};
 
 /// Frames whose times are kept.
@@ -413,6 +413,20 @@ impl Session {
         (self.document, self.saved, self.history) = (document, saved, history);
         self.is_asked = is_asked;
         Ok(())
+    }
+
+    /// Requests a picture from replaced shaders. Returns whether light paths are traced again,
+    /// because one of the shaders traces them.
+    pub(super) fn shaders_replaced(&mut self, stems: &[&str]) -> Result<bool> {
+        if stems.iter().any(|stem| Renderer::runs_before_frames(stem)) {
+            self.prepare_open(self.scene.clone())?;
+            return Ok(true);
+        }
+        self.shown = None;
+        if let Preparation::Ready(ready) = &mut self.stage {
+            ready.renderer.force(Work::Everything);
+        }
+        Ok(false)
     }
 
     /// Prepares the open scene again because the camera and a light are in one enclosure.

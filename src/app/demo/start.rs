@@ -1,5 +1,6 @@
 //! How the window starts: arguments, scene, and events from outside.
 
+use std::path::PathBuf;
 use std::sync::mpsc::SyncSender;
 
 use clap::Args;
@@ -24,6 +25,10 @@ pub(in crate::app) struct Demo {
     /// Presents frames as soon as they are done
     #[arg(long)]
     pub(super) no_vsync: bool,
+    /// Folder of shader sources; shaders are reloaded when it changes. Only in programs built with
+    /// `--features shaderc` [default: glsl/ of the source tree]
+    #[arg(long, value_name = "DIR")]
+    pub(super) shaders: Option<PathBuf>,
     #[command(flatten, next_help_heading = "Kept light paths")]
     pub(super) cache_args: CacheArgs,
     #[command(flatten, next_help_heading = "Scene")]

@@ -1,4 +1,4 @@
-//! The files that a scene was read from, with a check for changes since.
+//! Files that something was read from, with a check for changes since.
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -35,7 +35,12 @@ impl Watch {
     /// Stores the state of a scene's files. Called before they are read, so that no
     /// change is missed.
     pub(super) fn new(spec: &str) -> Self {
-        let read: Vec<_> = files(spec).into_iter().map(|file| (file.clone(), stamp(&file))).collect();
+        Self::of_files(files(spec))
+    }
+
+    /// Stores the state of files, as [`Self::new`] does for a scene's.
+    pub(super) fn of_files(files: Vec<PathBuf>) -> Self {
+        let read: Vec<_> = files.into_iter().map(|file| (file.clone(), stamp(&file))).collect();
         let seen = read.iter().map(|(_, stamp)| *stamp).collect();
         Self { read, seen, reported: None }
     }

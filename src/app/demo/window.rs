@@ -8,6 +8,7 @@ use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::WindowId;
 
+use super::shader_sources::ShaderSources;
 use super::start::{Demo, Start, WakeUp};
 use super::window_state::WindowState;
 use crate::app::interrupt;
@@ -32,14 +33,20 @@ pub(super) fn keep_edits(proxy: EventLoopProxy<WakeUp>) {
 pub(super) struct App {
     args: Demo,
     start: Option<Start>,
+    shaders: Option<ShaderSources>,
     proxy: EventLoopProxy<WakeUp>,
     open: Option<WindowState>,
     failure: Option<Error>,
 }
 
 impl App {
-    pub(super) fn new(args: Demo, start: Start, proxy: EventLoopProxy<WakeUp>) -> Self {
-        Self { args, start: Some(start), proxy, open: None, failure: None }
+    pub(super) fn new(
+        args: Demo,
+        start: Start,
+        shaders: Option<ShaderSources>,
+        proxy: EventLoopProxy<WakeUp>,
+    ) -> Self {
+        Self { args, start: Some(start), shaders, proxy, open: None, failure: None }
     }
 
     /// Returns the result of the event loop.
@@ -79,7 +86,7 @@ impl App {
 impl ApplicationHandler<WakeUp> for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         let Some(start) = self.start.take() else { return };
-        match WindowState::new(events, &self.args, start, &self.proxy) {
+        match WindowState::new(events, &self.args, start, self.shaders.take(), &self.proxy) {
             Ok(open) => self.open = Some(open),
             Err(error) => {
                 self.failure = Some(error);

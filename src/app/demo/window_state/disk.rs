@@ -113,7 +113,11 @@ impl WindowState {
             Chosen::Material(index) => rebase.material(index).map_or(Chosen::Nothing, Chosen::Material),
             Chosen::Nothing => Chosen::Nothing,
         };
-        // Monte Carlo restarts with the next picture.
+        self.restart_reference();
+    }
+
+    /// Restarts Monte Carlo with the next picture.
+    pub(super) fn restart_reference(&mut self) {
         self.beside.of = None;
         if let Some(mut reference) = self.reference.take() {
             reference.stop();

@@ -3,6 +3,7 @@
 mod disk;
 mod host_pictures;
 mod requests;
+mod shaders;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -21,6 +22,7 @@ use super::overlays::Overlays;
 use super::panels::{self, WIDTH};
 use super::reference::Reference;
 use super::session::Session;
+use super::shader_sources::ShaderSources;
 use super::shortcuts;
 use super::stage::Wake;
 use super::start::{Demo, Start, WakeUp, no_display};
@@ -49,6 +51,7 @@ const NO_PICTURE: [u32; 2] = [1, 1];
 /// before the window.
 pub(super) struct WindowState {
     session: Session,
+    shaders: Option<ShaderSources>,
     painter: WindowPainter,
     picture: PictureId,
     /// Version of the picture that the painter has.
@@ -91,6 +94,7 @@ impl WindowState {
         events: &ActiveEventLoop,
         args: &Demo,
         (source, scene, watch): Start,
+        shaders: Option<ShaderSources>,
         proxy: &EventLoopProxy<WakeUp>,
     ) -> Result<Self> {
         let [width, height] = args.scene_args.size().unwrap_or(scene.cameras[0].size);
@@ -126,6 +130,7 @@ impl WindowState {
         let now = Instant::now();
         Ok(Self {
             session,
+            shaders,
             painter,
             picture,
             shown: 0,
@@ -181,7 +186,12 @@ impl WindowState {
             let glanced = self.glance();
             self.tolerate(glanced)?;
         }
+        let reloaded = self.follow_shaders(now);
+        self.tolerate(reloaded)?;
         let mut next = self.last_glance + GLANCE;
+        if let Some(shaders) = &self.shaders {
+            next = next.min(shaders.next);
+        }
         if self.session.end_frames(usize::MAX)? {
             // The panel shows the frame's cost.
             self.window.request_redraw();

@@ -4,7 +4,7 @@ CARGO ?= cargo
 # rustup puts cargo here; a shell that was open before the installation does not know yet.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help run demo screenshots test stress soak fuzz lint audit deny mutants ablation bench tables figures film scale peers spirv structure setup clean
+.PHONY: help run demo screenshots test stress soak fuzz lint audit deny mutants ablation bench tables figures film scale peers spirv shaders structure setup clean
 
 help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
@@ -26,6 +26,7 @@ help:
 	@echo 'make scale  time and memory against sizes, into out/scale'
 	@echo 'make peers  Mitsuba and Cycles on the Box beside ours, into out/peers (1.5 GB, an hour on two cores)'
 	@echo 'make spirv  rebuild spirv/ from glsl/ (needs cmake and a C++ compiler)'
+	@echo 'make shaders tests that compile shaders (needs the same)'
 	@echo 'make structure draws the modules and their imports, docs/images/structure.svg (needs python3)'
 	@echo 'make setup  install what any of these needs'
 	@echo 'make clean  remove what was built'
@@ -162,6 +163,11 @@ structure:
 spirv:
 	@scripts/setup.sh
 	LIGHTPATHS_BLESS=1 $(CARGO) test --locked --features shaderc --test interface
+
+shaders:
+	@scripts/setup.sh --tests
+	$(CARGO) test --locked --features shaderc --test interface --test reload
+	$(CARGO) test --locked --features shaderc --test window shaders::
 
 setup:
 	@scripts/setup.sh --lint

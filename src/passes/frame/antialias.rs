@@ -251,22 +251,48 @@ impl Antialias {
         if !self.is_on() {
             return;
         }
-        let [width, height] = self.size;
-        let push = |(first_sample, end_sample)| EdgeLightPush {
+        // Before the barrier of the shafts' list, which serves both.
+        pass.fill_zero(groups);
+        self.record_samples(pass, scene, view, light);
+        self.record_sums(pass, irradiance, groups);
+        self.record_shadow_edges(pass, scene, view, light, pixels, (irradiance, groups));
+    }
+
+    fn light_push(
+        &self,
+        view: &View,
+        light: OneLight<'_>,
+        (first_sample, end_sample): (u32, u32),
+    ) -> EdgeLightPush {
+        EdgeLightPush {
             view: *view,
             capacity: self.capacity,
             light: light.index,
             first_sample,
             end_sample,
             traces_all: u32::from(light.traces_all),
-        };
-        let traced = [
+        }
+    }
+
+    /// What kernels that trace edge samples read of the scene.
+    fn traced<'a>(&'a self, scene: &'a SceneBuffers, light: OneLight<'a>) -> [(&'static str, &'a Buffer); 5] {
+        [
             ("Nodes", &scene.nodes),
             ("Triangles", &scene.triangles),
             ("Surfaces", &scene.surfaces),
             ("Lights", light.table),
             ("EdgeNumbers", &self.numbers),
-        ];
+        ]
+    }
+
+    /// Evaluates the light at the samples of edge pixels.
+    fn record_samples(
+        &self,
+        pass: &mut PassScope<'_>,
+        scene: &SceneBuffers,
+        view: &View,
+        light: OneLight<'_>,
+    ) {
         let samples = [
             ("EdgePixels", &self.edge_pixels),
             ("EdgeSamples", &self.edge_samples),
@@ -275,18 +301,22 @@ impl Antialias {
             ("EdgeLight", &self.edge_light),
             ("TruncatedLoops", &scene.truncated_loops),
         ];
-        let bindings: Vec<_> = traced.into_iter().chain(samples).collect();
-        // Before the barrier of the shafts' list, which serves both.
-        pass.fill_zero(groups);
+        let bindings: Vec<_> = self.traced(scene, light).into_iter().chain(samples).collect();
         self.shafts.record_counted(pass, scene, light, (&self.edge_groups, BATCH_GROUPS));
         pass.barrier(COMPUTE_TO_INDIRECT);
+        let (all, deep) = ((&self.edge_groups, SAMPLE_GROUPS), (&self.shafts.list, 0));
         for span in light.spans() {
-            let (all, deep) = ((&self.edge_groups, SAMPLE_GROUPS), (&self.shafts.list, 0));
-            pass.dispatch_indirect(self.direct.shallow(light), all, &push(span), &bindings);
+            let push = self.light_push(view, light, span);
+            pass.dispatch_indirect(self.direct.shallow(light), all, &push, &bindings);
             pass.barrier(COMPUTE_TO_COMPUTE);
-            pass.dispatch_indirect(self.direct.deep(light), deep, &push(span), &bindings);
+            pass.dispatch_indirect(self.direct.deep(light), deep, &push, &bindings);
             pass.barrier(COMPUTE_TO_COMPUTE);
         }
+    }
+
+    /// Sums the samples of edge pixels, and lists the pixels at shadow edges.
+    fn record_sums(&self, pass: &mut PassScope<'_>, irradiance: &Buffer, groups: &Buffer) {
+        let [width, height] = self.size;
         pass.dispatch_indirect(
             &self.sums,
             self.pixel_groups(),
@@ -313,6 +343,19 @@ impl Antialias {
             ],
         );
         pass.barrier(COMPUTE_TO_INDIRECT);
+    }
+
+    /// Averages the light at shadow edges over more samples.
+    fn record_shadow_edges(
+        &self,
+        pass: &mut PassScope<'_>,
+        scene: &SceneBuffers,
+        view: &View,
+        light: OneLight<'_>,
+        pixels: &Buffer,
+        (irradiance, groups): (&Buffer, &Buffer),
+    ) {
+        let traced = self.traced(scene, light);
         let listed = [
             ("Pixels", pixels),
             ("ShadowGroups", groups),
@@ -340,7 +383,12 @@ impl Antialias {
             if span.0 > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
-            pass.dispatch_indirect(self.shadow_edges.of(light), (groups, 0), &push(span), &bindings);
+            pass.dispatch_indirect(
+                self.shadow_edges.of(light),
+                (groups, 0),
+                &self.light_push(view, light, span),
+                &bindings,
+            );
         }
     }
 

@@ -6,7 +6,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
-use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::frame::prefix_sum::PrefixSum;
@@ -262,9 +262,21 @@ impl Splat {
         pixels: &Buffer,
         view: &View,
     ) {
+        let mut pass = rec.pass(Self::STEM);
+        let sorted = self.record_lists(&mut pass, cache_points, pixels, view);
+        self.record_weights(&mut pass, sorted, (surfaces, cache_points, pixels));
+    }
+
+    /// Lists the records of each tile. Returns the pairs of tile and record, in order.
+    fn record_lists(
+        &self,
+        pass: &mut PassScope<'_>,
+        cache_points: &Buffer,
+        pixels: &Buffer,
+        view: &View,
+    ) -> &Buffer {
         let tiles = self.size.map(|pixels| pixels.div_ceil(TILE));
         let records = [self.record_count, 1, 1];
-        let mut pass = rec.pass(Self::STEM);
         pass.dispatch(
             &self.boxes,
             [self.size[0], self.size[1], 1],
@@ -287,7 +299,7 @@ impl Splat {
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
-        self.record_sums.record(&mut pass, &self.pair_offsets, self.record_count);
+        self.record_sums.record(pass, &self.pair_offsets, self.record_count);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.emit,
@@ -306,8 +318,19 @@ impl Splat {
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
-        let sorted = self.sort.record(&mut pass, &self.pair_offsets, self.record_count, tiles[0] * tiles[1]);
+        let sorted = self.sort.record(pass, &self.pair_offsets, self.record_count, tiles[0] * tiles[1]);
         pass.barrier(COMPUTE_TO_COMPUTE);
+        sorted
+    }
+
+    /// Weighs the listed records at each pixel; pixels without any take the nearest.
+    fn record_weights(
+        &self,
+        pass: &mut PassScope<'_>,
+        sorted: &Buffer,
+        (surfaces, cache_points, pixels): (&Buffer, &Buffer, &Buffer),
+    ) {
+        let tiles = self.size.map(|pixels| pixels.div_ceil(TILE));
         let [width, height] = self.size;
         let push = SplatTilesPush {
             width,

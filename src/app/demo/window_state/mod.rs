@@ -214,11 +214,40 @@ impl WindowState {
     fn draw(&mut self) -> Result<bool> {
         self.session.end_frames(FRAMES - 1)?;
         let begun = Instant::now();
-        let input = self.panels.take_egui_input(&self.window);
-        let egui = self.panels.egui_ctx().clone();
         self.play()?;
         let followed = self.follow_reference();
         self.tolerate(followed)?;
+        let output = self.run_panels()?;
+        let commands = self.record_frame()?;
+        let is_new = self.shown != self.session.version;
+        if is_new {
+            self.shown = self.session.version;
+            self.hang_picture()?;
+        }
+        if let Some(recorder) = &mut self.recorder {
+            recorder.note(&self.session);
+        }
+        let commands = self.submit_before_cells(commands)?;
+        let coloured = self.colour_cells();
+        self.tolerate(coloured)?;
+        let shown = self.paint(output, commands)?;
+        self.settle(shown == Shown::Yes && !is_new);
+        if is_new {
+            self.session.wait_for_device(begun.elapsed())?;
+        }
+        let requests = std::mem::take(&mut self.ui_state.requests);
+        for request in requests {
+            if !self.fulfil(request)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Runs the panels and the viewport, which edit the document.
+    fn run_panels(&mut self) -> Result<egui::FullOutput> {
+        let input = self.panels.take_egui_input(&self.window);
+        let egui = self.panels.egui_ctx().clone();
         let textures = Textures {
             picture: self.painter.texture(self.picture),
             over: self.over.texture(&self.painter),
@@ -253,22 +282,16 @@ impl WindowState {
         }
         self.session.weights = self.ui_state.view.weights();
         self.session.times_passes = self.ui_state.times_passes;
-        let commands = self.record_frame()?;
-        let is_new = self.shown != self.session.version;
-        if is_new {
-            self.shown = self.session.version;
-            self.hang_picture()?;
-        }
-        if let Some(recorder) = &mut self.recorder {
-            recorder.note(&self.session);
-        }
-        let commands = self.submit_before_cells(commands)?;
-        let coloured = self.colour_cells();
-        self.tolerate(coloured)?;
+        Ok(output)
+    }
+
+    /// Paints panels and picture with the commands that compute it, and presents them. Plans the
+    /// next redraw.
+    fn paint(&mut self, output: egui::FullOutput, commands: Option<Recorder>) -> Result<Shown> {
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         self.again = delay.and_then(|delay| Instant::now().checked_add(delay));
         let painting = Painting {
-            primitives: egui.tessellate(output.shapes, output.pixels_per_point),
+            primitives: self.panels.egui_ctx().tessellate(output.shapes, output.pixels_per_point),
             textures: output.textures_delta,
             pixels_per_point: output.pixels_per_point,
             background: [0.01; 3],
@@ -296,17 +319,7 @@ impl WindowState {
             }
             self.window.request_redraw();
         }
-        self.settle(shown == Shown::Yes && !is_new);
-        if is_new {
-            self.session.wait_for_device(begun.elapsed())?;
-        }
-        let requests = std::mem::take(&mut self.ui_state.requests);
-        for request in requests {
-            if !self.fulfil(request)? {
-                return Ok(false);
-            }
-        }
-        Ok(true)
+        Ok(shown)
     }
 
     /// Records a new picture, or else idle work that is due.

@@ -73,7 +73,7 @@ lint:
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --workspace --no-deps
 	@scripts/check_tree.sh
 	@scripts/check_words.sh
-	@if command -v python3 >/dev/null; then scripts/structure.py --check && scripts/import_circles.py; fi
+	@if command -v python3 >/dev/null; then scripts/structure.py --check && scripts/import_circles.py && scripts/mutants.py check; fi
 	@scripts/check_crates.sh
 
 # Unoptimised: it takes half as long to build, and checks within seconds.

@@ -4,6 +4,7 @@
     scripts/mutants.py build [--rust N] [--glsl N] [--seed S]   choose faults, build once with all of them
     scripts/mutants.py run [--minutes M] [--jobs J] [--seconds S] [--again [ID…]] try those that were not tried yet
     scripts/mutants.py report                                   print the table of docs/testing.md
+    scripts/mutants.py check                                    fail if a chosen fault has lost its line
 
 Every Rust mutant is compiled into one build as `if crate::mutant(ID) { changed } else { original }`, and the
 environment variable LP_MUTANT chooses one: 150 mutants cost one build instead of 150. GLSL mutants are
@@ -93,7 +94,7 @@ pub(crate) fn mutant_cover(what: &str) {
 WORDS = ("        let (words, rest) = self.bytes.as_chunks::<4>();\n", """\
         let folder = std::env::var_os("LP_MUTANT_SPIRV").map(std::path::PathBuf::from);
         let changed = folder.and_then(|folder| std::fs::read(folder.join(format!("{}.spv", self.stem))).ok());
-        let bytes = changed.as_deref().unwrap_or(self.bytes);
+        let bytes = changed.as_deref().unwrap_or(&self.bytes);
         let (words, rest) = bytes.as_chunks::<4>();
 """)
 # A test reaches the shaders that it dispatches: who compiled them is chance.
@@ -116,12 +117,12 @@ CHOSEN = [
      "points.iter().take(if crate::mutant(ID) { 1 } else { usize::MAX }).map(|point| point"),
     ("src/renderer/lights.rs", "            gloss.sample_count = sample_count;",
      "            if !crate::mutant(ID) { gloss.sample_count = sample_count; }"),
-    ("src/renderer/edits.rs", "        self.view = View::from(&camera);\n        *old = camera;\n        self.closed.is_due = true;",
-     "        self.view = View::from(&camera);\n        *old = camera;\n        self.closed.is_due |= !crate::mutant(ID);"),
-    ("src/renderer/enclosures.rs", "        opened.set_exposure(self.exposure_stops);",
-     "        if !crate::mutant(ID) { opened.set_exposure(self.exposure_stops); }"),
-    ("src/passes/frame/form_factors.rs", "*next += (part.items.len() as u32).div_ceil(BATCH);",
-     "*next += if crate::mutant(ID) { part.items.len() as u32 / BATCH } else { (part.items.len() as u32).div_ceil(BATCH) };"),
+    ("src/renderer/edits.rs", "        *old = camera;\n        self.world.enclosures.is_due = true;",
+     "        *old = camera;\n        self.world.enclosures.is_due |= !crate::mutant(ID);"),
+    ("src/renderer/reopen.rs", "        opened.set_exposure(self.image.exposure_stops);",
+     "        if !crate::mutant(ID) { opened.set_exposure(self.image.exposure_stops); }"),
+    ("src/passes/frame/form_factors.rs", "*next += (chunk.items.len() as u32).div_ceil(BATCH);",
+     "*next += if crate::mutant(ID) { chunk.items.len() as u32 / BATCH } else { (chunk.items.len() as u32).div_ceil(BATCH) };"),
     ("src/gpu/split_buffer.rs", "storage_range_bytes / size_of::<T>() as u64;",
      "storage_range_bytes / size_of::<T>() as u64 + u64::from(crate::mutant(ID));"),
     ("src/cpu/emission.rs", "mean.cos() * lost)", "mean.cos() * if crate::mutant(ID) { 0.0 } else { lost })"),
@@ -465,6 +466,7 @@ def main():
     runner.add_argument("--minutes", type=float, default=1e6)
     runner.set_defaults(call=run)
     commands.add_parser("report").set_defaults(call=report)
+    commands.add_parser("check").set_defaults(call=lambda _: list(chosen_sites()))
     options = parser.parse_args()
     # nohup and shells leave signals ignored, which children inherit; tests of signals need them.
     for ignored in (signal.SIGHUP, signal.SIGINT, signal.SIGTERM):

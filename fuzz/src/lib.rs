@@ -137,6 +137,13 @@ pub fn obj(bytes: &[u8]) -> bool {
     scene(&[("m.obj", bytes)]).is_some()
 }
 
+/// A glTF model, as text or binary.
+pub fn gltf(bytes: &[u8]) -> bool {
+    let toml = TOML.replace("m.obj", "m.glb");
+    let toml = toml.split("[[material]]").next().unwrap_or_default();
+    scene(&[("s.toml", toml.as_bytes()), ("m.glb", bytes)]).is_some()
+}
+
 /// Materials. Refused are unprintable names alone; what else is wrong is passed over.
 pub fn mtl(bytes: &[u8]) -> bool {
     scene(&[("m.mtl", bytes)]).is_some()

@@ -14,12 +14,13 @@ use super::material::{MAX_ALBEDO, Override};
 use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
-use super::{Camera, Light, Material, Quality, Scene, Triangle, camera, fit, kinds, limits, obj};
+use super::{Camera, Light, Material, Quality, Scene, Triangle, camera, fit, gltf, kinds, limits, obj};
+use crate::files::guarded;
 use crate::{Error, Result};
 
 impl Scene {
-    /// Loads a scene file, an OBJ file alone (with a chosen camera and light), or a built-in
-    /// scene by name.
+    /// Loads a scene file, an OBJ or glTF file alone (with a chosen camera and light, if it has
+    /// none), or a built-in scene by name.
     ///
     /// Paths in a file are relative to that file. They stay in its folder or below it unless the
     /// options allow more. [`Scene::warnings`] lists repairs and chosen defaults.
@@ -31,7 +32,9 @@ impl Scene {
         let (mut source, others) = Source::prepare(spec, options)?;
         let file = source.file.clone();
         let (mut warnings, mut inputs) = (Vec::new(), source.inputs());
-        let Models { meshes, mut materials, undefined } = source.load_models(&mut warnings, &mut inputs)?;
+        let Models { meshes, mut materials, undefined, cameras, lights } =
+            source.load_models(&mut warnings, &mut inputs)?;
+        source.take_views(cameras, lights);
         let Assembled { triangles, coordinates, origin } =
             assemble(&meshes, &mut warnings).map_err(|message| Error::input(&file, message))?;
         source.complete(|| fit::View::new(&triangles, origin), &mut warnings)?;
@@ -96,10 +99,10 @@ pub(super) struct Source {
     pub(super) files: Files,
     /// The file that the user named; the built-in's file name.
     pub(super) file: PathBuf,
-    /// The file's text; for an OBJ file alone, the text of an equivalent scene file.
+    /// The file's text; for a model alone, the text of an equivalent scene file.
     pub(super) text: String,
     pub(super) root: Node,
-    /// The user named an OBJ file; `root` only refers to it.
+    /// The user named a model; `root` only refers to it.
     is_model_only: bool,
 }
 
@@ -110,17 +113,23 @@ struct Models {
     materials: Vec<Material>,
     /// A warning for each material that is used but not defined, with its index.
     undefined: Vec<(usize, String)>,
+    /// Cameras and lights of the models' files, as nodes of the scene file.
+    cameras: Vec<Node>,
+    lights: Vec<Node>,
 }
 
 impl Source {
     fn open(spec: &str, options: &LoadOptions) -> Result<Self> {
         let extension = Path::new(spec).extension().map(|extension| extension.to_ascii_lowercase());
         let (files, file) = match extension.as_deref().and_then(|extension| extension.to_str()) {
-            Some("toml" | "obj") => (Files::from_options(Path::new(spec), options), PathBuf::from(spec)),
+            Some("toml" | "obj" | "gltf" | "glb") => {
+                (Files::from_options(Path::new(spec), options), PathBuf::from(spec))
+            }
             _ if builtin::NAMES.contains(&spec) => (Files::Embedded, PathBuf::from(format!("{spec}.toml"))),
             _ => return Err(kinds::no_scene(spec)),
         };
-        let is_model_only = extension.is_some_and(|extension| extension == "obj");
+        let is_model_only =
+            extension.is_some_and(|extension| extension != "toml") && !matches!(files, Files::Embedded);
         let text = if is_model_only {
             let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
             format!("[[model]]\nfile = {}\n", toml_edit::Value::from(name))
@@ -173,7 +182,7 @@ impl Source {
         if sections.is_empty() {
             return Err(Error::input(
                 &self.file,
-                "the scene has no model: add [[model]] with file = \"….obj\"",
+                "the scene has no model: add [[model]] with file = \"….obj\" or \"….glb\"",
             ));
         }
         let mut all = Models::default();
@@ -182,10 +191,12 @@ impl Source {
         for section in &sections {
             section.only(&keys::names("model", None))?;
             let transform = read_transform(section)?;
-            let Models { meshes, materials, undefined } = match section.text("built_in")? {
+            let Models { meshes, materials, undefined, cameras, lights } = match section.text("built_in")? {
                 Some(name) => built_in(section, name, &mut reading)?,
-                None => self.load_model(section, &mut reading)?,
+                None => self.load_model(section, &mut reading, &transform)?,
             };
+            all.cameras.extend(cameras);
+            all.lights.extend(lights);
             // Checked before the next model is read.
             triangles += meshes.iter().map(|mesh| mesh.indices.len() / 3).sum::<usize>();
             if triangles > limits::TRIANGLES {
@@ -208,9 +219,9 @@ impl Source {
         Ok(all)
     }
 
-    fn load_model(&self, section: &Section, reading: &mut Reading) -> Result<Models> {
+    fn load_model(&self, section: &Section, reading: &mut Reading, transform: &DAffine3) -> Result<Models> {
         refuse_triangles(section)?;
-        let name = section.need(section.text("file")?, "file", "path of an OBJ file")?;
+        let name = section.need(section.text("file")?, "file", "path of an OBJ or glTF file")?;
         if let Some(what) = kinds::not_read(name) {
             return Err(section.fault_at("file", format!("{name:?} {what}")));
         }
@@ -228,19 +239,32 @@ impl Source {
             false => section.fault_at("file", format!("{:?} {message}", path.display())),
         })?;
         reading.files = beside;
-        read_obj(reading, &path, bytes)
+        match path
+            .extension()
+            .and_then(|extension| extension.to_str())
+            .map(str::to_ascii_lowercase)
+            .as_deref()
+        {
+            Some("gltf" | "glb") => read_gltf(reading, &path, &bytes, transform),
+            _ => read_obj(reading, &path, bytes),
+        }
     }
 
-    /// Adds a fitting camera if there is none. Adds a light if an OBJ file was loaded alone.
+    /// Takes the cameras and lights of the models where the scene file has none.
+    fn take_views(&mut self, cameras: Vec<Node>, lights: Vec<Node>) {
+        for (key, nodes) in [("camera", cameras), ("light", lights)] {
+            if !nodes.is_empty() && is_empty(self.root.get(key)) {
+                self.root.set(key, fit::list(nodes));
+            }
+        }
+    }
+
+    /// Adds a fitting camera if there is none. Adds a light if a model was loaded alone.
     pub(super) fn complete(
         &mut self,
         view: impl FnOnce() -> fit::View,
         warnings: &mut Vec<String>,
     ) -> Result<()> {
-        let is_empty = |node: Option<&Node>| match node {
-            Some(Node { kind: Kind::Array(elements), .. }) => elements.is_empty(),
-            node => node.is_none(),
-        };
         let no_camera = is_empty(self.root.get("camera"));
         let no_light = is_empty(self.root.get("light"));
         if no_light && !self.is_model_only {
@@ -270,13 +294,34 @@ impl Source {
     }
 }
 
+/// Whether the scene file has no section of a kind.
+fn is_empty(node: Option<&Node>) -> bool {
+    match node {
+        Some(Node { kind: Kind::Array(elements), .. }) => elements.is_empty(),
+        node => node.is_none(),
+    }
+}
+
+fn read_gltf(reading: &mut Reading, path: &Path, bytes: &[u8], world_from_file: &DAffine3) -> Result<Models> {
+    let read = guarded("glTF", || Ok(gltf::load(reading, path, bytes, world_from_file)));
+    let gltf::Model { meshes, materials, cameras, lights } =
+        read.map_err(|why| Error::input(path, why))??;
+    Ok(Models {
+        meshes,
+        materials,
+        undefined: Vec::new(),
+        cameras: cameras.iter().map(fit::file_camera_node).collect(),
+        lights: lights.iter().map(fit::file_light_node).collect(),
+    })
+}
+
 fn read_obj(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result<Models> {
     let obj::Model { meshes, materials, undefined } = obj::load(reading, path, bytes)?;
     let undefined = undefined.into_iter().map(|(index, line)| {
         let name = &materials[index].name;
         (index, format!("{}:{line}: material {name:?} is defined nowhere: taken as grey", path.display()))
     });
-    Ok(Models { undefined: undefined.collect(), meshes, materials })
+    Ok(Models { undefined: undefined.collect(), meshes, materials, ..Models::default() })
 }
 
 /// An embedded or generated model.

@@ -1,12 +1,15 @@
-//! Default camera and light for a model without them.
+//! Cameras and lights of models as nodes of the scene file, and default ones for models without.
 
 use glam::{DVec3, Vec3};
 
-use super::Triangle;
+use super::gltf::{FileCamera, FileLight, FileLightKind};
 use super::value::{Kind, Node, Origin};
+use super::{Triangle, camera};
 
 /// Vertical field of view of a chosen camera, degrees.
 const FOV_Y: f64 = 40.0;
+/// Height of the picture of a model's camera, pixels.
+const HEIGHT: f64 = 512.0;
 /// Mean direct irradiance of a chosen light, W/m².
 const IRRADIANCE: f64 = 1.0;
 
@@ -108,6 +111,49 @@ pub(super) fn light_node((position, intensity): (DVec3, f64)) -> Node {
         ("intensity", vector(DVec3::splat(intensity))),
     ];
     node(Kind::Array(vec![table(entries)]))
+}
+
+/// A camera of a model's file.
+pub(super) fn file_camera_node(camera: &FileCamera) -> Node {
+    let FileCamera { name, position, forward, up, fov_y_degrees, aspect } = camera;
+    let width = (HEIGHT * aspect.unwrap_or(1.0).clamp(0.05, 20.0)).round();
+    let size = [width, HEIGHT].map(|pixels| node(Kind::Integer(pixels as i64)));
+    table([
+        ("name", Kind::Text(name.clone())),
+        ("position", vector(*position)),
+        ("target", vector(*position + *forward)),
+        ("up", vector(*up)),
+        ("fov_y", Kind::Float(fov_y_degrees.clamp(*camera::FOV_Y.start(), *camera::FOV_Y.end()))),
+        ("size", Kind::Array(size.into())),
+    ])
+}
+
+/// A light of a model's file.
+pub(super) fn file_light_node(light: &FileLight) -> Node {
+    let FileLight { name, position, direction, emission, kind } = light;
+    let named = ("name", Kind::Text(name.clone()));
+    let (position, direction) = (("position", vector(*position)), ("direction", vector(*direction)));
+    let word = |word: &str| ("kind", Kind::Text(word.to_owned()));
+    match kind {
+        FileLightKind::Point => table([named, word("point"), position, ("intensity", vector(*emission))]),
+        FileLightKind::Directional => {
+            table([named, word("directional"), direction, ("irradiance", vector(*emission))])
+        }
+        FileLightKind::Spot(angle, penumbra) => table([
+            named,
+            word("spot"),
+            position,
+            direction,
+            ("intensity", vector(*emission)),
+            ("angle", Kind::Float(*angle)),
+            ("penumbra", Kind::Float(penumbra.clamp(0.0, 1.0))),
+        ]),
+    }
+}
+
+/// A list of nodes.
+pub(super) fn list(nodes: Vec<Node>) -> Node {
+    node(Kind::Array(nodes))
 }
 
 fn node(kind: Kind) -> Node {

@@ -6,15 +6,14 @@ use super::builtin;
 use super::value::{excerpt, unknown};
 use crate::Error;
 
-const BLENDER: &str = "export it as OBJ, in Blender by File > Export > Wavefront (.obj)";
-const IMPORT: &str = "import it into Blender, and export it by File > Export > Wavefront (.obj)";
-const PROGRAM: &str = "export it as OBJ from the program that wrote it";
-const CONVERT: &str = "convert it to OBJ";
-const UNPACK: &str = "unpack it, and give the .obj or .toml file in it";
+const BLENDER: &str = "export it as glTF, in Blender by File > Export > glTF 2.0";
+const IMPORT: &str = "import it into Blender, and export it by File > Export > glTF 2.0";
+const PROGRAM: &str = "export it as glTF or OBJ from the program that wrote it";
+const CONVERT: &str = "convert it to glTF or OBJ";
+const UNPACK: &str = "unpack it, and give the .toml file or the model in it";
 
 /// File extensions in lower case, the format's description, and the advice.
-const KINDS: [(&[&str], &str, &str); 22] = [
-    (&["gltf", "glb"], "a glTF model", IMPORT),
+const KINDS: [(&[&str], &str, &str); 21] = [
     (&["blend", "blend1"], "a Blender file", BLENDER),
     (&["fbx"], "an FBX model", IMPORT),
     (&["usd", "usda", "usdc", "usdz"], "a USD scene", IMPORT),
@@ -40,10 +39,10 @@ const KINDS: [(&[&str], &str, &str); 22] = [
     (
         &["png", "jpg", "jpeg", "exr", "hdr", "tga", "bmp", "gif", "tif", "tiff", "webp"],
         "an image",
-        "give a .toml or .obj file",
+        "give a .toml, .glb, .gltf or .obj file",
     ),
     (&["json", "yaml", "yml"], "no scene file", "write it as TOML"),
-    (&["spv", "exe", "dll", "so"], "a program", "give a .toml or .obj file"),
+    (&["spv", "exe", "dll", "so"], "a program", "give a .toml, .glb, .gltf or .obj file"),
 ];
 
 fn ending(name: &str) -> Option<String> {
@@ -60,7 +59,7 @@ pub(super) fn not_read(name: &str) -> Option<String> {
     Some(format!("is {what}, which is not read: {hint}"))
 }
 
-/// The error for a SCENE that is neither built in nor ends in `.toml` or `.obj`.
+/// The error for a SCENE that is neither built in, nor a scene file or a model.
 pub(super) fn no_scene(spec: &str) -> Error {
     if let Some(what) = not_read(spec) {
         return Error::input(spec, what);
@@ -68,9 +67,9 @@ pub(super) fn no_scene(spec: &str) -> Error {
     let is_path = spec.contains(['/', '\\']) || ending(spec).is_some() || Path::new(spec).exists();
     let built_in = builtin::NAMES.join(", ");
     if is_path {
-        let known = "a .toml scene file, an .obj model or a built-in scene";
+        let known = "a .toml scene file, a .glb, .gltf or .obj model or a built-in scene";
         return Error::Usage(format!("{} is no scene: {known} ({built_in}) was expected", excerpt(spec)));
     }
     let what = unknown("built-in scene", &builtin::NAMES, spec);
-    Error::Usage(format!("{what}; or give the path of a .toml or .obj file"))
+    Error::Usage(format!("{what}; or give the path of a .toml, .glb, .gltf or .obj file"))
 }

@@ -18,6 +18,7 @@ pub mod film;
 mod fit;
 pub mod fragment;
 mod geometry;
+mod gltf;
 pub mod grid;
 pub mod host_bvh;
 pub mod hvds;

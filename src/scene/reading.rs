@@ -51,8 +51,14 @@ impl<'a> Reading<'a> {
     /// Reads an image. Fails with a reason that follows the file's name.
     pub(super) fn image(&mut self, file: &Path) -> Result<Decoded, String> {
         let bytes = self.read(file, limits::IMAGE_BYTES)?;
+        self.decode(file, &bytes)
+    }
+
+    /// Decodes an image; the ending of `name` decides whether it may be a TGA. Fails with a reason
+    /// that follows the image's name.
+    pub(super) fn decode(&mut self, name: &Path, bytes: &[u8]) -> Result<Decoded, String> {
         let left = limits::TEXELS - self.texels;
-        let decoded = guarded("images", || Image::decode(file, &bytes, left))?;
+        let decoded = guarded("images", || Image::decode(name, bytes, left))?;
         self.texels += decoded.image.codes.len() as u64;
         Ok(decoded)
     }

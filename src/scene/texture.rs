@@ -70,10 +70,6 @@ impl Image {
                 break;
             }
         }
-        let linear = |code: u8| match f32::from(code) / 255.0 {
-            value if value <= 0.040_45 => value / 12.92,
-            value => ((value + 0.055) / 1.055).powf(2.4),
-        };
         most.map(linear).into()
     }
 
@@ -120,6 +116,14 @@ impl Image {
         let is_transparent = has_transparency(&decoded);
         let codes = colours(decoded);
         Ok(Decoded { image: Arc::new(Self { size: [width, height], codes }), is_transparent, damage })
+    }
+}
+
+/// The value of an sRGB code, 0..=1.
+pub(super) fn linear(code: u8) -> f32 {
+    match f32::from(code) / 255.0 {
+        value if value <= 0.040_45 => value / 12.92,
+        value => ((value + 0.055) / 1.055).powf(2.4),
     }
 }
 

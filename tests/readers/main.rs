@@ -106,6 +106,11 @@ fn models() {
 }
 
 #[test]
+fn gltf_models() {
+    hold("gltf", readers::gltf, 500, any, TEXTS, 100..700);
+}
+
+#[test]
 fn materials() {
     let make = |random: &mut Random, corpus: &[(String, Vec<u8>)]| match random.below(2) {
         0 => any(random, corpus),

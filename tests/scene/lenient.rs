@@ -283,9 +283,7 @@ fn images_are_found_where_they_can_be() {
 #[test]
 fn files_of_other_kinds_are_named() {
     for (name, expected) in [
-        ("a.gltf", "a.gltf: is a glTF model, which is not read: import it into Blender, and export it by"),
-        ("no/A.GLB", "A.GLB: is a glTF model"),
-        ("a.blend", "a.blend: is a Blender file, which is not read: export it as OBJ"),
+        ("a.blend", "a.blend: is a Blender file, which is not read: export it as glTF"),
         ("a.fbx", "is an FBX model"),
         ("a.usdz", "is a USD scene"),
         ("a.ply", "is a PLY model"),
@@ -295,7 +293,7 @@ fn files_of_other_kinds_are_named() {
         ("a.mtl", "is a list of materials, which is not read: give the .obj file"),
         (
             "a.foo",
-            "\"a.foo\" is no scene: a .toml scene file, an .obj model or a built-in scene (box, atrium, room) was expected",
+            "\"a.foo\" is no scene: a .toml scene file, a .glb, .gltf or .obj model or a built-in scene (box, atrium, room) was expected",
         ),
         ("models/a", "\"models/a\" is no scene"),
         ("bos", "unknown built-in scene `bos`: did you mean `box`?"),

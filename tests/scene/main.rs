@@ -15,6 +15,7 @@ use refused::message;
 mod box_model;
 mod confined;
 mod film;
+mod gltf;
 mod keys;
 mod lenient;
 mod limits;

@@ -1,0 +1,287 @@
+//! Materials of a glTF file, as a diffuse albedo and a Phong lobe.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DVec2, Vec3};
+use gltf::image::Source;
+use gltf::material::AlphaMode;
+use gltf::texture::{Info, WrappingMode};
+use gltf::{Document, Texture};
+
+use super::super::limits::IMAGE_BYTES;
+use super::super::material::Material;
+use super::super::material_names::{NO_MATERIAL, shown};
+use super::super::reading::Reading;
+use super::super::texture::{self, Image};
+use super::super::value::printable;
+use super::buffers::{Buffers, bytes_of, file_of};
+
+/// Reflectance of a dielectric at normal incidence, as glTF defines it.
+const DIELECTRIC: f32 = 0.04;
+
+/// Exponents below these are matt: the lobe of a metal, and the weaker one of a dielectric, are
+/// then as broad as diffuse reflection.
+const MATT_METAL: f32 = 2.0;
+const MATT_DIELECTRIC: f32 = 10.0;
+
+/// Largest exponent; sharper lobes are mirrors.
+const SHARPEST: f32 = 10_000.0;
+
+/// How a glTF material maps to one of ours.
+pub(super) struct Mapping {
+    pub(super) material: u32,
+    /// Set of texture coordinates of its image. `None` if it has no image.
+    pub(super) set: Option<u32>,
+    offset: DVec2,
+    rotation: f64,
+    scale: DVec2,
+}
+
+impl Mapping {
+    /// Our texture coordinates: v is measured from the lower edge of the image, and in glTF from
+    /// the upper one.
+    pub(super) fn place(&self, uv: DVec2) -> DVec2 {
+        let (sin, cos) = self.rotation.sin_cos();
+        let scaled = self.scale * uv;
+        let turned = DVec2::new(cos * scaled.x + sin * scaled.y, cos * scaled.y - sin * scaled.x);
+        let placed = turned + self.offset;
+        DVec2::new(placed.x, 1.0 - placed.y)
+    }
+}
+
+/// All materials of a file.
+pub(super) struct Materials {
+    pub(super) all: Vec<Material>,
+    /// By index in the file; [`usize::MAX`] is the default material.
+    pub(super) mappings: HashMap<usize, Mapping>,
+}
+
+/// Reads images, each once.
+struct Images<'a, 'b> {
+    reading: &'a mut Reading<'b>,
+    path: &'a Path,
+    buffers: &'a Buffers,
+    /// By index in the file. `None` if an image cannot be used.
+    read: HashMap<usize, Option<Arc<Image>>>,
+}
+
+impl Materials {
+    /// Reads the materials. Notes what is not read. Fails with a reason that follows the file's
+    /// name.
+    pub(super) fn read(
+        reading: &mut Reading,
+        path: &Path,
+        document: &Document,
+        buffers: &Buffers,
+    ) -> Result<Self, String> {
+        let mut materials = Self { all: Vec::new(), mappings: HashMap::new() };
+        let mut images = Images { reading, path, buffers, read: HashMap::new() };
+        let is_bare = |primitive: gltf::Primitive| primitive.material().index().is_none();
+        if document.meshes().flat_map(|mesh| mesh.primitives()).any(is_bare) {
+            // glTF's own default is a white metal, which no exporter means.
+            let mapping = Mapping::plain(materials.all.len() as u32);
+            materials.mappings.insert(usize::MAX, mapping);
+            materials.all.push(Material::neutral(NO_MATERIAL));
+        }
+        for material in document.materials() {
+            let Some(index) = material.index() else { continue };
+            let (read, mut mapping) = images.material(&material, index);
+            mapping.material = materials.all.len() as u32;
+            materials.all.push(read);
+            materials.mappings.insert(index, mapping);
+        }
+        Ok(materials)
+    }
+}
+
+impl Mapping {
+    fn plain(material: u32) -> Self {
+        Self { material, set: None, offset: DVec2::ZERO, rotation: 0.0, scale: DVec2::ONE }
+    }
+
+    fn of(info: &Info) -> Self {
+        let mut mapping = Self { set: Some(info.tex_coord()), ..Self::plain(0) };
+        if let Some(transform) = info.texture_transform() {
+            mapping.set = Some(transform.tex_coord().unwrap_or(info.tex_coord()));
+            mapping.offset = DVec2::from(transform.offset().map(f64::from));
+            mapping.scale = DVec2::from(transform.scale().map(f64::from));
+            mapping.rotation = f64::from(transform.rotation());
+        }
+        mapping
+    }
+}
+
+impl Images<'_, '_> {
+    fn material(&mut self, material: &gltf::Material, index: usize) -> (Material, Mapping) {
+        let name = material.name().filter(|name| !name.is_empty());
+        let name = name.map_or_else(|| format!("material {index}"), printable);
+        self.note_unread(material, &name);
+        let surface = material.pbr_metallic_roughness();
+        let [r, g, b, _] = surface.base_color_factor();
+        let base = Vec3::new(r, g, b).clamp(Vec3::ZERO, Vec3::ONE);
+        let texture = surface.base_color_texture().and_then(|info| self.texture(&info, &name));
+        // An image of roughness and metalness counts by its mean.
+        let (mut metal, mut roughness) = (surface.metallic_factor(), surface.roughness_factor());
+        if let Some(info) = surface.metallic_roughness_texture() {
+            self.note_named("images of metalness and roughness count by their mean", &name);
+            if let Some(image) = self.image(&info.texture(), &name) {
+                let [_, rough, metallic] = mean(&image);
+                (metal, roughness) = (metal * metallic, roughness * rough);
+            }
+        }
+        let (metal, roughness) = (metal.clamp(0.0, 1.0), roughness.clamp(0.0, 1.0));
+        let colour = match &texture {
+            Some((texture, _)) => base * mean_linear(&texture.image),
+            None => base,
+        };
+        let mut read = Material { name, ..Material::neutral("") };
+        let mapping = texture.as_ref().map_or_else(|| Mapping::plain(0), |(_, info)| Mapping::of(info));
+        read.texture = texture.map(|(texture, _)| texture);
+        if material.unlit() {
+            read.diffuse = base;
+            return (read, mapping);
+        }
+        let lobe = Lobe::of(roughness);
+        let of_metal = metal * colour;
+        let of_dielectric = Vec3::splat((1.0 - metal) * DIELECTRIC);
+        read.diffuse = (1.0 - metal) * (1.0 - DIELECTRIC) * base;
+        read.exponent = lobe.exponent;
+        // What is matt joins the diffuse albedo, which the image multiplies.
+        let of_base = |albedo: Vec3| albedo * base / colour.max(Vec3::splat(1e-4));
+        if lobe.exponent < MATT_METAL {
+            read.diffuse += metal * base;
+        } else {
+            read.specular += of_metal;
+        }
+        if lobe.exponent < MATT_DIELECTRIC {
+            read.diffuse = (read.diffuse + of_base(of_dielectric)).min(Vec3::ONE);
+        } else {
+            read.specular += of_dielectric;
+        }
+        (read, mapping)
+    }
+
+    fn note_unread(&mut self, material: &gltf::Material, name: &str) {
+        let surface = material.pbr_metallic_roughness();
+        let opacity = surface.base_color_factor()[3];
+        match material.alpha_mode() {
+            AlphaMode::Opaque => (),
+            AlphaMode::Mask => self.note_named("alpha masks are passed over: surfaces have no holes", name),
+            AlphaMode::Blend => {
+                let what = format!("transparency is passed over: surfaces are opaque (opacity {opacity})");
+                self.note_named(&what, name);
+            }
+        }
+        if material.emissive_factor() != [0.0; 3] {
+            self.note_named("light of surfaces (`emissiveFactor`) is passed over", name);
+        }
+        if material.normal_texture().is_some() {
+            self.note_named("normal maps are passed over", name);
+        }
+    }
+
+    fn note_named(&mut self, what: &str, name: &str) {
+        let path = self.path;
+        self.reading.notes.add_named(what, name, || shown(path));
+    }
+
+    /// The image of a material, and its mapping. `None` if it cannot be used.
+    fn texture<'i>(&mut self, info: &Info<'i>, name: &str) -> Option<(texture::Texture, Info<'i>)> {
+        let sampler = info.texture().sampler();
+        let modes = [sampler.wrap_s(), sampler.wrap_t()];
+        if modes.contains(&WrappingMode::MirroredRepeat) || modes[0] != modes[1] {
+            self.note_named("images that are mirrored, or repeat along one side, repeat", name);
+        }
+        let is_clamped = modes == [WrappingMode::ClampToEdge; 2];
+        let image = self.image(&info.texture(), name)?;
+        Some((texture::Texture { image, is_clamped }, info.clone()))
+    }
+
+    fn image(&mut self, texture: &Texture, name: &str) -> Option<Arc<Image>> {
+        let Some(source) = texture.source() else {
+            self.note_named("images of a format that an extension defines are left out", name);
+            return None;
+        };
+        let index = source.index();
+        if let Some(read) = self.read.get(&index) {
+            return read.clone();
+        }
+        let read = match self.decode(source.source()) {
+            Ok(decoded) => {
+                if let Some(damage) = decoded.damage {
+                    self.note_named(&format!("images that are not whole: image {index} {damage}"), name);
+                }
+                Some(decoded.image)
+            }
+            Err(why) => {
+                self.note_named("images that cannot be used are left out", &format!("image {index} {why}"));
+                None
+            }
+        };
+        self.read.insert(index, read.clone());
+        read
+    }
+
+    fn decode(&mut self, source: Source) -> Result<texture::Decoded, String> {
+        match source {
+            Source::View { view, .. } => {
+                let bytes = self.buffers.view(&view)?;
+                self.reading.decode(Path::new("image"), bytes)
+            }
+            Source::Uri { uri, .. } if uri.starts_with("data:") => {
+                let bytes = bytes_of(self.reading, self.path, uri, IMAGE_BYTES)?;
+                self.reading.decode(Path::new("image"), &bytes)
+            }
+            Source::Uri { uri, .. } => {
+                let file = file_of(self.reading, self.path, uri)?;
+                self.reading.image(&file)
+            }
+        }
+    }
+}
+
+/// The Phong lobe of a GGX roughness.
+struct Lobe {
+    exponent: f32,
+}
+
+impl Lobe {
+    /// The exponent whose lobe is as wide as that of GGX: with α = roughness², the half vector's
+    /// Blinn exponent is 2/α² − 2 [Walter 2007], and about the mirror direction a lobe is twice as
+    /// wide, which divides the exponent by four.
+    fn of(roughness: f32) -> Self {
+        let alpha = (roughness * roughness).max(1e-4);
+        let exponent = 0.25 * (2.0 / (alpha * alpha) - 2.0);
+        Self { exponent: exponent.clamp(1.0, SHARPEST) }
+    }
+}
+
+/// Mean of each channel's codes, 0..=1.
+fn mean(image: &Image) -> [f32; 3] {
+    let count = image.codes.len().max(1) as f64;
+    let sum = |channel: usize| image.codes.iter().map(|code| f64::from(code[channel])).sum::<f64>();
+    std::array::from_fn(|channel| (sum(channel) / (255.0 * count)) as f32)
+}
+
+/// Mean of each channel, linear.
+fn mean_linear(image: &Image) -> Vec3 {
+    let table: Vec<f64> = (0..=255).map(|code| f64::from(texture::linear(code))).collect();
+    let count = image.codes.len().max(1) as f64;
+    let sum = |channel: usize| image.codes.iter().map(|code| table[usize::from(code[channel])]).sum::<f64>();
+    Vec3::from_array(std::array::from_fn(|channel| (sum(channel) / count) as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lobes_are_between_matt_and_mirror() {
+        assert_eq!(Lobe::of(1.0).exponent, 1.0);
+        assert_eq!(Lobe::of(0.0).exponent, SHARPEST);
+        // α = 1/4.
+        assert!((Lobe::of(0.5).exponent - 7.5).abs() < 1e-5);
+    }
+}

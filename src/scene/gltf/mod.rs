@@ -1,0 +1,384 @@
+//! Reads models from glTF 2.0 files (`.gltf`, `.glb`): the meshes, cameras and lights of a scene's
+//! nodes, and materials.
+
+mod accessors;
+mod buffers;
+mod materials;
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::rc::Rc;
+
+use glam::{DAffine3, DMat4, DVec3};
+use gltf::khr_lights_punctual::Kind;
+use gltf::mesh::Mode;
+use gltf::{Document, Node, Primitive, Semantic};
+
+use super::geometry::{Mesh, too_many};
+use super::limits::{MATERIALS, TRIANGLES};
+use super::material::Material;
+use super::material_names::shown;
+use super::reading::Reading;
+use super::value::{excerpt, printable};
+use crate::{Error, Result};
+use buffers::Buffers;
+use materials::{Mapping, Materials};
+
+/// Nodes below each other, and nodes in all with those that several parents share.
+const DEPTH: usize = 256;
+const NODES: usize = 1 << 20;
+
+/// Lumens of one watt at 555 nm, as exporters take it: glTF states candela and lux.
+const LUMENS_A_WATT: f64 = 683.0;
+
+/// Extensions that are read, or that change nothing here: surfaces reflect on both sides.
+const READ: [&str; 4] =
+    ["KHR_lights_punctual", "KHR_materials_unlit", "KHR_mesh_quantization", "KHR_texture_transform"];
+
+/// Extensions that compress geometry, which is then not in the file's buffers.
+const COMPRESSED: [&str; 3] =
+    ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
+
+/// The contents of a glTF file.
+pub(super) struct Model {
+    /// Triangles in world space; each mesh has one material.
+    pub(super) meshes: Vec<Mesh>,
+    pub(super) materials: Vec<Material>,
+    pub(super) cameras: Vec<FileCamera>,
+    pub(super) lights: Vec<FileLight>,
+}
+
+/// A camera of the file, in world space.
+pub(super) struct FileCamera {
+    pub(super) name: String,
+    pub(super) position: DVec3,
+    pub(super) forward: DVec3,
+    pub(super) up: DVec3,
+    pub(super) fov_y_degrees: f64,
+    /// Width over height. `None` if the file states none.
+    pub(super) aspect: Option<f64>,
+}
+
+/// A light of the file, in world space.
+pub(super) struct FileLight {
+    pub(super) name: String,
+    pub(super) position: DVec3,
+    pub(super) direction: DVec3,
+    /// W/sr, or W/m² of a directional light.
+    pub(super) emission: DVec3,
+    pub(super) kind: FileLightKind,
+}
+
+pub(super) enum FileLightKind {
+    Point,
+    /// Half-angle in degrees, and the fraction of it over which the intensity falls.
+    Spot(f64, f64),
+    Directional,
+}
+
+/// Reads the contents of `path`, and the buffers and images that it names relative to itself.
+/// `world_from_file` places cameras and lights; meshes stay in the space of the file.
+///
+/// Fails with the file's name on damaged or compressed geometry, without any triangle, or above a
+/// limit. Notes everything else that is not read.
+pub(super) fn load(
+    reading: &mut Reading,
+    path: &Path,
+    bytes: &[u8],
+    world_from_file: &DAffine3,
+) -> Result<Model> {
+    let fault = |message: String| Error::input(path, message);
+    let (document, binary) = parse(bytes).map_err(fault)?;
+    note_extensions(reading, path, &document)?;
+    let buffers = Buffers::read(reading, path, &document, binary).map_err(fault)?;
+    let materials = Materials::read(reading, path, &document, &buffers).map_err(fault)?;
+    let scene = document.default_scene().or_else(|| document.scenes().next());
+    let roots: Vec<Node> = match &scene {
+        Some(scene) => scene.nodes().collect(),
+        None => document.nodes().collect(),
+    };
+    if document.scenes().len() > 1 {
+        reading.notes.add("of several scenes the default one is read", || shown(path));
+    }
+    let mut walk = Walk {
+        reading,
+        path,
+        buffers: &buffers,
+        mappings: &materials.mappings,
+        world_from_file: *world_from_file,
+        nodes: 0,
+        triangles: 0,
+        lists: HashMap::new(),
+        model: Model { meshes: Vec::new(), materials: Vec::new(), cameras: Vec::new(), lights: Vec::new() },
+    };
+    for root in roots {
+        walk.node(&root, DAffine3::IDENTITY, 0).map_err(fault)?;
+    }
+    let mut model = walk.model;
+    if model.meshes.is_empty() {
+        return Err(fault("holds no triangle".to_owned()));
+    }
+    if materials.all.len() > MATERIALS {
+        return Err(fault(super::material_names::too_many_materials()));
+    }
+    model.materials = materials.all;
+    Ok(model)
+}
+
+/// The document and the binary chunk of a GLB file. Fails with a reason that follows the file's
+/// name.
+fn parse(bytes: &[u8]) -> std::result::Result<(Document, Option<Vec<u8>>), String> {
+    let fault = |error: gltf::Error| match error {
+        // Too long a list in one message.
+        gltf::Error::Validation(faults) => match faults.first() {
+            Some((place, fault)) => format!("is no valid glTF: {}: {fault}", printable(place.as_str())),
+            None => "is no valid glTF".to_owned(),
+        },
+        error => format!("is no readable glTF 2.0: {}", printable(&error.to_string())),
+    };
+    let (json, binary) = if bytes.starts_with(b"glTF") {
+        let glb = gltf::Glb::from_slice(bytes).map_err(fault)?;
+        (glb.json.into_owned(), glb.bin.map(std::borrow::Cow::into_owned))
+    } else {
+        (bytes.to_vec(), None)
+    };
+    let json = json.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&json);
+    let mut root: gltf::json::Root =
+        gltf::json::deserialize::from_slice(json).map_err(|error| fault(gltf::Error::Deserialize(error)))?;
+    if !root.asset.version.starts_with("2.") {
+        return Err(format!("is glTF {}, only 2.0 is read", excerpt(&root.asset.version)));
+    }
+    // The validation refuses extensions that it does not know; they are judged here instead.
+    root.extensions_used.append(&mut root.extensions_required);
+    Ok((Document::from_json(root).map_err(fault)?, binary))
+}
+
+/// Notes the extensions that are not read. Fails if one of them holds the geometry.
+fn note_extensions(reading: &mut Reading, path: &Path, document: &Document) -> Result<()> {
+    for extension in document.extensions_used().filter(|name| !READ.contains(name)) {
+        if COMPRESSED.contains(&extension) {
+            let hint = "save it without compression of meshes";
+            return Err(Error::input(
+                path,
+                format!("is compressed by {extension}, which is not read: {hint}"),
+            ));
+        }
+        reading.notes.add_named("extensions that are not read", &excerpt(extension), || shown(path));
+    }
+    if document.animations().len() > 0 {
+        reading.notes.add("animations are passed over", || shown(path));
+    }
+    Ok(())
+}
+
+/// The nodes of a scene while they are visited.
+struct Walk<'a, 'b> {
+    reading: &'a mut Reading<'b>,
+    path: &'a Path,
+    buffers: &'a Buffers,
+    mappings: &'a HashMap<usize, Mapping>,
+    world_from_file: DAffine3,
+    nodes: usize,
+    triangles: usize,
+    /// Lists by accessor: meshes and primitives share them.
+    lists: HashMap<usize, Rc<Vec<DVec3>>>,
+    model: Model,
+}
+
+type Checking<T> = std::result::Result<T, String>;
+
+impl Walk<'_, '_> {
+    fn note(&mut self, what: &str) {
+        let path = self.path;
+        self.reading.notes.add(what, || shown(path));
+    }
+
+    fn node(&mut self, node: &Node, parent: DAffine3, depth: usize) -> Checking<()> {
+        self.nodes += 1;
+        if depth > DEPTH || self.nodes > NODES {
+            return Err(format!("has nodes more than {DEPTH} deep, or more than {NODES}"));
+        }
+        let columns = node.transform().matrix().map(|column| column.map(f64::from));
+        let local = DMat4::from_cols_array_2d(&columns);
+        let to_file = parent * DAffine3::from_mat4(local);
+        if let Some(mesh) = node.mesh() {
+            // A mirror of scale zero has no inverse for normals, and its triangles no area.
+            if to_file.matrix3.determinant() == 0.0 {
+                self.note("nodes scaled to zero are left out");
+            } else {
+                if node.skin().is_some() {
+                    self.note("skins are passed over: meshes are in their first pose");
+                }
+                for primitive in mesh.primitives() {
+                    self.primitive(&primitive, &to_file)?;
+                }
+            }
+        }
+        let place = self.world_from_file * to_file;
+        let forward = place.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Z);
+        if let Some(camera) = node.camera() {
+            self.camera(&camera, node.name(), &place, forward);
+        }
+        if let Some(light) = node.light() {
+            self.light(&light, node.name(), place.translation, forward);
+        }
+        for child in node.children() {
+            self.node(&child, to_file, depth + 1)?;
+        }
+        Ok(())
+    }
+
+    fn camera(&mut self, camera: &gltf::Camera, node: Option<&str>, place: &DAffine3, forward: DVec3) {
+        let gltf::camera::Projection::Perspective(lens) = camera.projection() else {
+            return self.note("orthographic cameras are passed over");
+        };
+        self.model.cameras.push(FileCamera {
+            name: unique(camera.name().or(node), "camera", |name| {
+                self.model.cameras.iter().any(|camera| camera.name == name)
+            }),
+            position: place.translation,
+            forward,
+            up: place.transform_vector3(DVec3::Y).normalize_or(DVec3::Y),
+            fov_y_degrees: f64::from(lens.yfov()).to_degrees(),
+            aspect: lens.aspect_ratio().map(f64::from),
+        });
+    }
+
+    fn light(
+        &mut self,
+        light: &gltf::khr_lights_punctual::Light,
+        node: Option<&str>,
+        position: DVec3,
+        direction: DVec3,
+    ) {
+        let kind = match light.kind() {
+            Kind::Point => FileLightKind::Point,
+            Kind::Directional => FileLightKind::Directional,
+            Kind::Spot { inner_cone_angle, outer_cone_angle } => {
+                let outer = f64::from(outer_cone_angle);
+                FileLightKind::Spot(outer.to_degrees(), 1.0 - f64::from(inner_cone_angle) / outer.max(1e-6))
+            }
+        };
+        if light.range().is_some() {
+            self.note("ranges of lights are passed over: light falls with the square of the distance");
+        }
+        let intensity = f64::from(light.intensity()) / LUMENS_A_WATT;
+        self.model.lights.push(FileLight {
+            name: unique(light.name().or(node), "light", |name| {
+                self.model.lights.iter().any(|light| light.name == name)
+            }),
+            position,
+            direction,
+            emission: intensity * DVec3::from(light.color().map(f64::from)),
+            kind,
+        });
+    }
+
+    fn primitive(&mut self, primitive: &Primitive, to_file: &DAffine3) -> Checking<()> {
+        let Some(positions) = primitive.get(&Semantic::Positions) else {
+            self.note("primitives without positions are left out");
+            return Ok(());
+        };
+        let positions = self.list(&positions)?;
+        let corners = match primitive.indices() {
+            Some(indices) => self.buffers.indices(&indices, positions.len())?,
+            None => (0..positions.len() as u32).collect(),
+        };
+        let indices: Vec<u32> = match primitive.mode() {
+            Mode::Triangles => corners[..corners.len() / 3 * 3].to_vec(),
+            Mode::TriangleStrip => {
+                let turned = |(index, c): (usize, &[u32])| [c[0], c[1 + index % 2], c[2 - index % 2]];
+                corners.windows(3).enumerate().flat_map(turned).collect()
+            }
+            Mode::TriangleFan => {
+                let around = |c: &[u32]| [corners[0], c[0], c[1]];
+                corners.get(1..).unwrap_or(&[]).windows(2).flat_map(around).collect()
+            }
+            _ => {
+                self.note("points and lines are left out");
+                return Ok(());
+            }
+        };
+        self.triangles += indices.len() / 3;
+        if self.triangles > TRIANGLES {
+            return Err(too_many(self.triangles));
+        }
+        if indices.is_empty() {
+            return Ok(());
+        }
+        self.note_attributes(primitive);
+        let normals = match primitive.get(&Semantic::Normals) {
+            Some(normals) => self.list(&normals)?,
+            None => Rc::default(),
+        };
+        let index = primitive.material().index().unwrap_or(usize::MAX);
+        let mapping = self.mappings.get(&index).ok_or("names a material that does not exist")?;
+        let coordinates = match mapping.set.and_then(|set| primitive.get(&Semantic::TexCoords(set))) {
+            Some(coordinates) => self.list(&coordinates)?,
+            None => Rc::default(),
+        };
+        if mapping.set.is_some() && coordinates.is_empty() {
+            self.note("meshes of materials with an image have no texture coordinates");
+        }
+        if !normals.is_empty() && normals.len() != positions.len()
+            || !coordinates.is_empty() && coordinates.len() != positions.len()
+        {
+            return Err("has attributes of different lengths in one mesh".to_owned());
+        }
+        let (used, indices) = used(indices, positions.len());
+        let of_used =
+            |list: &[DVec3]| used.iter().filter_map(|&index| list.get(index as usize).copied()).collect();
+        let place = |index: &u32| mapping.place(coordinates.get(*index as usize)?.truncate()).into();
+        let mut mesh = Mesh {
+            positions: of_used(&positions),
+            normals: of_used(&normals),
+            coordinates: used.iter().filter_map(place).collect(),
+            indices,
+            material: mapping.material,
+        };
+        mesh.transform(to_file);
+        self.model.meshes.push(mesh);
+        Ok(())
+    }
+
+    fn list(&mut self, accessor: &gltf::Accessor) -> Checking<Rc<Vec<DVec3>>> {
+        if let Some(list) = self.lists.get(&accessor.index()) {
+            return Ok(list.clone());
+        }
+        let list = Rc::new(self.buffers.vectors(accessor)?);
+        self.lists.insert(accessor.index(), list.clone());
+        Ok(list)
+    }
+
+    fn note_attributes(&mut self, primitive: &Primitive) {
+        if primitive.get(&Semantic::Colors(0)).is_some() {
+            self.note("vertex colours are passed over");
+        }
+        if primitive.morph_targets().len() > 0 {
+            self.note("morph targets are passed over: meshes have their first shape");
+        }
+    }
+}
+
+/// The vertices out of `count` that a mesh uses, and its indices into them: primitives may share
+/// one long list.
+fn used(mut indices: Vec<u32>, count: usize) -> (Vec<u32>, Vec<u32>) {
+    if indices.len() >= count {
+        return ((0..count as u32).collect(), indices);
+    }
+    let (mut used, mut places) = (Vec::new(), HashMap::new());
+    for index in &mut indices {
+        *index = *places.entry(*index).or_insert_with(|| {
+            used.push(*index);
+            used.len() as u32 - 1
+        });
+    }
+    (used, indices)
+}
+
+/// A printable name that no other item has.
+fn unique(stated: Option<&str>, kind: &str, is_taken: impl Fn(&str) -> bool) -> String {
+    let base = stated.filter(|name| !name.is_empty()).map_or_else(|| kind.to_owned(), printable);
+    let numbered = (2..).map(|number| format!("{base} {number}"));
+    std::iter::once(base.clone()).chain(numbered).find(|name| !is_taken(name)).expect("numbers do not end")
+}

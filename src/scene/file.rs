@@ -259,6 +259,14 @@ impl Source {
         }
     }
 
+    /// Takes the cameras of a loaded scene, if they are several and come from its models.
+    pub(super) fn take_cameras(&mut self, scene: &Scene) {
+        if scene.cameras.len() > 1 && is_empty(self.root.get("camera")) {
+            let node = |camera: &Camera| fit::file_camera_node(&gltf::FileCamera::of(camera, scene.origin));
+            self.root.set("camera", fit::list(scene.cameras.iter().map(node).collect()));
+        }
+    }
+
     /// Adds a fitting camera if there is none. Adds a light if a model was loaded alone.
     pub(super) fn complete(
         &mut self,

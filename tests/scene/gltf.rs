@@ -4,6 +4,7 @@ use base64::Engine;
 use glam::{Vec2, Vec3};
 use image::{ImageFormat, Rgb, RgbImage};
 use lightpaths::Result;
+use lightpaths::scene::save::{Edited, SceneText};
 use lightpaths::scene::{LightKind, LoadOptions, Scene};
 use serde_json::{Value, json};
 
@@ -253,7 +254,7 @@ fn metalness_and_roughness_become_albedos_and_a_lobe() {
     };
     let base = Vec3::new(0.8, 0.4, 0.2);
     let colour = [0.8, 0.4, 0.2, 1.0];
-    // A rough dielectric is matt: its weak lobe joins the diffuse albedo.
+    // A rough dielectric is diffuse: its weak lobe joins the diffuse albedo.
     let rough = material(json!({ "baseColorFactor": colour, "metallicFactor": 0, "roughnessFactor": 0.6 }));
     assert_eq!(rough.specular, Vec3::ZERO);
     assert!(close(rough.diffuse, 0.96 * base + Vec3::splat(0.04)), "{rough:?}");
@@ -392,6 +393,40 @@ fn cameras_and_lights_come_from_the_file_unless_the_scene_has_its_own() {
 }
 
 #[test]
+fn an_edited_model_is_saved_with_all_its_cameras_and_lights() {
+    let mut file = square();
+    file.root["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+    file.root["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "point", "name": "lamp", "intensity": 683.0 }] } });
+    file.root["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 0.5, "znear": 0.1 } }]);
+    let lamp = json!({ "KHR_lights_punctual": { "light": 0 } });
+    file.root["nodes"] = json!([
+        { "mesh": 0, "children": [1, 2, 3, 4] },
+        { "name": "a", "translation": [0, 0, 5], "camera": 0 },
+        { "name": "b", "translation": [1, 0, 6], "camera": 0 },
+        { "translation": [0, 1, 2], "extensions": lamp },
+        { "translation": [3, 1, 2], "extensions": lamp },
+    ]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("m.gltf"), file.text()).unwrap();
+    let (spec, options) = (path("m.gltf"), LoadOptions::default());
+    let mut scene = Scene::load(spec.to_str().unwrap(), &options).unwrap();
+    let text = SceneText::new(spec.to_str().unwrap(), &options, &scene).unwrap();
+    scene.lights[1].kind = scene.lights[1].kind.with_emission(Vec3::splat(9.0));
+    scene.cameras[0].position += Vec3::X;
+    scene.cameras[0].target += Vec3::X;
+    let saved = text.with_edits(&Edited::from_scene(&scene), &path("s.toml")).unwrap();
+    std::fs::write(path("s.toml"), saved).unwrap();
+    let again = Scene::load(path("s.toml").to_str().unwrap(), &options).unwrap();
+    assert_eq!(again.lights, scene.lights);
+    assert_eq!(again.cameras.len(), 2);
+    for (again, camera) in again.cameras.iter().zip(&scene.cameras) {
+        assert_eq!(again.name, camera.name);
+        assert!(close(again.position, camera.position) && close(again.frame()[2], camera.frame()[2]));
+    }
+}
+
+#[test]
 fn what_is_not_read_is_named() {
     let mut file = square();
     let colours = file.list("VEC4", FLOAT, 4, &[0; 64]);
@@ -431,7 +466,8 @@ fn damaged_and_foreign_files_are_refused_in_one_line() {
         change(&mut file);
         message(load_text(&file.text()))
     };
-    let cases: [(&dyn Fn(&mut File), &str); 10] = [
+    type Damage<'a> = &'a dyn Fn(&mut File);
+    let cases: [(Damage, &str); 10] = [
         (&|file| file.root["asset"]["version"] = json!("1.0"), "is glTF \"1.0\", only 2.0 is read"),
         (
             &|file| file.root["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]),

@@ -21,10 +21,9 @@ use super::buffers::{Buffers, bytes_of, file_of};
 /// Reflectance of a dielectric at normal incidence, as glTF defines it.
 const DIELECTRIC: f32 = 0.04;
 
-/// Exponents below these are matt: the lobe of a metal, and the weaker one of a dielectric, are
-/// then as broad as diffuse reflection.
-const MATT_METAL: f32 = 2.0;
-const MATT_DIELECTRIC: f32 = 10.0;
+/// Lobes of smaller exponents count as diffuse. That of a dielectric is weak, and may be sharper.
+const DIFFUSE_METAL: f32 = 2.0;
+const DIFFUSE_DIELECTRIC: f32 = 10.0;
 
 /// Largest exponent; sharper lobes are mirrors.
 const SHARPEST: f32 = 10_000.0;
@@ -68,8 +67,7 @@ struct Images<'a, 'b> {
 }
 
 impl Materials {
-    /// Reads the materials. Notes what is not read. Fails with a reason that follows the file's
-    /// name.
+    /// Reads the materials, and notes what is not read. A failure's reason follows the file's name.
     pub(super) fn read(
         reading: &mut Reading,
         path: &Path,
@@ -148,14 +146,14 @@ impl Images<'_, '_> {
         let of_dielectric = Vec3::splat((1.0 - metal) * DIELECTRIC);
         read.diffuse = (1.0 - metal) * (1.0 - DIELECTRIC) * base;
         read.exponent = lobe.exponent;
-        // What is matt joins the diffuse albedo, which the image multiplies.
+        // Such a lobe joins the diffuse albedo, which the image multiplies.
         let of_base = |albedo: Vec3| albedo * base / colour.max(Vec3::splat(1e-4));
-        if lobe.exponent < MATT_METAL {
+        if lobe.exponent < DIFFUSE_METAL {
             read.diffuse += metal * base;
         } else {
             read.specular += of_metal;
         }
-        if lobe.exponent < MATT_DIELECTRIC {
+        if lobe.exponent < DIFFUSE_DIELECTRIC {
             read.diffuse = (read.diffuse + of_base(of_dielectric)).min(Vec3::ONE);
         } else {
             read.specular += of_dielectric;
@@ -278,7 +276,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lobes_are_between_matt_and_mirror() {
+    fn lobes_are_between_diffuse_and_mirror() {
         assert_eq!(Lobe::of(1.0).exponent, 1.0);
         assert_eq!(Lobe::of(0.0).exponent, SHARPEST);
         // α = 1/4.

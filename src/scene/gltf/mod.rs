@@ -24,7 +24,7 @@ use crate::{Error, Result};
 use buffers::Buffers;
 use materials::{Mapping, Materials};
 
-/// Nodes below each other, and nodes in all with those that several parents share.
+/// Depth of nodes, and their number, where shared ones count for each parent.
 const DEPTH: usize = 256;
 const NODES: usize = 1 << 20;
 
@@ -57,6 +57,21 @@ pub(super) struct FileCamera {
     pub(super) fov_y_degrees: f64,
     /// Width over height. `None` if the file states none.
     pub(super) aspect: Option<f64>,
+}
+
+impl FileCamera {
+    /// A camera of a scene that was recentred on `origin`.
+    pub(super) fn of(camera: &super::Camera, origin: DVec3) -> Self {
+        let [width, height] = camera.size.map(f64::from);
+        Self {
+            name: camera.name.clone(),
+            position: camera.position.as_dvec3() + origin,
+            forward: camera.frame()[2].as_dvec3(),
+            up: camera.up.as_dvec3(),
+            fov_y_degrees: f64::from(camera.fov_y_degrees),
+            aspect: Some(width / height),
+        }
+    }
 }
 
 /// A light of the file, in world space.
@@ -125,8 +140,7 @@ pub(super) fn load(
     Ok(model)
 }
 
-/// The document and the binary chunk of a GLB file. Fails with a reason that follows the file's
-/// name.
+/// The document, and the binary chunk of a GLB file. A failure's reason follows the file's name.
 fn parse(bytes: &[u8]) -> std::result::Result<(Document, Option<Vec<u8>>), String> {
     let fault = |error: gltf::Error| match error {
         // Too long a list in one message.

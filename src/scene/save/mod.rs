@@ -59,6 +59,7 @@ impl SceneText {
     /// As [`Scene::load`].
     pub fn new(spec: &str, options: &LoadOptions, scene: &Scene) -> Result<Self> {
         let (mut source, others) = Source::prepare(spec, options)?;
+        source.take_cameras(scene);
         source.complete(|| fit::View::new(&scene.triangles, scene.origin), &mut Vec::new())?;
         source.change(&others, options)?;
         let names = read_cameras(&source.file, &source.root, scene.origin)?;

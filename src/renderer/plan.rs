@@ -158,7 +158,7 @@ impl fmt::Display for FramePlan {
             Gathering::List(_) => Some("the stale records of the view"),
         };
         line(gather.is_some(), &format!("gather and blend: {}", gather.unwrap_or_default()))?;
-        line(self.splat, "splat")?;
+        line(self.splat, "indirect light of pixels: records by their splat weights")?;
         line(self.gloss, "glossy radiance of pixels")?;
         line(self.compose, "compose")?;
         line(self.display, "tone map")

@@ -68,6 +68,9 @@ impl Scene {
             inputs,
             warnings,
         };
+        if !scene.lights.iter().any(|light| light.is_on && light.kind.emission() != Vec3::ZERO) {
+            scene.warnings.push("all lights are off or black, and so is the picture".to_owned());
+        }
         scene.choose_camera(options)?;
         Ok(scene)
     }

@@ -127,7 +127,9 @@ fn print_plan(time: &Time, scene: Scene, edit: PlannedEdit) -> Result<()> {
         PlannedEdit::Camera => renderer.force(Work::View),
         PlannedEdit::Material => renderer.force(Work::Material),
     }
-    crate::app::print(&renderer.plan().to_string())
+    let edit = clap::ValueEnum::to_possible_value(&edit)
+        .map_or_else(String::new, |value| value.get_name().to_owned());
+    crate::app::print(&format!("{}, {edit}:\n{}", renderer.scene().name, renderer.plan()))
 }
 
 /// Captures a frame after a warm-up frame that creates all resources.

@@ -141,7 +141,7 @@ impl WindowState {
 
     fn print(&self, line: &str) {
         if !self.is_quiet {
-            note(&format!("lightpaths: {line}\n"));
+            note(&format!("lightpaths: {line}"));
         }
     }
 }

@@ -315,7 +315,7 @@ impl WindowState {
         if shown == Shown::Yes && !self.was_ready && self.session.renderer().is_some() {
             self.was_ready = true;
             if !self.is_quiet {
-                note("lightpaths: ready\n");
+                note("lightpaths: ready");
             }
             self.window.request_redraw();
         }

@@ -142,7 +142,7 @@ impl WindowState {
             && !self.plays_when_ready;
         if is_still && is_done && !draws_again {
             self.is_asked_to_settle = false;
-            note("lightpaths: settled\n");
+            note("lightpaths: settled");
         } else {
             self.window.request_redraw();
         }

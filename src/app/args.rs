@@ -36,6 +36,9 @@ pub(super) struct SceneArgs {
     /// Allows a scene or film to read files outside of its folder. Only for files that you trust
     #[arg(long)]
     allow_outside: bool,
+    /// Makes each warning about the scene's files an error: what is passed over, repaired or chosen
+    #[arg(long)]
+    strict: bool,
 }
 
 /// Where light paths are kept.
@@ -92,9 +95,20 @@ pub(super) struct DeviceArgs {
 }
 
 impl SceneArgs {
-    /// Loads a scene file or a built-in scene.
+    /// Loads a scene.
+    ///
+    /// # Errors
+    /// As [`Scene::load`]; and, with `--strict`, the first warning.
     pub(super) fn load(&self, spec: &str) -> Result<Scene> {
-        Scene::load(spec, &self.options())
+        let scene = Scene::load(spec, &self.options())?;
+        match scene.warnings.first() {
+            Some(first) if self.strict => {
+                let count = scene.warnings.len();
+                let more = if count > 1 { format!(" ({count} such warnings)") } else { String::new() };
+                Err(Error::input(spec, format!("--strict: {first}{more}")))
+            }
+            _ => Ok(scene),
+        }
     }
 
     /// The requested image size, if any.
@@ -105,7 +119,7 @@ impl SceneArgs {
 
     /// The scene changes that the arguments request.
     pub(super) fn options(&self) -> LoadOptions {
-        let Self { preset, size, camera, set, allow_outside } = self.clone();
+        let Self { preset, size, camera, set, allow_outside, strict: _ } = self.clone();
         LoadOptions { set, preset, size, camera, allow_outside, memory: None }
     }
 
@@ -116,7 +130,9 @@ impl SceneArgs {
         let once = once.into_iter().filter_map(|(flag, value)| value.as_ref().map(|value| (flag, value)));
         let all = once.chain(self.set.iter().map(|value| ("set", value)));
         let all = all.map(|(flag, value)| format!(" --{flag} {}", shell_word(value)));
-        all.chain(self.allow_outside.then(|| " --allow-outside".to_owned())).collect()
+        let switches = [("allow-outside", self.allow_outside), ("strict", self.strict)];
+        let switches = switches.into_iter().filter(|(_, is_on)| *is_on);
+        all.chain(switches.map(|(flag, _)| format!(" --{flag}"))).collect()
     }
 }
 

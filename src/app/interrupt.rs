@@ -13,6 +13,7 @@ type Keep = Box<dyn FnOnce() + Send>;
 static KEEP: Mutex<Option<Keep>> = Mutex::new(None);
 
 /// Registers work that runs once before a signal ends the process.
+#[cfg(feature = "window")]
 pub(super) fn before_end(keep: impl FnOnce() + Send + 'static) {
     *KEEP.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(keep));
 }

@@ -20,6 +20,7 @@ mod film;
 mod heatmap;
 mod help;
 mod info;
+mod init;
 mod interrupt;
 mod numbers;
 mod output;
@@ -52,6 +53,7 @@ enum Command {
     Film(film::Film),
     Precompute(precompute::Precompute),
     Info(info::Info),
+    Init(init::Init),
     #[cfg(feature = "window")]
     Demo(demo::Demo),
     Help(help::Help),
@@ -76,6 +78,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Film(command) => command.run(),
             Command::Precompute(command) => command.run(),
             Command::Info(command) => command.run(),
+            Command::Init(command) => command.run(),
             #[cfg(feature = "window")]
             Command::Demo(command) => command.run(),
             Command::Help(command) => command.run(Cli::command()),

@@ -8,6 +8,7 @@ mod common;
 mod compare;
 mod exact;
 mod film;
+mod init;
 #[path = "../common/layer.rs"]
 mod layer;
 mod lights;

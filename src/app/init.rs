@@ -70,10 +70,11 @@ fn commented(spec: &str, scene: &Scene, text: &str) -> String {
 
 fn section(material: &Material) -> String {
     let Material { name, diffuse, specular, exponent, texture, editable } = material;
-    let name = toml_edit::Value::from(name.as_str());
+    let name = toml_edit::Value::from(name.as_str()).to_string();
+    let name = name.trim();
     // `diffuse` would replace the image.
     let key = if texture.is_some() { "tint" } else { "diffuse" };
-    let mut text = format!("#\n# [[material]]\n# name ={name}\n# {key} = {}\n", vector(*diffuse));
+    let mut text = format!("#\n# [[material]]\n# name = {name}\n# {key} = {}\n", vector(*diffuse));
     if material.may_be_glossy() {
         let _ = writeln!(text, "# specular = {}\n# exponent = {exponent}", vector(*specular));
     }

@@ -225,7 +225,7 @@ def instrument(sites):
                 text = "\n".join(lines).encode()
             if name == "src/gpu/shaders.rs":
                 text = patch(text.decode(), WORDS).encode()
-            if name == "src/gpu/recorder.rs":
+            if name == "src/gpu/recorder/passes.rs":
                 text = patch(text.decode(), BIND).encode()
             if not (TREE / name).exists() or (TREE / name).read_bytes() != text:
                 (TREE / name).write_bytes(text)

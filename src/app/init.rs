@@ -69,7 +69,7 @@ fn commented(spec: &str, scene: &Scene, text: &str) -> String {
 }
 
 fn section(material: &Material) -> String {
-    let Material { name, diffuse, specular, exponent, texture, editable } = material;
+    let Material { name, diffuse, specular, exponent, texture, editable, emission, .. } = material;
     let name = toml_edit::Value::from(name.as_str()).to_string();
     let name = name.trim();
     // `diffuse` would replace the image.
@@ -77,6 +77,9 @@ fn section(material: &Material) -> String {
     let mut text = format!("#\n# [[material]]\n# name = {name}\n# {key} = {}\n", vector(*diffuse));
     if material.may_be_glossy() {
         let _ = writeln!(text, "# specular = {}\n# exponent = {exponent}", vector(*specular));
+    }
+    if *emission != glam::Vec3::ZERO {
+        let _ = writeln!(text, "# emission = {}", vector(*emission));
     }
     text + &format!("# editable = {editable}\n")
 }

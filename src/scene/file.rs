@@ -3,6 +3,7 @@
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2, Vec3};
 
@@ -10,11 +11,14 @@ use super::builtin::{self, Files, utf8};
 use super::geometry::{Assembled, Mesh, assemble, too_many};
 use super::keys;
 use super::load_options::LoadOptions;
-use super::material::{MAX_ALBEDO, Override};
+use super::material::{MAX_ALBEDO, Override, Sides};
 use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
-use super::{Camera, Light, Material, Quality, Scene, Triangle, camera, fit, gltf, kinds, limits, obj};
+use super::{
+    Camera, Emission, Light, LightKind, Material, Quality, Scene, Triangle, camera, emission, fit, gltf,
+    kinds, limits, obj, sky,
+};
 use crate::files::guarded;
 use crate::{Error, Result};
 
@@ -35,9 +39,10 @@ impl Scene {
         let Models { meshes, mut materials, undefined, cameras, lights } =
             source.load_models(&mut warnings, &mut inputs)?;
         source.take_views(cameras, lights);
-        let Assembled { triangles, coordinates, origin } =
+        let Assembled { mut triangles, mut coordinates, origin } =
             assemble(&meshes, &mut warnings).map_err(|message| Error::input(&file, message))?;
-        source.complete(|| fit::View::new(&triangles, origin), &mut warnings)?;
+        let emits = materials.iter().any(|material| material.emission != Vec3::ZERO);
+        source.complete(|| fit::View::new(&triangles, origin), emits, &mut warnings)?;
         source.change(&others, options)?;
 
         let root = &source.root;
@@ -46,6 +51,13 @@ impl Scene {
             Some(node) => Quality::read(&Section::new(&file, "quality", node)?)?,
             None => Quality::default(),
         };
+        let mut lights = read_lights(&file, root, origin)?;
+        show_lights(&file, root, &mut lights, &mut materials, (&mut triangles, &mut coordinates))?;
+        emission::choose_sides(&triangles, &mut materials);
+        let stated = sky::read(&source, &mut inputs)?;
+        let (sky, placing) = stated.map_or((None, None), |stated| (Some(stated.sky), Some(stated.placing)));
+        let emission = Emission::new(&triangles, &materials, sky);
+        lights.extend(emission.lights(&materials, placing, &lights));
         let is_textured = |triangle: &Triangle| materials[triangle.material as usize].texture.is_some();
         let texture_coordinates = match materials.iter().any(|material| material.texture.is_some()) {
             // Triangles without texture coordinates show the image's lower left corner.
@@ -60,7 +72,8 @@ impl Scene {
             triangles,
             texture_coordinates,
             materials,
-            lights: read_lights(&file, root, origin)?,
+            lights,
+            emission: Arc::new(emission),
             cameras: read_cameras(&file, root, origin)?,
             quality,
             origin,
@@ -274,14 +287,15 @@ impl Source {
     pub(super) fn complete(
         &mut self,
         view: impl FnOnce() -> fit::View,
+        emits: bool,
         warnings: &mut Vec<String>,
     ) -> Result<()> {
         let no_camera = is_empty(self.root.get("camera"));
-        let no_light = is_empty(self.root.get("light"));
+        let no_light = is_empty(self.root.get("light")) && !emits && !self.has_emission();
         if no_light && !self.is_model_only {
             return Err(Error::input(
                 &self.file,
-                "the scene has no light: add [[light]] with kind and position",
+                "the scene has no light: add [[light]] with kind and position, or [environment]",
             ));
         }
         if !no_camera && !no_light {
@@ -303,6 +317,51 @@ impl Source {
         }
         Ok(())
     }
+}
+
+impl Source {
+    /// Whether the scene file has a sky or a material that emits.
+    fn has_emission(&self) -> bool {
+        let emits = |material: &Node| material.get("emission").is_some();
+        let materials = match self.root.get("material") {
+            Some(Node { kind: Kind::Array(materials), .. }) => &materials[..],
+            _ => &[],
+        };
+        self.root.get("environment").is_some() || materials.iter().any(emits)
+    }
+}
+
+/// Adds the surface of area lights that are visible. Each becomes a light of its own material.
+fn show_lights(
+    file: &Path,
+    root: &Node,
+    lights: &mut [Light],
+    materials: &mut Vec<Material>,
+    (triangles, coordinates): (&mut Vec<Triangle>, &mut Vec<[Vec2; 3]>),
+) -> Result<()> {
+    let sections = Section::list(file, root, "light", limits::LIGHTS)?;
+    for (section, light) in sections.iter().zip(lights) {
+        let LightKind::Area { corner, edge_u, edge_v, radiance, .. } = light.kind else { continue };
+        if section.flag("visible")? != Some(true) {
+            continue;
+        }
+        let material = materials.len() as u32;
+        materials.push(Material {
+            diffuse: Vec3::ZERO,
+            emission: radiance,
+            emitting_sides: Some(Sides::Front),
+            ..Material::neutral(&light.name)
+        });
+        let normals = [edge_u.cross(edge_v).normalize(); 3];
+        let [p0, p1, p2, p3] = [corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v];
+        let quad = [[p0, p1, p2], [p0, p2, p3]].map(|positions| Triangle { positions, normals, material });
+        triangles.extend(quad);
+        if !coordinates.is_empty() {
+            coordinates.extend([[Vec2::ZERO; 3]; 2]);
+        }
+        light.kind = LightKind::Surface { material, radiance };
+    }
+    Ok(())
 }
 
 /// Whether the scene file has no section of a kind.

@@ -81,7 +81,7 @@ impl View {
 }
 
 /// Distance to the nearest triangle along a unit direction, and whether its front was hit.
-fn nearest(triangles: &[Triangle], from: DVec3, direction: DVec3) -> Option<(f64, bool)> {
+pub(super) fn nearest(triangles: &[Triangle], from: DVec3, direction: DVec3) -> Option<(f64, bool)> {
     let hits = triangles.iter().filter_map(|triangle| {
         let [p0, p1, p2] = triangle.positions.map(|p| p.as_dvec3() - from);
         let (e1, e2) = (p1 - p0, p2 - p0);

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 /// A key of a section.
 pub struct Key {
-    /// Section: `model`, `camera`, `light`, `material` or `quality`.
+    /// Section: `model`, `camera`, `light`, `environment`, `material` or `quality`.
     pub section: &'static str,
     /// Kinds of light that have it, separated by blanks. Empty: all.
     kinds: &'static str,
@@ -26,10 +26,11 @@ pub struct Key {
 }
 
 /// Sections in the order of a scene file, and what each holds.
-pub const SECTIONS: [(&str, &str); 5] = [
+pub const SECTIONS: [(&str, &str); 6] = [
     ("model", "[[model]]: a model, in world space; at least one"),
     ("camera", "[camera], or [[camera]] for several; the first is used unless --camera names another"),
     ("light", "[[light]]: a light of one of four kinds"),
+    ("environment", "[environment]: light from all directions, seen where rays leave the scene"),
     ("material", "[[material]]: replaces properties of the models' material of that name"),
     ("quality", "[quality]: settings of the precomputation; defaults are those of the preset"),
 ];
@@ -92,9 +93,16 @@ keys! {
         edge_v: "3 numbers, m", "±1e12", "needed", "Second edge; light leaves towards edge_u × edge_v", "[0.0, 0.0, 0.5]", "[0.5, 0.0, 0.0]";
         radiance: "3 numbers, W/m²/sr", "0 to 1e15", "needed", "Emitted radiance, red, green, blue", "[4.0, 4.0, 4.0]", "[-1.0, 0.0, 0.0]";
         samples: "integer", "1 to 4 096", "10", "Point samples of the light for indirect light", "16", "0";
+        visible: "true or false", "", "false", "Whether it is a surface that is seen, which cannot be moved then", "true", "";
     }
     "light" "directional" {
         irradiance: "3 numbers, W/m²", "0 to 1e15", "needed", "Irradiance of a surface that faces the light", "[1.0, 1.0, 1.0]", "[-1.0, 0.0, 0.0]";
+    }
+    "environment" "" {
+        radiance: "3 numbers, W/m²/sr", "0 to 1e15", "[1, 1, 1]", "Radiance of the sky; with an image, its factor", "[0.5, 0.6, 0.8]", "[-1.0, 0.0, 0.0]";
+        image: "text", "", "none: one colour", "Panorama, width twice the height: `.hdr`, `.exr`, `.png` …; its middle shows −z, its upper edge +y", "", "";
+        rotate: "number, degrees", "±360", "0", "Rotation about y", "90.0", "400.0";
+        samples: "integer", "1 to 1 024", "64", "Directional lights that stand for the sky in frames", "16", "0";
     }
     "material" "" {
         name: "text", "", "needed", "Name of the material in the model", "\"wall\"", "";
@@ -103,6 +111,8 @@ keys! {
         specular: "3 numbers", "0 to 1", "the model's", "Albedo of the Phong lobe", "[0.3, 0.3, 0.3]", "[2.0, 0.0, 0.0]";
         exponent: "number", "1 to 1e6", "the model's", "Exponent of the Phong lobe", "40.0", "0.5";
         editable: "true or false", "", "false", "Whether the material may become glossy at run time", "true", "";
+        emission: "3 numbers, W/m²/sr", "0 to 1e15", "the model's", "Radiance that its surface emits; it is then a light of this name", "[4.0, 4.0, 4.0]", "[-1.0, 0.0, 0.0]";
+        emitting_sides: "text", "front, back, both", "the model's, or those with free space before them", "Sides of its surface that emit", "\"front\"", "\"top\"";
     }
     "quality" "" {
         preset: "text", "draft, paper, high", "paper", "Where all other settings come from", "\"draft\"", "\"best\"";

@@ -61,19 +61,36 @@ pub enum LightKind {
         /// Irradiance on a surface that faces it, W/m².
         irradiance: Vec3,
     },
+    /// All surface of an emitting material.
+    Surface {
+        /// Index of the material.
+        material: u32,
+        /// Emitted radiance, W/m²/sr.
+        radiance: Vec3,
+    },
+    /// The scene's environment, or one colour channel of it.
+    Sky {
+        /// Factor of the environment's radiance, W/m²/sr.
+        radiance: Vec3,
+        /// Rotation about +Y, radians.
+        turn: f32,
+        /// The channel that it shows. `None`: the environment is grey and shows all.
+        channel: Option<u8>,
+    },
 }
 
 impl LightKind {
-    /// The light's position; the middle of an area light. `None` if the light is at infinity.
+    /// The light's position; the middle of an area light. `None` if the light is at infinity or
+    /// part of the model.
     pub fn position(&self) -> Option<Vec3> {
         match *self {
             Self::Point { position, .. } | Self::Spot { position, .. } => Some(position),
             Self::Area { corner, edge_u, edge_v, .. } => Some(corner + 0.5 * (edge_u + edge_v)),
-            Self::Directional { .. } => None,
+            Self::Directional { .. } | Self::Surface { .. } | Self::Sky { .. } => None,
         }
     }
 
-    /// The light with its middle at `to`; a light at infinity does not change.
+    /// The light with its middle at `to`. Lights at infinity and surfaces do not change.
     #[must_use]
     pub fn moved_to(self, to: Vec3) -> Self {
         match self {
@@ -84,7 +101,7 @@ impl LightKind {
             Self::Area { edge_u, edge_v, radiance, samples, .. } => {
                 Self::Area { corner: to - 0.5 * (edge_u + edge_v), edge_u, edge_v, radiance, samples }
             }
-            Self::Directional { .. } => self,
+            Self::Directional { .. } | Self::Surface { .. } | Self::Sky { .. } => self,
         }
     }
 
@@ -92,7 +109,9 @@ impl LightKind {
     pub fn emission(&self) -> Vec3 {
         match *self {
             Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
-            Self::Area { radiance, .. } => radiance,
+            Self::Area { radiance, .. } | Self::Surface { radiance, .. } | Self::Sky { radiance, .. } => {
+                radiance
+            }
             Self::Directional { irradiance, .. } => irradiance,
         }
     }
@@ -100,12 +119,24 @@ impl LightKind {
     /// The light with another intensity, radiance or irradiance, in the unit of its kind.
     #[must_use]
     pub fn with_emission(mut self, emission: Vec3) -> Self {
+        if let Self::Sky { radiance, channel: Some(channel), .. } = &mut self {
+            *radiance = Vec3::ZERO;
+            radiance[usize::from(*channel)] = emission[usize::from(*channel)];
+            return self;
+        }
         *match &mut self {
             Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
-            Self::Area { radiance, .. } => radiance,
+            Self::Area { radiance, .. } | Self::Surface { radiance, .. } | Self::Sky { radiance, .. } => {
+                radiance
+            }
             Self::Directional { irradiance, .. } => irradiance,
         } = emission;
         self
+    }
+
+    /// Whether it is part of the model or the scene: it cannot be moved, added or removed.
+    pub fn is_fixed(&self) -> bool {
+        matches!(self, Self::Surface { .. } | Self::Sky { .. })
     }
 
     /// The word of this kind in a scene file.
@@ -115,6 +146,8 @@ impl LightKind {
             Self::Spot { .. } => "spot",
             Self::Area { .. } => "area",
             Self::Directional { .. } => "directional",
+            Self::Surface { .. } => "surface",
+            Self::Sky { .. } => "sky",
         }
     }
 }
@@ -145,6 +178,7 @@ impl LightKind {
             Self::Spot { .. } => &["position", "intensity", "direction", "angle", "penumbra"],
             Self::Area { .. } => &["corner", "edge_u", "edge_v", "radiance"],
             Self::Directional { .. } => &["direction", "irradiance"],
+            Self::Surface { .. } | Self::Sky { .. } => &["radiance"],
         }
     }
 

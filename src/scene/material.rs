@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::keys;
 use super::texture::Texture;
-use super::value::Section;
+use super::value::{POWER, Section, unknown};
 use crate::Result;
 
 /// Default diffuse albedo of a model.
@@ -30,6 +30,32 @@ pub struct Material {
     pub exponent: f32,
     /// Light paths over it are cosine sampled, so that its reflectance may change at run time.
     pub editable: bool,
+    /// Emitted radiance, W/m²/sr.
+    pub emission: Vec3,
+    /// Sides that emit. `None` before loading has chosen them.
+    pub emitting_sides: Option<Sides>,
+}
+
+/// Sides of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// The side from which the corners run counter-clockwise.
+    Front,
+    /// The other side.
+    Back,
+    /// Both sides.
+    Both,
+}
+
+impl Sides {
+    fn read(section: &Section) -> Result<Option<Self>> {
+        const WORDS: [&str; 3] = ["front", "back", "both"];
+        let Some(word) = section.text("emitting_sides")? else { return Ok(None) };
+        match WORDS.iter().position(|known| *known == word) {
+            Some(index) => Ok(Some([Self::Front, Self::Back, Self::Both][index])),
+            None => Err(section.fault_at("emitting_sides", unknown("side", &WORDS, word))),
+        }
+    }
 }
 
 impl Material {
@@ -41,6 +67,8 @@ impl Material {
             specular: Vec3::ZERO,
             exponent: 1.0,
             editable: false,
+            emission: Vec3::ZERO,
+            emitting_sides: None,
         }
     }
 
@@ -106,6 +134,8 @@ pub(super) struct Override {
     specular: Option<Vec3>,
     exponent: Option<f32>,
     editable: Option<bool>,
+    emission: Option<Vec3>,
+    emitting_sides: Option<Sides>,
 }
 
 impl Override {
@@ -124,6 +154,8 @@ impl Override {
             specular: section.vector("specular", 0.0..=1.0)?.map(|albedo| albedo.as_vec3()),
             exponent: section.number("exponent", 1.0..=1e6)?.map(|exponent| exponent as f32),
             editable: section.flag("editable")?,
+            emission: section.vector("emission", POWER)?.map(|radiance| radiance.as_vec3()),
+            emitting_sides: Sides::read(section)?,
         })
     }
 
@@ -135,5 +167,7 @@ impl Override {
         material.specular = self.specular.unwrap_or(material.specular);
         material.exponent = self.exponent.unwrap_or(material.exponent);
         material.editable = self.editable.unwrap_or(material.editable);
+        material.emission = self.emission.unwrap_or(material.emission);
+        material.emitting_sides = self.emitting_sides.or(material.emitting_sides);
     }
 }

@@ -37,9 +37,6 @@ pub(super) fn missed(keyword: &str, rest: &str) -> Missed {
         "map_d" | "map_tr" | "map_tf" | "map_opacity" | "map_alpha" => Transparency,
         "ka" | "map_ka" => unless(all(rest, |value| value <= 0.0), Ambient),
         "ni" => Refraction,
-        "ke" | "map_ke" | "map_emissive" => {
-            unless(all(rest, |value| value <= 0.0), Effect("light of surfaces"))
-        }
         "map_bump" | "bump" | "norm" | "map_norm" | "map_kn" | "map_normal" => Effect("bumps"),
         "disp" | "map_disp" => Effect("displacement"),
         "decal" | "map_decal" => Effect("decals"),
@@ -83,7 +80,6 @@ mod tests {
             "illum 0",
             "illum 1",
             "illum 2",
-            "ke 0 0 0",
             "ka 0 0 0",
             "pr 1",
             "pm 0.0",
@@ -113,9 +109,6 @@ mod tests {
             ("illum 3", Missed::Effect("mirror reflections")),
             ("illum 11", Missed::Unknown),
             ("illum x", Missed::Unknown),
-            ("ke 0 0 1", Missed::Effect("light of surfaces")),
-            ("ke spectral a.rfl", Missed::Effect("light of surfaces")),
-            ("map_ke a.png", Missed::Effect("light of surfaces")),
             ("bump a.png", Missed::Effect("bumps")),
             ("norm a.png", Missed::Effect("bumps")),
             ("pr 0.3", Missed::Effect("roughness")),

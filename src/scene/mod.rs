@@ -6,6 +6,7 @@
 
 use glam::{DVec3, Vec2, Vec3};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 pub mod builtin;
 pub mod bvh;
@@ -13,6 +14,9 @@ pub mod camera;
 pub mod clip;
 mod containers;
 pub mod directions;
+pub mod emission;
+pub mod emitters;
+pub mod environment;
 mod file;
 pub mod film;
 mod fit;
@@ -44,6 +48,7 @@ mod reading;
 pub mod save;
 mod settings;
 pub mod shapes;
+mod sky;
 pub mod solids;
 pub mod split_planes;
 mod stacked_surfaces;
@@ -54,6 +59,7 @@ mod value;
 mod words;
 
 pub use camera::Camera;
+pub use emission::Emission;
 pub use film::Film;
 pub use light::{Light, LightKind};
 pub use load_options::LoadOptions;
@@ -105,8 +111,11 @@ pub struct Scene {
     pub texture_coordinates: Vec<[Vec2; 3]>,
     /// Materials that triangles refer to.
     pub materials: Vec<Material>,
-    /// Lights, recentred; empty only if a command allows it.
+    /// Lights, recentred; empty only if a command allows it. Emitting materials and the sky come
+    /// last.
     pub lights: Vec<Light>,
+    /// Surfaces and directions that these lights stand for.
+    pub emission: Arc<Emission>,
     /// Cameras, recentred; at least one, the first is the default.
     pub cameras: Vec<Camera>,
     /// Interior viewpoints beside the cameras: closed spaces around them take part in transport.

@@ -44,6 +44,9 @@ struct Draft {
     specular: Option<Vec3>,
     exponent: Option<f32>,
     texture: Option<(Texture, [DVec2; 2])>,
+    emission: Option<Vec3>,
+    /// Mean colour of the image of the emission.
+    emission_colour: Option<Vec3>,
     /// Lines of `Ka` and `Ni`, which are noted only in combination with other statements.
     ambient: Option<usize>,
     refraction: Option<usize>,
@@ -88,6 +91,8 @@ impl Library<'_, '_> {
             "ks" => self.draft().specular = self.colour("Ks", rest).or(self.draft().specular),
             "ns" => self.draft().exponent = self.exponent(rest).or(self.draft().exponent),
             "map_kd" => self.map(rest),
+            "ke" => self.draft().emission = self.colour("Ke", rest).or(self.draft().emission),
+            "map_ke" | "map_emissive" => self.emission_map(keyword, rest),
             other => self.pass_over(keyword, missed(other, rest)),
         }
         Ok(())
@@ -215,6 +220,26 @@ impl Library<'_, '_> {
         }
     }
 
+    /// Reads an image of the emission. A light has one colour: the image counts by its mean.
+    fn emission_map(&mut self, keyword: &str, rest: &str) {
+        let (files, folder) = (&self.reading.files, self.path.with_file_name(""));
+        let is_file = |name: &str| files.is_file(&folder.join(name.replace('\\', "/")));
+        let Some(map) = Map::parse(rest, is_file, |_| ()) else {
+            return self.note(&format!("`{keyword}` without the name of an image is passed over"));
+        };
+        match self.image(map.file) {
+            Ok(Some(image)) => {
+                self.note("images of emission count by their mean colour");
+                self.draft().emission_colour = Some(image.mean());
+            }
+            Ok(None) => (),
+            Err(why) => {
+                let what = format!("{} {why}", excerpt(map.file));
+                self.note_named("images of emission that cannot be used are left out", &what);
+            }
+        }
+    }
+
     /// `Ok(None)` if the image's fault was noted before.
     fn image(&mut self, file: &str) -> Checking<Option<Arc<Image>>> {
         name(file)?;
@@ -249,6 +274,10 @@ impl Library<'_, '_> {
             if let Some(line) = draft.refraction.filter(|_| draft.is_transparent) {
                 reading.notes.add("`Ni` is passed over (refraction)", || at(line));
             }
+            if draft.emission_colour.is_some() && draft.emission.unwrap_or(Vec3::ZERO) == Vec3::ZERO {
+                let place = || format!("{}: material {:?}", shown(path), draft.name);
+                reading.notes.add("does not emit: its image of emission is multiplied with a Ke of 0", place);
+            }
             if draft.texture.is_some() && draft.diffuse == Some(Vec3::ZERO) {
                 let place = || format!("{}: material {:?}", shown(path), draft.name);
                 reading.notes.add("is black: its image is multiplied with a Kd of 0", place);
@@ -266,6 +295,7 @@ impl Draft {
             diffuse: self.diffuse.unwrap_or(colour),
             specular: self.specular.unwrap_or(Vec3::ZERO),
             exponent: self.exponent.unwrap_or(1.0),
+            emission: self.emission.unwrap_or(Vec3::ZERO) * self.emission_colour.unwrap_or(Vec3::ONE),
             ..Material::neutral(&self.name)
         });
         if let Some((texture, [scale, offset])) = self.texture {

@@ -5,7 +5,7 @@ use super::value::{Kind, Node, Origin, printable, unknown};
 use crate::{Error, Result};
 
 /// Tables of a scene file.
-pub(super) const SECTIONS: [&str; 5] = ["model", "camera", "light", "material", "quality"];
+pub(super) const SECTIONS: [&str; 6] = ["model", "camera", "light", "environment", "material", "quality"];
 
 /// A change to the scene file.
 pub(super) struct Setting {
@@ -34,6 +34,7 @@ impl Setting {
         }
         let (lengths, form) = match section.as_str() {
             "quality" => (1..=1, "quality.KEY"),
+            "environment" => (1..=1, "environment.KEY"),
             "camera" => (1..=2, "camera.KEY or camera.NAME.KEY"),
             "light" => (2..=2, "light.NAME.KEY or light.NUMBER.KEY"),
             "material" => (2..=2, "material.NAME.KEY"),
@@ -57,7 +58,8 @@ impl Setting {
         let empty = |kind| Node { origin: Origin::Flag(self.flag.clone()), kind };
         let section = path[0].as_str();
         if root.get(section).is_none() {
-            let kind = if section == "quality" { Kind::Table(Vec::new()) } else { Kind::Array(Vec::new()) };
+            let is_table = ["quality", "environment"].contains(&section);
+            let kind = if is_table { Kind::Table(Vec::new()) } else { Kind::Array(Vec::new()) };
             root.set(section, empty(kind));
         }
         let node = root.get_mut(section).expect("it has just been added");

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
+use std::sync::Arc;
 
 use super::{Camera, Light, LightKind, Material, Quality, Scene, Triangle};
 
@@ -90,6 +91,7 @@ fn scene(name: &str, triangles: Vec<Triangle>, material: Material, light: Light,
         texture_coordinates: Vec::new(),
         materials: vec![material],
         lights: vec![light],
+        emission: Arc::default(),
         cameras: vec![camera],
         interior_viewpoints: Vec::new(),
         quality: Quality::default(),

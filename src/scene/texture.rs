@@ -73,6 +73,15 @@ impl Image {
         most.map(linear).into()
     }
 
+    /// The mean of all texels, linear.
+    pub(super) fn mean(&self) -> Vec3 {
+        let table: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(linear(code))).collect();
+        let count = self.codes.len().max(1) as f64;
+        let sum =
+            |channel: usize| self.codes.iter().map(|code| table[usize::from(code[channel])]).sum::<f64>();
+        Vec3::from_array([0, 1, 2].map(|channel| (sum(channel) / count) as f32))
+    }
+
     /// Decodes a PNG, JPEG, BMP, GIF (its first picture) or TGA to 8-bit colour. The contents
     /// decide the format, except for TGA, which the extension of `name` identifies.
     ///

@@ -68,6 +68,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
         texture_coordinates,
         materials,
         lights,
+        emission,
         cameras,
         interior_viewpoints: _,
         origin: _,
@@ -79,6 +80,10 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
     let shader = Shader::named("path_trace");
     write!(key, "{FORMAT} {} {} {budget} {}", shader.source_hash, fnv1a(&shader.bytes), quality.seed)
         .and_then(|()| write!(key, "{materials:?} {texture_coordinates:?} {lights:?} {:?}", cameras[0]))
+        .and_then(|()| match &emission.sky {
+            Some(sky) => write!(key, "{:?}", sky.environment.texels),
+            None => Ok(()),
+        })
         .and_then(|()| triangles.iter().try_for_each(|triangle| write!(key, "{triangle:?}")))
         .expect("a hash takes everything");
     format!("{:016x}.reference", key.0)

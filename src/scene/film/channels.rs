@@ -97,6 +97,9 @@ pub(super) fn channels(kind: LightKind) -> Vec<(Form, Vec3)> {
         LightKind::Directional { direction, irradiance } => {
             vec![(Form::Direction, direction), (Form::Emission("irradiance"), irradiance)]
         }
+        LightKind::Surface { radiance, .. } | LightKind::Sky { radiance, .. } => {
+            vec![(Form::Emission("radiance"), radiance)]
+        }
     }
 }
 

@@ -230,6 +230,7 @@ fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack
     let [place, emission] = match kind {
         LightKind::Area { .. } => ["corner", "radiance"],
         LightKind::Directional { .. } => ["", "irradiance"],
+        LightKind::Surface { .. } | LightKind::Sky { .. } => ["", "radiance"],
         _ => ["position", "intensity"],
     };
     let direction = values(keys.iter().copied(), "direction", |key| key.direction("direction"))?;

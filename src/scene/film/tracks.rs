@@ -87,6 +87,7 @@ impl LightTrack {
                 set(&self.edge_v, edge_v);
             }
             LightKind::Directional { direction, .. } => turn(direction),
+            LightKind::Surface { .. } | LightKind::Sky { .. } => (),
         }
         let mut emission = self.base.emission();
         set(&self.emission, &mut emission);

@@ -11,7 +11,7 @@ use gltf::texture::{Info, WrappingMode};
 use gltf::{Document, Texture};
 
 use super::super::limits::IMAGE_BYTES;
-use super::super::material::Material;
+use super::super::material::{Material, Sides};
 use super::super::material_names::{NO_MATERIAL, shown};
 use super::super::reading::Reading;
 use super::super::texture::{self, Image};
@@ -131,10 +131,14 @@ impl Images<'_, '_> {
         }
         let (metal, roughness) = (metal.clamp(0.0, 1.0), roughness.clamp(0.0, 1.0));
         let colour = match &texture {
-            Some((texture, _)) => base * mean_linear(&texture.image),
+            Some((texture, _)) => base * texture.image.mean(),
             None => base,
         };
-        let mut read = Material { name, ..Material::neutral("") };
+        let mut read = Material {
+            emission: self.emission(material, &name),
+            emitting_sides: Some(if material.double_sided() { Sides::Both } else { Sides::Front }),
+            ..Material::neutral(&name)
+        };
         let mapping = texture.as_ref().map_or_else(|| Mapping::plain(0), |(_, info)| Mapping::of(info));
         read.texture = texture.map(|(texture, _)| texture);
         if material.unlit() {
@@ -161,6 +165,17 @@ impl Images<'_, '_> {
         (read, mapping)
     }
 
+    /// Emitted radiance. A light has one colour: an image counts by its mean.
+    fn emission(&mut self, material: &gltf::Material, name: &str) -> Vec3 {
+        let factor = Vec3::from(material.emissive_factor()) * material.emissive_strength().unwrap_or(1.0);
+        if factor == Vec3::ZERO {
+            return factor;
+        }
+        let Some(info) = material.emissive_texture() else { return factor };
+        self.note_named("images of emission count by their mean colour", name);
+        self.image(&info.texture(), name).map_or(factor, |image| factor * image.mean())
+    }
+
     fn note_unread(&mut self, material: &gltf::Material, name: &str) {
         let surface = material.pbr_metallic_roughness();
         let opacity = surface.base_color_factor()[3];
@@ -171,9 +186,6 @@ impl Images<'_, '_> {
                 let what = format!("transparency is passed over: surfaces are opaque (opacity {opacity})");
                 self.note_named(&what, name);
             }
-        }
-        if material.emissive_factor() != [0.0; 3] {
-            self.note_named("light of surfaces (`emissiveFactor`) is passed over", name);
         }
         if material.normal_texture().is_some() {
             self.note_named("normal maps are passed over", name);
@@ -261,14 +273,6 @@ fn mean(image: &Image) -> [f32; 3] {
     let count = image.codes.len().max(1) as f64;
     let sum = |channel: usize| image.codes.iter().map(|code| f64::from(code[channel])).sum::<f64>();
     std::array::from_fn(|channel| (sum(channel) / (255.0 * count)) as f32)
-}
-
-/// Mean of each channel, linear.
-fn mean_linear(image: &Image) -> Vec3 {
-    let table: Vec<f64> = (0..=255).map(|code| f64::from(texture::linear(code))).collect();
-    let count = image.codes.len().max(1) as f64;
-    let sum = |channel: usize| image.codes.iter().map(|code| table[usize::from(code[channel])]).sum::<f64>();
-    Vec3::from_array(std::array::from_fn(|channel| (sum(channel) / count) as f32))
 }
 
 #[cfg(test)]

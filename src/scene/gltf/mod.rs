@@ -32,8 +32,13 @@ const NODES: usize = 1 << 20;
 const LUMENS_A_WATT: f64 = 683.0;
 
 /// Extensions that are read, or that change nothing here: surfaces reflect on both sides.
-const READ: [&str; 4] =
-    ["KHR_lights_punctual", "KHR_materials_unlit", "KHR_mesh_quantization", "KHR_texture_transform"];
+const READ: [&str; 5] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_unlit",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
 
 /// Extensions that compress geometry, which is then not in the file's buffers.
 const COMPRESSED: [&str; 3] =

@@ -31,6 +31,9 @@ pub(super) fn lights(root: &mut Node, lights: &[Light], origin: DVec3) -> Vec<Op
         table.get("name").and_then(Node::as_text).map_or_else(|| Light::unnamed(number), str::to_owned)
     };
     let names: Vec<String> = old.iter().enumerate().map(name_of).collect();
+    // Emitting materials and the sky have no section of their own, visible area lights do.
+    let has_section = |light: &&Light| !light.kind.is_fixed() || names.contains(&light.name);
+    let lights: Vec<&Light> = lights.iter().filter(has_section).collect();
     let from = lights.iter().map(|light| names.iter().position(|name| *name == light.name));
     let from: Vec<Option<usize>> = from.collect();
     let tables = lights.iter().zip(&from).enumerate().map(|(number, (light, from))| {
@@ -42,12 +45,48 @@ pub(super) fn lights(root: &mut Node, lights: &[Light], origin: DVec3) -> Vec<Op
     from
 }
 
+/// Whether the scene file has a light of that name.
+fn is_named(root: &Node, name: &str) -> bool {
+    let Some(Node { kind: Kind::Array(lights), .. }) = root.get("light") else { return false };
+    lights.iter().any(|light| light.get("name").and_then(Node::as_text) == Some(name))
+}
+
+/// Writes the emission of materials and of the sky that has changed since they were `loaded`. A
+/// light that is off is black.
+pub(super) fn emission(root: &mut Node, loaded: &[Material], lights: &[Light]) {
+    let mut sky: Option<(Vec3, f32)> = None;
+    for light in lights {
+        let on = if light.is_on { 1.0 } else { 0.0 };
+        match light.kind {
+            LightKind::Surface { material, radiance } => {
+                let Material { name, emission, .. } = &loaded[material as usize];
+                if is_named(root, name) {
+                    continue;
+                }
+                if *emission != on * radiance {
+                    vector(material_table(root, name), "emission", on * radiance);
+                }
+            }
+            LightKind::Sky { radiance, turn, .. } => {
+                sky = Some((sky.map_or(Vec3::ZERO, |sky| sky.0) + on * radiance, turn));
+            }
+            _ => (),
+        }
+    }
+    if let (Some((radiance, turn)), Some(table)) = (sky, root.get_mut("environment")) {
+        if table.get("radiance").is_some() || radiance != Vec3::ONE {
+            vector(table, "radiance", radiance);
+        }
+        number(table, "rotate", turn, Some(0.0), |n| n.to_radians() as f32, |n| numbers::degrees(n, 360.0));
+    }
+}
+
 fn edit_light(table: &mut Node, light: &Light, number: usize, origin: DVec3) {
     let word = light.kind.word();
     if table.get("name").is_some() || light.name != Light::unnamed(number) {
         set_text(table, "name", &light.name);
     }
-    if table.get("kind").and_then(Node::as_text) != Some(word) {
+    if !light.kind.is_fixed() && table.get("kind").and_then(Node::as_text) != Some(word) {
         let own = ["name", "on"];
         if let Kind::Table(entries) = &mut table.kind {
             entries.retain(|(key, _)| own.contains(&key.as_str()));
@@ -55,6 +94,8 @@ fn edit_light(table: &mut Node, light: &Light, number: usize, origin: DVec3) {
         set_text(table, "kind", word);
     }
     match light.kind {
+        LightKind::Surface { radiance, .. } => vector(table, "radiance", radiance),
+        LightKind::Sky { .. } => (),
         LightKind::Point { position, intensity } => {
             place(table, "position", position, origin);
             vector(table, "intensity", intensity);

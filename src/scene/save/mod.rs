@@ -60,7 +60,8 @@ impl SceneText {
     pub fn new(spec: &str, options: &LoadOptions, scene: &Scene) -> Result<Self> {
         let (mut source, others) = Source::prepare(spec, options)?;
         source.take_cameras(scene);
-        source.complete(|| fit::View::new(&scene.triangles, scene.origin), &mut Vec::new())?;
+        let emits = scene.lights.iter().any(|light| light.kind.is_fixed());
+        source.complete(|| fit::View::new(&scene.triangles, scene.origin), emits, &mut Vec::new())?;
         source.change(&others, options)?;
         let names = read_cameras(&source.file, &source.root, scene.origin)?;
         let chosen = options.camera.as_ref();
@@ -91,6 +92,7 @@ impl SceneText {
         let cameras = self.edit_cameras(&mut root, edited.camera);
         let lights = edits::lights(&mut root, edited.lights, self.origin);
         edits::materials(&mut root, &self.materials, edited.materials);
+        edits::emission(&mut root, &self.materials, edited.lights);
         let text = text::write(&self.source.text, &root, [("camera", &cameras), ("light", &lights)])?;
         self.check(to, &text)?;
         Ok(text)
@@ -143,6 +145,9 @@ impl SceneText {
         read_cameras(to, &root, self.origin)?;
         for section in Section::list(to, &root, "material", limits::MATERIALS)? {
             Override::read(&section)?;
+        }
+        if let Some(node) = root.get("environment") {
+            crate::scene::sky::check(&Section::new(to, "environment", node)?)?;
         }
         match root.get("quality") {
             Some(node) => Quality::read(&Section::new(to, "quality", node)?).map(|_| ()),

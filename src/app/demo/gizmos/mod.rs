@@ -148,7 +148,7 @@ fn scale(projection: &Projection, origin: Vec3) -> Option<(Vec2, f32)> {
 /// Unit direction of emission. `None` if the light emits in all directions.
 fn aim(kind: &LightKind) -> Option<Vec3> {
     match *kind {
-        LightKind::Point { .. } => None,
+        LightKind::Point { .. } | LightKind::Surface { .. } | LightKind::Sky { .. } => None,
         LightKind::Spot { direction, .. } | LightKind::Directional { direction, .. } => Some(direction),
         LightKind::Area { edge_u, edge_v, .. } => {
             edge_u.as_dvec3().cross(edge_v.as_dvec3()).try_normalize().map(|normal| normal.as_vec3())

@@ -121,6 +121,14 @@ fn chosen(ui: &mut Ui, entry: &mut LightEntry, origin: Vec3) {
             row(ui, "Samples", |ui| ui.add(DragValue::new(samples).range(1..=4096)));
         }
         LightKind::Directional { direction, .. } => aim(ui, direction),
+        LightKind::Surface { .. } => (),
+        LightKind::Sky { turn, .. } => {
+            let mut degrees = turn.to_degrees();
+            let slider = egui::Slider::new(&mut degrees, -180.0..=180.0).suffix("°");
+            if row(ui, "Rotation", |ui| ui.add(slider).changed()) {
+                *turn = degrees.to_radians();
+            }
+        }
     }
 }
 
@@ -132,7 +140,7 @@ fn emission(ui: &mut Ui, kind: &mut LightKind) {
     let mut requested = strength;
     let unit = match kind {
         LightKind::Point { .. } | LightKind::Spot { .. } => "W/sr",
-        LightKind::Area { .. } => "W/m²/sr",
+        LightKind::Area { .. } | LightKind::Surface { .. } | LightKind::Sky { .. } => "W/m²/sr",
         LightKind::Directional { .. } => "W/m²",
     };
     let changed = row(ui, "Light", |ui| {

@@ -262,6 +262,8 @@ fn is_sane(kind: &LightKind) -> bool {
             is_near(corner) && is_near(edge_u) && u.cross(v).length() > 1e-2 * u.length() * v.length()
         }
         LightKind::Directional { direction, .. } => is_unit(direction),
+        // They have no gizmos.
+        LightKind::Surface { .. } | LightKind::Sky { .. } => true,
     }
 }
 

@@ -1,0 +1,119 @@
+//! Surfaces and directions behind the lights of kinds [`LightKind::Surface`] and
+//! [`LightKind::Sky`].
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::emitters::{self, Emitter};
+use super::environment::{Beam, Cell, Environment};
+use super::material::Sides;
+use super::{Light, LightKind, Material, Triangle, fit};
+
+/// What emits besides the lights of a scene file.
+#[derive(Clone, Debug, Default)]
+pub struct Emission {
+    /// Emitting surface by material.
+    pub surfaces: BTreeMap<u32, Emitter>,
+    /// Light from outside of the scene.
+    pub sky: Option<Sky>,
+}
+
+/// An environment, prepared as a light.
+#[derive(Clone, Debug)]
+pub struct Sky {
+    /// Radiance by direction.
+    pub environment: Arc<Environment>,
+    /// Its cells, which path and photon tracing sample.
+    pub cells: Vec<Cell>,
+    /// Directional lights that represent it in frames.
+    pub beams: Vec<Beam>,
+}
+
+impl Sky {
+    /// Prepares an environment, with `samples` directional lights.
+    pub fn new(environment: Arc<Environment>, samples: u32) -> Self {
+        let beams = environment.beams(samples as usize);
+        Self { cells: environment.cells().0, beams, environment }
+    }
+}
+
+impl Emission {
+    /// Collects the emitting surface of a model.
+    pub fn new(triangles: &[Triangle], materials: &[Material], sky: Option<Sky>) -> Self {
+        let emits = |material: u32| {
+            let material = &materials[material as usize];
+            (material.emission != Vec3::ZERO).then(|| material.emitting_sides.unwrap_or(Sides::Both))
+        };
+        Self { surfaces: emitters::emitters(triangles, emits), sky }
+    }
+
+    /// Lights for the surfaces without one in `taken`, and for the sky. Names differ from those taken. `sky` holds the
+    /// factor of its radiance and its rotation about +Y in radians.
+    pub fn lights(&self, materials: &[Material], sky: Option<(Vec3, f32)>, taken: &[Light]) -> Vec<Light> {
+        let mut lights: Vec<Light> = Vec::new();
+        let mut add = |name: &str, kind: LightKind| {
+            let is_taken = |name: &str| taken.iter().chain(&lights).any(|light| light.name == name);
+            let mut names =
+                std::iter::once(name.to_owned()).chain((2..).map(|number| format!("{name} {number}")));
+            let name = names.find(|name| !is_taken(name)).unwrap_or_default();
+            lights.push(Light { name, kind, is_on: true });
+        };
+        let is_named = |material: u32| {
+            taken.iter().any(
+                |light| matches!(light.kind, LightKind::Surface { material: own, .. } if own == material),
+            )
+        };
+        for &material in self.surfaces.keys().filter(|&&material| !is_named(material)) {
+            let Material { name, emission, .. } = &materials[material as usize];
+            add(name, LightKind::Surface { material, radiance: *emission });
+        }
+        if let (Some(sky), Some((radiance, turn))) = (&self.sky, sky) {
+            if sky.environment.is_grey() {
+                add("sky", LightKind::Sky { radiance, turn, channel: None });
+            } else {
+                for (channel, name) in (0..).zip(["sky (red)", "sky (green)", "sky (blue)"]) {
+                    let kind = LightKind::Sky { radiance, turn, channel: Some(channel) };
+                    add(name, kind.with_emission(radiance));
+                }
+            }
+        }
+        lights
+    }
+}
+
+/// Free distance in front of one side over that of the other, below which a side counts as covered.
+const COVERED: f64 = 0.2;
+/// Samples of an emitter that decide its sides.
+const SAMPLES: usize = 16;
+
+/// Chooses the sides of emitters that state none, as OBJ files do not: a side that faces a surface
+/// close by, such as the ceiling above a lamp or the inside of a bulb, does not emit.
+pub(super) fn choose_sides(triangles: &[Triangle], materials: &mut [Material]) {
+    for (index, material) in (0..).zip(materials) {
+        if material.emission == Vec3::ZERO || material.emitting_sides.is_some() {
+            continue;
+        }
+        let own: Vec<&Triangle> = triangles.iter().filter(|triangle| triangle.material == index).collect();
+        let step = own.len().div_ceil(SAMPLES).max(1);
+        let (mut front, mut back) = (0.0, 0.0);
+        for triangle in own.into_iter().step_by(step) {
+            let [p0, p1, p2] = triangle.positions.map(Vec3::as_dvec3);
+            let (middle, normal) = ((p0 + p1 + p2) / 3.0, triangle.geometric_normal().as_dvec3());
+            let free =
+                |direction| fit::nearest(triangles, middle, direction).map_or(f64::INFINITY, |hit| hit.0);
+            let [above, below] = [free(normal), free(-normal)];
+            let area = triangle.area_m2();
+            front += if below < COVERED * above { area } else { 0.0 };
+            back += if above < COVERED * below { area } else { 0.0 };
+            front -= 0.5 * area;
+            back -= 0.5 * area;
+        }
+        material.emitting_sides = Some(match (front > 0.0, back > 0.0) {
+            (true, _) => Sides::Front,
+            (_, true) => Sides::Back,
+            _ => Sides::Both,
+        });
+    }
+}

@@ -3,7 +3,7 @@
 // waits for a neighbour with slots. Deterministic. One invocation = one pixel, or one edge pixel in
 // the second dispatch. In: irradiances (W/m²; direct irradiance of the pixels, then of the slots
 // with their weights applied), reflectances, slots of edge pixels. Out: radiance, W/m²/sr; black
-// where a ray left the scene.
+// where a ray left a scene without a sky.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -21,8 +21,7 @@ layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: some surfaces may be gl
 layout(constant_id = 1) const uint AT_EDGES = 0;  // 1: the dispatch over edge pixels, which overwrites their radiance
 
 struct ComposePush {
-    uint pixel_count;
-    uint width;            // pixels
+    View view;
     EdgeCapacity capacity;
     vec3 emission_scale;             // factor of all light: the colour of the only active light
     float direct_weight;    // 1, or 0 for an image without direct light
@@ -41,9 +40,15 @@ layout(scalar, binding = 8) writeonly buffer Radiance { vec3 radiance[]; };
 layout(scalar, binding = 9) readonly buffer PixelColours { uint pixel_colours[]; };  // packed; only in scenes with images
 layout(scalar, binding = 10) readonly buffer EdgeColours { uint edge_colours[]; };
 layout(scalar, binding = 11) readonly buffer EdgePixels { uint edge_pixels[]; };  // their indices
+layout(scalar, binding = 12) readonly buffer Emitted { vec4 emitted[]; };
+layout(scalar, binding = 13) readonly buffer Backgrounds { Background background[]; };  // one
+layout(scalar, binding = 14) readonly buffer SkyTexels { vec3 sky_texels[]; };
 layout(scalar, push_constant) uniform Push { ComposePush push; };
 
 #include "include/surfaces.glsl"
+#include "include/view.glsl"
+#include "include/emitted.glsl"
+#include "include/sky.glsl"
 
 uint material_of(uint side) { return surface_at(side >> 1).material; }
 
@@ -62,6 +67,13 @@ vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint gloss_sour
     return radiance;
 }
 
+// Radiance that the surface at a point, or the sky behind the image point, sends to the camera.
+vec3 emitted_at(uint side, vec2 point) {
+    if (HAS_EMISSION == 0u) return vec3(0.0);
+    vec3 found = side == NO_SIDE ? background_along(direction_through(push.view, point)) : emitted_by(material_of(side), (side & 1u) != 0u);
+    return push.direct_weight * found;
+}
+
 // The gloss of a pixel is a mean over its samples on the centre's material. A sample of that
 // material takes this mean; any other sample takes the gloss of its source pixel.
 uint gloss_source_of(uint side, uint source, uint index) {
@@ -70,36 +82,49 @@ uint gloss_source_of(uint side, uint source, uint index) {
     return material_of(side) == material_of(centre) ? index : source;
 }
 
+// Middle of a pixel in the image.
+vec2 middle_of(uint index) { return vec2(in_rows(index, push.view.width)) + 0.5; }
+
 // Radiance of the surface at the centre of a pixel.
 vec3 centre(uint index) {
     vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(pixel_colours[index]) : vec3(1.0);
-    return reflected(pixel_surface_at(Pixels, index).side, colour, direct_irradiance[index], index, index, 1.0);
+    uint side = pixel_surface_at(Pixels, index).side;
+    return push.emission_scale * reflected(side, colour, direct_irradiance[index], index, index, 1.0) + emitted_at(side, middle_of(index));
 }
 
 // Mean radiance over the samples of an edge pixel; `edge` is its index in the list of edge pixels.
 vec3 mean_of_samples(uint edge, uint count, uint slots, uint index) {
-    uvec2 size = uvec2(push.width, push.pixel_count / push.width);
+    uint pixel_count = push.view.width * push.view.height;
+    uvec2 size = uvec2(push.view.width, push.view.height);
     vec3 sum = vec3(0.0);
+    vec3 emission = vec3(0.0);
+    float uncovered = 1.0;
     for (uint i = edge * slots; i < (edge + 1u) * slots; ++i) {
         EdgeSlot slot = edge_slots[i];
         if (slot.side == NO_SIDE) break;
         uint source = pixel_at(size, index, place_of(slot));
         uint gloss_source = IS_GLOSSY == 1u ? gloss_source_of(slot.side, source, index) : source;
         vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(edge_colours[i]) : vec3(1.0);
-        sum += reflected(slot.side, colour, direct_irradiance[push.pixel_count + i], source, gloss_source, weight_of(slot, count));
+        sum += reflected(slot.side, colour, direct_irradiance[pixel_count + i], source, gloss_source, weight_of(slot, count));
+        if (HAS_EMISSION != 0u) {
+            emission += weight_of(slot, count) * emitted_at(slot.side, vec2(0.0));
+            uncovered -= weight_of(slot, count);
+        }
     }
-    return sum;
+    if (HAS_EMISSION != 0u && uncovered > 1e-4) emission += uncovered * emitted_at(NO_SIDE, middle_of(index));
+    return push.emission_scale * sum + emission;
 }
 
 void main() {
     uint index = flat_invocation();
+    uint pixel_count = push.view.width * push.view.height;
     if (AT_EDGES == 0u) {
-        if (index < push.pixel_count) radiance[index] = push.emission_scale * centre(index);
+        if (index < pixel_count) radiance[index] = centre(index);
         return;
     }
-    uint edge_count = edge_numbers[push.pixel_count];
+    uint edge_count = edge_numbers[pixel_count];
     uint count = samples_per_edge(edge_count, push.capacity);
     if (index >= edge_count || count == 0u) return;
     uint pixel = edge_pixels[index];
-    radiance[pixel] = push.emission_scale * mean_of_samples(index, count, slots_per_edge(edge_count, push.capacity), pixel);
+    radiance[pixel] = mean_of_samples(index, count, slots_per_edge(edge_count, push.capacity), pixel);
 }

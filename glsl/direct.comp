@@ -19,7 +19,7 @@ struct DirectPush {
     uint light;
     uint first_sample;  // first point sample of this dispatch; later dispatches add to the first
     uint end_sample;
-    uint traces_all;    // 1: rays are traced although they cannot bring light
+    uint flags;         // TRACES_ALL, ADDS
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -50,12 +50,12 @@ void main() {
     if (xy.x >= push.width || index >= push.point_count) return;
     PixelSurface point = pixel_surface_at(SeenPoints, index);
     LightSource light = of_kind(light_at(Lights, push.light));
-    float found = push.first_sample == 0u ? 0.0 : light_irradiance[index];
+    float found = is_first(push.flags, push.first_sample) ? 0.0 : light_irradiance[index];
     if_any (point.side != NO_SIDE) {
         vec3 normal = facing_normal(point.side);
-        found += light_factor_in(batch, light, push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,
-                                 point.footprint);
-        found = weighed(light, push.end_sample, found, point.position, point.normal, point.footprint);
+        float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, point.position, normal, point.normal,
+                                    point.footprint);
+        found = accumulated(light, push.flags, push.end_sample, found, lit, point.position, point.normal, point.footprint);
     }
     light_irradiance[index] = found;
     if (!loops_completed(push.width)) truncated_loops[0] = LOOP_TRUNCATED;

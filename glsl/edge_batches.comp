@@ -28,6 +28,7 @@ layout(binding = 5) uniform usamplerBuffer EdgeSamples;
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
 #include "include/bvh.glsl"
+#include "include/view.glsl"
 #include "include/primary.glsl"
 #include "include/edge_points.glsl"
 #include "include/shafts.glsl"

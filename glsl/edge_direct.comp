@@ -22,7 +22,7 @@ struct EdgeLightPush {
     uint light;
     uint first_sample;  // first point sample of this dispatch; later dispatches add to the first
     uint end_sample;
-    uint traces_all;    // 1: rays are traced although they cannot bring light
+    uint flags;         // TRACES_ALL, ADDS
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -41,6 +41,7 @@ layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
 #include "include/bvh.glsl"
+#include "include/view.glsl"
 #include "include/primary.glsl"
 #include "include/edge_points.glsl"
 #include "include/lights.glsl"
@@ -59,13 +60,14 @@ void main() {
     uvec2 number = in_rows(index, count);  // of the sample in its pixel, of the pixel
     EdgeSample seen = edge_sample_of(pair_at(EdgeSamples, index));
     LightSource light = of_kind(light_at(Lights, push.light));
-    float found = push.first_sample == 0u ? 0.0 : edge_light[index];
+    float found = is_first(push.flags, push.first_sample) ? 0.0 : edge_light[index];
     if_any (seen.side != NO_SIDE) {
         PixelSurface point = edge_point(view, edge_pixels[number.y], seen, number.x, count);
         vec3 normal = facing_normal(point.side);
-        float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,
+        float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, point.position, normal, point.normal,
                                     point.footprint);
-        found = weighed(light, push.end_sample, found + 0.125 * float(eighths_of(seen)) * lit, point.position, point.normal, point.footprint);
+        lit *= 0.125 * float(eighths_of(seen));
+        found = accumulated(light, push.flags, push.end_sample, found, lit, point.position, point.normal, point.footprint);
     }
     edge_light[index] = found;
     if (!loops_completed(view.width)) truncated_loops[0] = LOOP_TRUNCATED;

@@ -38,6 +38,7 @@ layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
 #include "include/bvh.glsl"
+#include "include/view.glsl"
 #include "include/primary.glsl"
 #include "include/alike.glsl"
 

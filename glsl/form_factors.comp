@@ -19,7 +19,7 @@ struct FormFactorsPush {
     uint light;
     uint first_sample;  // first point sample of this dispatch; later dispatches add to the first
     uint end_sample;
-    uint traces_all;    // 1: rays are traced although they cannot bring light
+    uint flags;         // TRACES_ALL, ADDS
     uint first_batch;   // of the bound buffer
     float area_m2;      // of an entry point
 };
@@ -54,8 +54,8 @@ void main() {
     vec3 normal = facing_normal(point.w);
     uint place = push.first_point + index;
     LightSource light = of_kind(light_at(Lights, push.light));
-    float found = push.first_sample == 0u ? 0.0 : form_factors[place];
-    found += light_factor_in(batch, light, push.first_sample, push.end_sample, push.traces_all != 0u, position, normal, normal, push.area_m2);
-    form_factors[place] = weighed(light, push.end_sample, found, position, normal, push.area_m2);
+    float before = is_first(push.flags, push.first_sample) ? 0.0 : form_factors[place];
+    float found = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, position, normal, normal, push.area_m2);
+    form_factors[place] = accumulated(light, push.flags, push.end_sample, before, found, position, normal, push.area_m2);
     if (!loops_completed(push.point_count)) truncated_loops[0] = LOOP_TRUNCATED;
 }

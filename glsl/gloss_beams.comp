@@ -1,7 +1,8 @@
 // Beams of one light at the entry points that may be glossy, one for each point sample of the
-// light. The first reflection depends on the direction of incidence, so it cannot be a constant of
-// the path. [Yue §1] Deterministic. One invocation = one point sample at one entry point. In:
-// entry points, a light. Out: beams per unit emission.
+// light. Samples of a light of many parts share beams. The first reflection depends on the
+// direction of incidence, so it cannot be a constant of the path. [Yue §1] Deterministic. One
+// invocation = one beam at one entry point. In: entry points, a light. Out: beams per unit
+// emission.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -19,15 +20,18 @@ layout(local_size_x = 64) in;
 
 struct GlossBeamsPush {
     uint entry_count;
-    uint light;
-    float area_m2;  // mean area of an entry point
+    uint light;       // its first part
+    uint beam_count;  // of an entry point
+    uint sample_count;      // of all parts
+    uint samples_per_beam;
+    float area_m2;    // mean area of an entry point
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Lights;
 layout(scalar, binding = 3) readonly buffer GlossEntries { GlossEntry gloss_entries[]; };
-layout(scalar, binding = 4) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // for each entry point, one a point sample
+layout(scalar, binding = 4) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // entry point by entry point
 layout(scalar, binding = 5) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { GlossBeamsPush push; };
 
@@ -38,16 +42,27 @@ layout(scalar, push_constant) uniform Push { GlossBeamsPush push; };
 
 void main() {
     uint index = flat_invocation();
-    LightSource light = light_at(Lights, push.light);
-    if (index >= push.entry_count * light.samples) return;
-    GlossEntry entry = gloss_entries[index / light.samples];
-    uint number = index % light.samples;
+    if (index >= push.entry_count * push.beam_count) return;
+    GlossEntry entry = gloss_entries[index / push.beam_count];
+    // All parts have as many samples.
+    uint samples = light_at(Lights, push.light).samples;
+    uint first = index % push.beam_count * push.samples_per_beam;
+    uint end = min(first + push.samples_per_beam, push.sample_count);
     GlossBeam beam = GlossBeam(entry.normal, 0.0);
-    LightSample found;
-    if (sample_light(light, entry.position, lattice_point(light, number), found)) {
-        beam.mirror = reflect(-found.direction, entry.normal);
-        float factor = light_factor(light, number, number + 1u, false, entry.position, entry.normal, entry.normal, push.area_m2);
-        beam.factor = weighed(light, light.samples, factor, entry.position, entry.normal, push.area_m2);
+    vec3 toward = vec3(0.0);
+    for (uint i = first; i < end; ++i) {
+        LightSource light = light_at(Lights, push.light + i / samples);
+        uint number = i % samples;
+        LightSample found;
+        if (!sample_light(light, entry.position, lattice_point(light, number), found)) continue;
+        float factor = light_factor(light, number, number + 1u, 0u, entry.position, entry.normal, entry.normal, push.area_m2);
+        factor = light.relative * weighed(light, light.samples, factor, entry.position, entry.normal, push.area_m2);
+        toward = push.samples_per_beam == 1u ? found.direction : toward + factor * found.direction;
+        beam.factor += factor;
+    }
+    if (toward != vec3(0.0)) {
+        if (push.samples_per_beam > 1u) toward = normalize(toward);
+        beam.mirror = reflect(-toward, entry.normal);
     }
     gloss_beams[index] = beam;
     if (!loops_completed(push.entry_count)) truncated_loops[0] = LOOP_TRUNCATED;

@@ -61,6 +61,7 @@ layout(scalar, push_constant) uniform Push { GlossRaysPush push; };
 #include "include/bvh.glsl"
 #include "include/grid.glsl"
 #include "include/target.glsl"
+#include "include/view.glsl"
 #include "include/primary.glsl"
 #include "include/textures.glsl"
 

@@ -1,7 +1,7 @@
 // Highlights: light of one light that the lobes of glossy pixels' samples reflect to the camera,
 // per unit of emission and of specular albedo. A shadow ray goes to each point sample inside the
 // lobe. If an area light looks larger than the lobe, directions sampled from the lobe replace the
-// shadow rays. Deterministic. One invocation = one sample. In: samples, a light. Out: the
+// shadow rays; so they do for the sky. Deterministic. One invocation = one sample. In: samples, a light. Out: the
 // highlights of the light (radiance).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -27,7 +27,7 @@ struct HighlightsPush {
     uint first_sample;   // first point sample of this dispatch; later dispatches add to the first
     uint end_sample;
     uint seed;           // of the directions
-    uint traces_all;     // 1: rays are traced although they cannot bring light
+    uint flags;          // TRACES_ALL, ADDS, IS_SKY
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -40,6 +40,8 @@ layout(scalar, binding = 6) readonly buffer GlossSamples { PixelSurface gloss_sa
 layout(scalar, binding = 7) readonly buffer GlossPixels { uint gloss_pixels[]; };
 layout(scalar, binding = 8) buffer LightHighlights { float highlight_irradiance[]; };
 layout(scalar, binding = 9) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
+layout(scalar, binding = 10) readonly buffer Backgrounds { Background background[]; };  // one
+layout(scalar, binding = 11) readonly buffer SkyTexels { vec3 sky_texels[]; };
 layout(scalar, push_constant) uniform Push { HighlightsPush push; };
 
 #include "include/triangles.glsl"
@@ -47,6 +49,7 @@ layout(scalar, push_constant) uniform Push { HighlightsPush push; };
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/direct.glsl"
+#include "include/sky.glsl"
 
 // Fraction of its peak below which a lobe counts as zero and takes no ray.
 const float DARK = 1e-5;
@@ -56,17 +59,20 @@ const float DARK = 1e-5;
 float seen_size(LightSource light, vec3 position) {
     vec3 to_light = light.position + 0.5 * (light.edge_u + light.edge_v) - position;
     float distance2 = dot(to_light, to_light);
-    return light.area * max(0.0, -dot(light.axis, to_light)) * inversesqrt(distance2) / distance2;
+    return light.area * emitted_cosine(light, -to_light) * inversesqrt(distance2) / distance2;
 }
 
 // Distance along a unit direction to an area light's emitting side, or zero. `axis` is a unit
-// normal of the parallelogram.
+// normal of its plane.
 float distance_to(LightSource light, vec3 position, vec3 direction) {
     float facing = -dot(light.axis, direction);
     float t = dot(position - light.position, light.axis) / facing;
     vec3 inside = position + t * direction - light.position;
+    bool is_triangle = (light.shape & SHAPE_TRIANGLE) != 0u;
     vec2 place = vec2(dot(cross(inside, light.edge_v), light.axis), dot(cross(light.edge_u, inside), light.axis)) / light.area;
-    bool is_met = facing > 0.0 && t > 0.0 && all(greaterThanEqual(place, vec2(0.0))) && all(lessThanEqual(place, vec2(1.0)));
+    if (is_triangle) place *= 0.5;
+    bool is_met = emitted_cosine(light, -direction) > 0.0 && t > 0.0 && all(greaterThanEqual(place, vec2(0.0))) && all(lessThanEqual(place, vec2(1.0)));
+    if (is_triangle) is_met = is_met && place.x + place.y <= 1.0;
     return is_met ? t : 0.0;
 }
 
@@ -83,6 +89,8 @@ void main() {
     vec3 mirror = reflect(normalize(point.position - push.eye), point.normal);
     // Compares with the lobe's own solid angle, 2π/(n+1).
     bool is_large = light.kind == LIGHT_AREA && seen_size(light, point.position) * (exponent + 1.0) > 2.0 * PI;
+    bool is_sky = HAS_EMISSION != 0u && (push.flags & IS_SKY) != 0u;
+    is_large = is_large || is_sky;
     float sum = 0.0;
     uint end = is_large ? push.first_sample : push.end_sample;
     for (uint i = push.first_sample; i < end; ++i) {
@@ -90,9 +98,9 @@ void main() {
         if (!sample_light(light, point.position, lattice_point(light, i), found)) continue;
         float lobe = phong_lobe(mirror, found.direction, exponent);
         if (lobe < DARK) lobe = 0.0;
-        if (lobe == 0.0 && push.traces_all == 0u) continue;
+        if (lobe == 0.0 && (push.flags & TRACES_ALL) == 0u) continue;
         sum += lobe * (exponent + 2.0) / (2.0 * PI)
-             * light_factor(light, i, i + 1u, push.traces_all != 0u, point.position, normal, point.normal, point.footprint);
+             * light_factor(light, i, i + 1u, push.flags, point.position, normal, point.normal, point.footprint);
     }
     sum = weighed(light, light.samples, sum, point.position, point.normal, point.footprint);
     uint pixel_seed = hash(push.seed, gloss_pixels[index / samples]);
@@ -103,12 +111,13 @@ void main() {
     for (uint i = first; i < last; ++i) {
         vec3 direction = sample_phong_lobe(mirror, exponent, sample_3d(i, pixel_seed).xy);
         float cosine = dot(point.normal, direction);
-        float distance = distance_to(light, point.position, direction);
+        float distance = is_sky ? LIGHT_FAR : distance_to(light, point.position, direction);
         if (distance == 0.0 || cosine <= 0.0 || dot(normal, direction) <= 0.0) continue;
         if (!is_lit(point.position, normal, LightSample(direction, distance, vec3(0.0)))) continue;
-        sum += cosine * (exponent + 2.0) / (exponent + 1.0) / float(LOBE_RAYS);
+        float radiance = is_sky ? sky_along(direction)[int(light.area)] : 1.0;
+        sum += radiance * cosine * (exponent + 2.0) / (exponent + 1.0) / float(LOBE_RAYS);
     }
-    float before = push.first_sample == 0u ? 0.0 : highlight_irradiance[index];
-    highlight_irradiance[index] = before + sum;
+    float before = is_first(push.flags, push.first_sample) ? 0.0 : highlight_irradiance[index];
+    highlight_irradiance[index] = before + (is_sky ? 1.0 : light.relative) * sum;
     if (!loops_completed(push.pixel_count)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -58,6 +58,7 @@ layout(scalar, push_constant) uniform Push { IrradianceProbePush push; };
 #include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
+#include "include/light_parts.glsl"
 #include "include/brdf.glsl"
 #include "include/textures.glsl"
 #include "include/path.glsl"

@@ -65,12 +65,18 @@ layout(scalar, binding = 9) buffer Unfinished { uint unfinished[]; };  // number
 layout(scalar, binding = 10) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
+layout(scalar, binding = 13) readonly buffer Emitted { vec4 emitted[]; };
+layout(scalar, binding = 14) readonly buffer Backgrounds { Background background[]; };  // one
+layout(scalar, binding = 15) readonly buffer SkyTexels { vec3 sky_texels[]; };
 layout(scalar, push_constant) uniform Push { PathTracePush push; };
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/emitted.glsl"
+#include "include/sky.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
+#include "include/light_parts.glsl"
 #include "include/brdf.glsl"
 #include "include/textures.glsl"
 #include "include/path.glsl"
@@ -123,12 +129,15 @@ void main() {
             uint seed = hash(pixel_seed, path.depth + 1u);
             vec3 radiance = path.throughput * reflected_light(vertex, path.sample_index, seed, moments.rays);
             if (path.depth == 0u) path.direct = radiance; else path.indirect += radiance;
+            // Later vertices sample emitters as lights.
+            if (HAS_EMISSION != 0u && path.depth == 0u) path.direct += emitted_against(hit.triangle, path.direction);
 
             vec3 u = sample_3d(path.sample_index, seed);
             alive = reflect_path(vertex, u, uintBitsToFloat(ROULETTE_THRESHOLD), path.throughput, path.direction);
             path.origin = offset_origin(vertex.position, vertex.geometric);
             ++path.depth;
         }
+        if (HAS_EMISSION != 0u && !alive && path.depth == 0u) path.direct = background_along(path.direction);
         if (!alive) {
             vec3 sum = direct_sum.high + indirect_sum.high;
             add_to_spread(moments.squares, path.direct + path.indirect, sum, float(path.sample_index));

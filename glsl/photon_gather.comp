@@ -51,12 +51,18 @@ layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_lo
 layout(scalar, binding = 11) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 12) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 13) readonly buffer Texels { uint texels[]; };
+layout(scalar, binding = 14) readonly buffer Emitted { vec4 emitted[]; };
+layout(scalar, binding = 15) readonly buffer Backgrounds { Background background[]; };  // one
+layout(scalar, binding = 16) readonly buffer SkyTexels { vec3 sky_texels[]; };
 layout(scalar, push_constant) uniform Push { PhotonGatherPush push; };
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/emitted.glsl"
+#include "include/sky.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
+#include "include/light_parts.glsl"
 #include "include/textures.glsl"
 
 struct Vertex {
@@ -104,9 +110,10 @@ vec3 direct_light(Vertex vertex, Reflectance material, uint ray, uint seed) {
     // A black material reflects nothing and takes no shadow ray.
     uint count = largest(material.diffuse + material.specular) > 0.0 ? push.light_count : 0u;
     for (uint i = 0u; i < count; ++i) {
-        LightSource light = lights[i];
+        vec3 u = sample_3d(ray, hash(seed, i));
+        LightSource light = chosen_part(lights[i], u.z);
         LightSample found;
-        if (!sample_light(light, vertex.position, sample_3d(ray, hash(seed, i)).xy, found)) continue;
+        if (!sample_light(light, vertex.position, u.xy, found)) continue;
         float cosine = dot(vertex.shading, found.direction);
         if (cosine <= 0.0 || dot(vertex.normal, found.direction) <= 0.0) continue;
         if (!is_lit(vertex.position, vertex.normal, found)) continue;
@@ -174,8 +181,12 @@ void main() {
         vec2 ndc = place / vec2(push.view.width, push.view.height) * 2.0 - 1.0;
         vec3 direction = normalize(push.view.forward + ndc.x * push.view.right - ndc.y * push.view.up);
         Hit hit;
-        if (!trace(Ray(push.view.position, direction, 1e30), false, hit)) continue;
+        if (!trace(Ray(push.view.position, direction, 1e30), false, hit)) {
+            if (HAS_EMISSION != 0u) add(sums.direct, sums.direct_lost, background_along(direction));
+            continue;
+        }
         Vertex seen = vertex_at(hit, direction, true);
+        if (HAS_EMISSION != 0u) add(sums.direct, sums.direct_lost, emitted_against(hit.triangle, direction));
         add(sums.direct, sums.direct_lost, direct_light(seen, seen.material, ray, hash(seed, 1u)));
         add(sums.indirect, sums.indirect_lost, indirect_light(seen, ray, seed));
     }

@@ -54,6 +54,7 @@ layout(scalar, push_constant) uniform Push { PhotonTracePush push; };
 #include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
+#include "include/light_parts.glsl"
 #include "include/emission.glsl"
 #include "include/textures.glsl"
 
@@ -65,12 +66,13 @@ void main() {
     PhotonPath path = paths[index];
     uint stream = hash(push.seed, path.light);
     if (path.depth == 0u) {
-        LightSource light = lights[path.light];
-        vec2 u = sample_3d(path.ray, hash(stream, 0u)).xy;
-        vec2 v = sample_3d(path.ray, hash(stream, 1u)).xy;
-        EmittedRay ray = emit(light, push.scene_centre, push.scene_radius, u, v);
+        vec3 u = sample_3d(path.ray, hash(stream, 0u));
+        vec3 v = sample_3d(path.ray, hash(stream, 1u));
+        LightSource light = chosen_part(lights[path.light], u.z);
+        EmittedRay ray = emit(light, push.scene_centre, push.scene_radius, u.xy, v);
         // An area light may lie in the plane of a wall.
-        path.origin = light.kind == LIGHT_AREA ? offset_origin(ray.origin, light.axis) : ray.origin;
+        vec3 axis = dot(light.axis, ray.direction) < 0.0 ? -light.axis : light.axis;
+        path.origin = light.kind == LIGHT_AREA ? offset_origin(ray.origin, axis) : ray.origin;
         path.direction = ray.direction;
         path.flux *= ray.flux;
     }

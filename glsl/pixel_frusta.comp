@@ -29,6 +29,7 @@ layout(scalar, binding = 6) readonly buffer ShadowPixels { uint shadow_pixels[];
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
 #include "include/bvh.glsl"
+#include "include/view.glsl"
 #include "include/primary.glsl"
 #include "include/shafts.glsl"
 

@@ -24,6 +24,7 @@ layout(scalar, push_constant) uniform Push { PrimaryPush push; };
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
 #include "include/bvh.glsl"
+#include "include/view.glsl"
 #include "include/primary.glsl"
 
 void main() {

@@ -27,7 +27,7 @@ struct EdgeLightPush {
     uint light;
     uint first_sample;  // first point sample of this dispatch; later dispatches add to the first
     uint end_sample;
-    uint traces_all;    // 1: rays are traced although they cannot bring light, and start at the tree's root
+    uint flags;         // TRACES_ALL: camera rays start at the tree's root, too; ADDS
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -48,6 +48,7 @@ layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
 #include "include/bvh.glsl"
+#include "include/view.glsl"
 #include "include/primary.glsl"
 #include "include/lights.glsl"
 #include "include/light_kind.glsl"
@@ -72,7 +73,7 @@ vec3 on_plane(View view, PixelSurface pixel, vec3 normal, vec2 point) {
 PixelSurface seen_in(uint place, View view, vec2 point) {
     uint first = place * SHAFT_WORDS;
     uint counts = 1u << 16;
-    bool has_roots = push.traces_all == 0u && place < frusta_in(push.capacity);
+    bool has_roots = (push.flags & TRACES_ALL) == 0u && place < frusta_in(push.capacity);
     if (has_roots) counts = word_at(ShaftRoots, first);
     Ray ray = Ray(view.position, direction_through(view, point), 1e30);
     Shear shear = shear_along(without_zeros(ray.direction));
@@ -143,8 +144,8 @@ void main() {
             if (found.side != NO_SIDE) normal = facing_normal(found.side);
         }
         if (found.side == NO_SIDE) continue;
-        float factor = light_factor(light, push.first_sample, end, push.traces_all != 0u, found.position, normal, found.normal, found.footprint);
-        factor = weighed(light, light.samples, factor, found.position, found.normal, found.footprint);
+        float factor = light_factor(light, push.first_sample, end, push.flags, found.position, normal, found.normal, found.footprint);
+        factor = light.relative * weighed(light, light.samples, factor, found.position, found.normal, found.footprint);
         uint slot = 0u;
         if_any (is_edge && factor > 0.0) slot = slot_for(found, index, first_slot, slots);
         sum += mix(vec4(0.0), vec4(factor), equal(uvec4(0u, 1u, 2u, 3u), uvec4(slot)));
@@ -155,13 +156,14 @@ void main() {
     if (lane != 0u || place >= listed || count == 0u) return;
     vec4 total = vec4(0.0);
     for (uint i = 0u; i < LANES; ++i) total += sums[gl_LocalInvocationIndex + i];
+    bool starts = is_first(push.flags, push.first_sample);
     if (!is_edge) {
-        light_irradiance[index] = (push.first_sample == 0u ? 0.0 : light_irradiance[index]) + total.x / float(count);
+        light_irradiance[index] = (starts ? 0.0 : light_irradiance[index]) + total.x / float(count);
         return;
     }
     for (uint i = 0u; i < slots; ++i) {
         uint value = pixel_count + first_slot + i;
-        float fraction = push.first_sample == 0u ? float(before) / float(count) : 1.0;
+        float fraction = starts ? float(before) / float(count) : 1.0;
         light_irradiance[value] = light_irradiance[value] * fraction + total[i] / float(count);
     }
 }

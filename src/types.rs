@@ -314,10 +314,26 @@ gpu_struct! {
         pub stride: u32,
         /// Area: modulus of the lattice's steps: `samples`, or one more.
         pub modulus: u32,
-        /// Six whole texels.
-        pub unused: UVec2,
+        /// Emission of this part over the emission of its light; 1 for a light of one part.
+        pub relative: f32,
+        /// Area: [`SHAPE_TRIANGLE`], [`SHAPE_TWO_SIDED`], [`SHAPE_SURFACE`].
+        pub shape: u32,
     }
 }
+
+/// Flag of a dispatch for a light: rays are traced although they cannot bring light.
+pub const TRACES_ALL: u32 = 1;
+/// Flag of a dispatch for a light: the result is added to that of the light's earlier parts.
+pub const ADDS: u32 = 2;
+/// Flag of a dispatch for a light: the light is the sky, as a whole.
+pub const IS_SKY: u32 = 4;
+
+/// Area light: half of the parallelogram, between the corner and the ends of both edges.
+pub const SHAPE_TRIANGLE: u32 = 1;
+/// Area light: both sides emit.
+pub const SHAPE_TWO_SIDED: u32 = 2;
+/// Area light: it is surface of the model.
+pub const SHAPE_SURFACE: u32 = 4;
 
 /// Isotropic point light.
 pub const LIGHT_POINT: u32 = 0;
@@ -327,6 +343,14 @@ pub const LIGHT_SPOT: u32 = 1;
 pub const LIGHT_AREA: u32 = 2;
 /// Directional light: parallel rays.
 pub const LIGHT_DIRECTIONAL: u32 = 3;
+/// Light of several parts, as path and photon tracing sample it: `stride` is the row of the first
+/// part, `modulus` the number of parts. Each part stores the cumulative probability up to its end
+/// in `inner_angle`.
+pub const LIGHT_GROUP: u32 = 4;
+/// A part of the sky between two azimuths and two heights: `edge_u` holds the first azimuth, the
+/// difference of azimuths and the first height, `area` the solid angle, `outer_angle` the
+/// difference of heights.
+pub const LIGHT_SKY: u32 = 5;
 
 impl LightSource {
     /// An isotropic point light with this intensity, W/sr.
@@ -337,8 +361,23 @@ impl LightSource {
             kind: LIGHT_POINT,
             samples: 1,
             modulus: 1,
+            relative: 1.0,
             ..Zeroable::zeroed()
         }
+    }
+}
+
+gpu_struct! {
+    /// The sky as the image shows it.
+    pub struct Background {
+        /// Factor of its texels.
+        pub tint: Vec3,
+        /// Width of the image in texels; 0: no sky.
+        pub width: u32,
+        /// Rotation about +Y of each channel, radians.
+        pub turn: Vec3,
+        /// Height of the image.
+        pub height: u32,
     }
 }
 
@@ -359,4 +398,5 @@ pub const LAYOUTS: &[Layout] = &[
     Reflectance::LAYOUT,
     Texture::LAYOUT,
     LightSource::LAYOUT,
+    Background::LAYOUT,
 ];

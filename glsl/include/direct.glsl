@@ -39,14 +39,30 @@ float parallelogram_irradiance(vec3 normal, vec3 corner, vec3 edge_u, vec3 edge_
     return 0.5 * abs(sum + arc(normal, leaves, returns));
 }
 
+// As `parallelogram_irradiance`, for a triangle.
+float triangle_irradiance(vec3 normal, vec3 corner, vec3 edge_u, vec3 edge_v) {
+    vec3 leaves = vec3(0.0);
+    vec3 returns = vec3(0.0);
+    float sum = arc_above(normal, corner, corner + edge_u, leaves, returns) + arc_above(normal, corner + edge_u, corner + edge_v, leaves, returns)
+              + arc_above(normal, corner + edge_v, corner, leaves, returns);
+    return 0.5 * abs(sum + arc(normal, leaves, returns));
+}
+
+// As `parallelogram_irradiance`, for the shape of an area light.
+float shape_irradiance(LightSource light, vec3 normal, vec3 corner) {
+    if ((light.shape & SHAPE_TRIANGLE) != 0u) return triangle_irradiance(normal, corner, light.edge_u, light.edge_v);
+    return parallelogram_irradiance(normal, corner, light.edge_u, light.edge_v);
+}
+
 // Term of point sample `i` of an area light in `open_samples`; zero beyond the last sample.
 // Advances `row` to the next sample.
 float open_sample(LightSource light, vec3 corner, vec3 shading, uint i, inout uint row) {
     vec2 u = lattice_place(light, i, row);
     row = next_row(light, row);
+    u = on_shape(light, u);
     vec3 to_light = corner + u.x * light.edge_u + u.y * light.edge_v;
     float inverse = 1.0 / max(dot(to_light, to_light), 1e-24);
-    float brought = max(0.0, dot(shading, to_light) * inverse) * max(0.0, -dot(light.axis, to_light) * inverse);
+    float brought = max(0.0, dot(shading, to_light) * inverse) * emitted_cosine(light, -to_light * inverse);
     return i < light.samples ? brought : 0.0;
 }
 
@@ -80,7 +96,7 @@ float sample_weight(LightSource light, vec3 position, vec3 shading, float area) 
     float weight = 1.0 / (1.0 + area / (PI * distance * distance));
     if_any (fraction > 0.0) {
         float sum = open_samples(light, corner, shading);
-        float whole = parallelogram_irradiance(shading, corner, light.edge_u, light.edge_v);
+        float whole = shape_irradiance(light, shading, corner);
         // Disc to disc: a receiver takes no more than the light emits, even from a light much
         // smaller than itself.
         if (sum > 0.0) weight = mix(weight, whole / (sum * (1.0 + whole * area / (PI * light.area))), fraction);
@@ -94,10 +110,50 @@ float weighed(LightSource light, uint end, float found, vec3 position, vec3 shad
     return found;
 }
 
+// Factor of the sum over all parts of a sky for a receiver with that normal: the unoccluded
+// irradiance over the unoccluded sum. 1 for other lights and for other parts than the last. The
+// table follows the lights: an octahedral map of SKY_TABLE² values, bilinear.
+const int SKY_TABLE = 64;
+float sky_weight(LightSource light, vec3 normal) {
+    uint first = uint(light.inner_angle);  // a whole number
+    if (light.kind != LIGHT_DIRECTIONAL || first == 0u) return 1.0;
+    vec3 on_octahedron = normal / (abs(normal.x) + abs(normal.y) + abs(normal.z));
+    vec2 folded = (1.0 - abs(on_octahedron.zx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(on_octahedron.xz, vec2(0.0)));
+    vec2 place = (on_octahedron.y >= 0.0 ? on_octahedron.xz : folded) * 0.5 + 0.5;
+    vec2 texel = place * float(SKY_TABLE - 1);
+    ivec2 low = clamp(ivec2(texel), ivec2(0), ivec2(SKY_TABLE - 2));
+    vec2 fraction = texel - vec2(low);
+    uint at = first + uint(low.y * SKY_TABLE + low.x);
+    vec2 left = uintBitsToFloat(uvec2(word_at(Lights, at), word_at(Lights, at + uint(SKY_TABLE))));
+    vec2 right = uintBitsToFloat(uvec2(word_at(Lights, at + 1u), word_at(Lights, at + 1u + uint(SKY_TABLE))));
+    vec2 across = mix(left, right, fraction.x);
+    return mix(across.x, across.y, fraction.y);
+}
+
+// Whether a dispatch replaces the light of earlier frames.
+bool is_first(uint flags, uint first_sample) { return first_sample == 0u && (flags & ADDS) == 0u; }
+
+// Light of point samples at a receiver once those up to `end` are in: `found` by this dispatch,
+// `before` by earlier ones, which handled other samples of the same part or, with ADDS, earlier
+// parts. A part of several has all its samples in one dispatch.
+float accumulated(LightSource light, uint flags, uint end, float before, float found, vec3 position, vec3 shading, float area) {
+    if ((flags & ADDS) == 0u) return light.relative * weighed(light, end, before + found, position, shading, area) * sky_weight(light, shading);
+    return (before + light.relative * weighed(light, end, found, position, shading, area)) * sky_weight(light, shading);
+}
+
+// Whether a receiver is on the surface that emits. Rounding decides which side of it the receiver is
+// on, and one of them would be fully lit.
+bool is_on_light(LightSource light, vec3 position) {
+    if ((light.shape & SHAPE_SURFACE) == 0u) return false;
+    return abs(dot(light.axis, light.position - position)) <= 4.0 * clear_distance();
+}
+
 // Unoccluded irradiance from the point sample at `u` per unit emission, before its weight; see
 // `light_factor`. `found` is the direction to the sample; its distance is 0 if the light has
 // no direction there.
 float open_factor(LightSource light, vec2 u, vec3 position, vec3 normal, vec3 shading, float area, out LightSample found) {
+    found.distance = 0.0;
+    if (is_on_light(light, position)) return 0.0;
     light.emission = vec3(1.0);
     bool is_glossy = sample_light(light, position, u, found);
     if (found.distance == 0.0) return 0.0;
@@ -112,14 +168,14 @@ float open_factor(LightSource light, vec2 u, vec3 position, vec3 normal, vec3 sh
 }
 
 // Whether a sample with this factor takes a shadow ray.
-bool is_due(LightSample found, float factor, bool traces_all) { return found.distance != 0.0 && (factor > 0.0 || traces_all); }
+bool is_due(LightSample found, float factor, uint flags) { return found.distance != 0.0 && (factor > 0.0 || (flags & TRACES_ALL) != 0u); }
 
 // Irradiance per unit of the light's emission from point samples `first` to `end`, one shadow
 // ray each: 1/m² for point and spot lights, sr for area lights, 1 for directional lights.
 // `shading` is the shading normal of the surface, `area` (m²) its extent. Samples that cannot
-// bring light (behind the surface, outside a cone) take no ray unless `traces_all`. `weighed`
+// bring light (behind the surface, outside a cone) take no ray unless TRACES_ALL. `weighed`
 // completes the result.
-float light_factor(LightSource light, uint first, uint end, bool traces_all, vec3 position, vec3 normal, vec3 shading, float area) {
+float light_factor(LightSource light, uint first, uint end, uint flags, vec3 position, vec3 normal, vec3 shading, float area) {
     float sum = 0.0;
     uint row = lattice_row(light, first);
     for (uint i = first; i < end; ++i) {
@@ -127,7 +183,7 @@ float light_factor(LightSource light, uint first, uint end, bool traces_all, vec
         row = next_row(light, row);
         LightSample found;
         float factor = open_factor(light, u, position, normal, shading, area, found);
-        if (!is_due(found, factor, traces_all)) continue;
+        if (!is_due(found, factor, flags)) continue;
         if (is_lit(position, normal, found)) sum += factor;
     }
     return sum / float(light.samples);

@@ -18,6 +18,28 @@ float spot_falloff(LightSource light, vec3 direction) {
     return angle < light.outer_angle ? (light.outer_angle - angle) / (light.outer_angle - light.inner_angle) : 0.0;
 }
 
+// Image of `u` in the unit square, on the triangle (0,0), (1,0), (0,1) if the light is one. Keeps
+// equal areas equal.
+vec2 on_shape(LightSource light, vec2 u) {
+    if ((light.shape & SHAPE_TRIANGLE) == 0u) return u;
+    float root = sqrt(u.x);
+    return vec2(1.0 - root, u.y * root);
+}
+
+// Cosine at an area light that emits in a direction; zero if that side does not emit.
+float emitted_cosine(LightSource light, vec3 direction) {
+    float cosine = dot(light.axis, direction);
+    return (light.shape & SHAPE_TWO_SIDED) != 0u ? abs(cosine) : max(0.0, cosine);
+}
+
+// Unit direction towards a point of a part of the sky, uniform over its solid angle.
+vec3 sky_direction(LightSource light, vec2 u) {
+    float azimuth = light.edge_u.x + u.x * light.edge_u.y;
+    float height = light.edge_u.z + u.y * light.outer_angle;
+    float radius = sqrt(max(0.0, 1.0 - height * height));
+    return vec3(radius * sin(azimuth), height, -radius * cos(azimuth));
+}
+
 // Samples a light as seen from `position`; `u` selects the point of an area light, uniformly, and
 // is unused for other kinds. Returns false if the light does not reach that point. The irradiance
 // is unbounded towards the light, but finite.
@@ -26,7 +48,12 @@ bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample foun
         found = LightSample(-light.axis, LIGHT_FAR, light.emission);
         return true;
     }
+    if (light.kind == LIGHT_SKY) {
+        found = LightSample(sky_direction(light, u), LIGHT_FAR, light.area * light.emission);
+        return true;
+    }
     found = LightSample(vec3(0.0), 0.0, vec3(0.0));
+    u = on_shape(light, u);
     vec3 to_light = light.position + u.x * light.edge_u + u.y * light.edge_v - position;
     float distance2 = dot(to_light, to_light);
     // A light on the receiver itself has no direction.
@@ -35,7 +62,7 @@ bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample foun
     vec3 direction = to_light * inverse;
     float factor = 1.0;
     if (light.kind == LIGHT_SPOT) factor = spot_falloff(light, -direction);
-    if (light.kind == LIGHT_AREA) factor = light.area * max(0.0, -dot(light.axis, direction));
+    if (light.kind == LIGHT_AREA) factor = light.area * emitted_cosine(light, -direction);
     found = LightSample(direction, distance2 * inverse, light.emission * (factor * inverse * inverse));
     return factor > 0.0;
 }

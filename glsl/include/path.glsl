@@ -1,5 +1,5 @@
 // Vertices of paths from the eye or a surface: their reflected light and the continuation of the
-// path. Include after bvh.glsl, lights.glsl, brdf.glsl and textures.glsl. The including shader
+// path. Include after bvh.glsl, lights.glsl, light_parts.glsl, brdf.glsl and textures.glsl. The including shader
 // binds the texels `Surfaces`, `Reflectance materials[]` and `LightSource lights[]`; its push block
 // `push` has `light_count`.
 
@@ -26,10 +26,11 @@ vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint ray
     vec3 radiance = vec3(0.0);
     for (uint i = 0u; i < push.light_count; ++i) {
         LightSource light = lights[i];
-        vec2 u = vec2(0.0);
-        if_any (light.kind == LIGHT_AREA) u = sample_3d(sample_index, hash(seed, ~i)).xy;
+        vec3 u = vec3(0.0);
+        if_any (light.kind == LIGHT_AREA || light.kind == LIGHT_GROUP) u = sample_3d(sample_index, hash(seed, ~i));
+        light = chosen_part(light, u.z);
         LightSample found;
-        if (!sample_light(light, vertex.position, u, found)) continue;
+        if (!sample_light(light, vertex.position, u.xy, found)) continue;
         float cosine = dot(vertex.shading, found.direction);
         // A light behind the geometric surface has no effect, whatever the shading normal.
         if (cosine <= 0.0 || dot(vertex.geometric, found.direction) <= 0.0) continue;

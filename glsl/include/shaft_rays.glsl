@@ -33,7 +33,7 @@ bool is_lit_in(uint shaft, vec3 position, vec3 normal, LightSample light) {
 }
 
 // As light_factor, for a point of the shaft's batch and a light of LIGHT_KIND.
-float light_factor_in(uint shaft, LightSource light, uint first, uint end, bool traces_all, vec3 position, vec3 normal, vec3 shading, float area) {
+float light_factor_in(uint shaft, LightSource light, uint first, uint end, uint flags, vec3 position, vec3 normal, vec3 shading, float area) {
     float sum = 0.0;
     uint row = lattice_row(light, first);
     for (uint i = first; i < end_of_kind(first, end); ++i) {
@@ -41,7 +41,7 @@ float light_factor_in(uint shaft, LightSource light, uint first, uint end, bool 
         row = next_row(light, row);
         LightSample found;
         float factor = open_factor(light, u, position, normal, shading, area, found);
-        if (!is_due(found, factor, traces_all)) continue;
+        if (!is_due(found, factor, flags)) continue;
         if (is_lit_in(shaft, position, normal, found)) sum += factor;
     }
     return sum / float(light.samples);

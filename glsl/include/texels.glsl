@@ -52,7 +52,7 @@ LightSource light_at(usamplerBuffer list, uint index) {
     vec4 d = numbers(texelFetch(list, first + 3));
     uvec4 e = texelFetch(list, first + 4);
     uvec4 f = texelFetch(list, first + 5);
-    return LightSource(uintBitsToFloat(a.xyz), a.w, b.xyz, b.w, c.xyz, c.w, d.xyz, d.w, uintBitsToFloat(e.xyz), e.w, f.x, f.y, uvec2(0u));
+    return LightSource(uintBitsToFloat(a.xyz), a.w, b.xyz, b.w, c.xyz, c.w, d.xyz, d.w, uintBitsToFloat(e.xyz), e.w, f.x, f.y, uintBitsToFloat(f.z), f.w);
 }
 
 Contribution contribution_at(usamplerBuffer list, uint index) {

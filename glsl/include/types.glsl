@@ -156,13 +156,33 @@ struct LightSource {
     uint samples;       // area: its point samples in the light-path method; 1 for other kinds
     uint stride;        // area: step and modulus of the samples' lattice
     uint modulus;
-    uvec2 unused;       // to whole texels
+    float relative;     // emission of this part over that of its light; 1 for a light of one part
+    uint shape;         // area: SHAPE_*
 };
+
+const uint SHAPE_TRIANGLE = 1u;   // area: half of the parallelogram, between the corner and the ends of both edges
+const uint SHAPE_TWO_SIDED = 2u;  // area: both sides emit
+const uint SHAPE_SURFACE = 4u;    // area: it is surface of the model
+
+// Flags of a dispatch for one part of a light.
+const uint TRACES_ALL = 1u;  // rays are traced although they cannot bring light
+const uint ADDS = 2u;        // the result is added to that of the light's earlier parts
+const uint IS_SKY = 4u;      // the light is the sky, as a whole
 
 const uint LIGHT_POINT = 0u;
 const uint LIGHT_SPOT = 1u;
 const uint LIGHT_AREA = 2u;
 const uint LIGHT_DIRECTIONAL = 3u;
+const uint LIGHT_GROUP = 4u;  // several parts, for path and photon tracing: see src/types.rs
+const uint LIGHT_SKY = 5u;    // a part of the sky: see src/types.rs
+
+// The sky as the image shows it.
+struct Background {
+    vec3 tint;    // factor of its texels
+    uint width;   // of the image, texels; 0: no sky
+    vec3 turn;    // rotation about +Y of each channel, radians
+    uint height;
+};
 
 const uint NO_TARGET = 0xffffffffu;
 const uint NO_SIDE = 0xffffffffu;

@@ -2,7 +2,7 @@
 
 use crate::cpu::lights::{is_lit, lattice_point, sample_light};
 use crate::cpu::rays::Geometry;
-use crate::types::{LIGHT_AREA, LightSource, NO_SIDE, PixelSurface};
+use crate::types::{LIGHT_AREA, LightSource, NO_SIDE, PixelSurface, SHAPE_SURFACE, SHAPE_TRIANGLE};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -59,7 +59,10 @@ pub fn sample_weight(light: &LightSource, position: DVec3, shading: DVec3, area_
     if fraction == 0.0 || sum == 0.0 {
         return afar;
     }
-    let whole = polygon_irradiance(shading, &[corner, corner + u, corner + u + v, corner + v]);
+    let whole = match light.shape & SHAPE_TRIANGLE {
+        0 => polygon_irradiance(shading, &[corner, corner + u, corner + u + v, corner + v]),
+        _ => polygon_irradiance(shading, &[corner, corner + u, corner + v]),
+    };
     afar + fraction * (whole / (sum * (1.0 + whole * area_m2 / (PI * area))) - afar)
 }
 
@@ -73,6 +76,11 @@ pub fn lit_samples(
     shading: Vec3,
     area_m2: f32,
 ) -> Vec<(u32, DVec3, f64)> {
+    // Rounding decides which side of the emitting surface a receiver on it is on.
+    let height = light.axis.dot(light.position - position).abs();
+    if light.shape & SHAPE_SURFACE != 0 && height <= 4.0 * geometry.clear_distance {
+        return Vec::new();
+    }
     let white = LightSource { emission: Vec3::ONE, ..*light };
     let weight = sample_weight(light, position.as_dvec3(), shading.as_dvec3(), area_m2.into());
     let sample = |number: u32| {

@@ -1,10 +1,12 @@
 //! Mirrors `glsl/include/emission.glsl`: rays that leave light sources, and their power.
 
 use crate::cpu::hemisphere::frame;
-use crate::cpu::lights::spot_falloff;
+use crate::cpu::lights::{on_shape, sky_direction, spot_falloff};
 use crate::cpu::sampling::sample_cosine;
-use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource};
-use glam::{DVec2, DVec3};
+use crate::types::{
+    LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_GROUP, LIGHT_SKY, LIGHT_SPOT, LightSource, SHAPE_TWO_SIDED,
+};
+use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
 /// A ray that leaves a light.
@@ -27,32 +29,47 @@ fn spot_solid_angle(light: &LightSource) -> f64 {
     TAU * (2.0 * (0.5 * mean).sin().powi(2) + mean.cos() * lost)
 }
 
-/// Power that a light sends into the scene, W. For a directional light: through the disc of the
-/// scene's bounding sphere.
-pub fn light_power(light: &LightSource, scene_radius: f64) -> DVec3 {
+/// Power that a light sends into the scene, W. For a light at infinity: through the disc of the
+/// scene's bounding sphere. `table` has the parts of the light.
+pub fn light_power(light: &LightSource, table: &[LightSource], scene_radius: f64) -> DVec3 {
     let factor = match light.kind {
         LIGHT_SPOT => spot_solid_angle(light),
+        LIGHT_AREA if light.shape & SHAPE_TWO_SIDED != 0 => 2.0 * PI * f64::from(light.area),
         LIGHT_AREA => PI * f64::from(light.area),
         LIGHT_DIRECTIONAL => PI * scene_radius.powi(2),
+        LIGHT_SKY => PI * scene_radius.powi(2) * f64::from(light.area),
+        LIGHT_GROUP => {
+            let parts = &table[light.stride as usize..][..light.modulus as usize];
+            let power = |part: &LightSource| {
+                let unit = LightSource { emission: Vec3::splat(part.relative), ..*part };
+                light_power(&unit, table, scene_radius).x
+            };
+            parts.iter().map(power).sum()
+        }
         _ => 4.0 * PI,
     };
     factor * light.emission.as_dvec3()
 }
 
-/// Samples a ray. `u` selects its direction, or the position on the disc of a directional light;
-/// `v` selects the position on an area light.
-pub fn emit(light: &LightSource, scene_centre: DVec3, scene_radius: f64, u: DVec2, v: DVec2) -> EmittedRay {
+/// Samples a ray. `u` selects its direction, or the position on the disc of a light at infinity;
+/// `v` selects the position on an area light and the side, or the direction of a part of the sky.
+pub fn emit(light: &LightSource, scene_centre: DVec3, scene_radius: f64, u: DVec2, v: DVec3) -> EmittedRay {
     let (sin, cos) = (TAU * u.y).sin_cos();
     let (position, axis) = (light.position.as_dvec3(), light.axis.as_dvec3());
-    let flux = light_power(light, scene_radius);
+    let flux = light_power(light, &[], scene_radius);
     match light.kind {
-        LIGHT_DIRECTIONAL => {
-            let on_disc = frame(light.axis) * DVec3::new(u.x.sqrt() * cos, u.x.sqrt() * sin, -1.0);
+        LIGHT_DIRECTIONAL | LIGHT_SKY => {
+            let is_sky = light.kind == LIGHT_SKY;
+            let axis = if is_sky { -sky_direction(light, v.truncate()) } else { axis };
+            let on_disc = frame(axis.as_vec3()) * DVec3::new(u.x.sqrt() * cos, u.x.sqrt() * sin, -1.0);
             EmittedRay { origin: scene_centre + scene_radius * on_disc, direction: axis, flux }
         }
         LIGHT_AREA => {
-            let origin = position + v.x * light.edge_u.as_dvec3() + v.y * light.edge_v.as_dvec3();
-            EmittedRay { origin, direction: frame(light.axis) * sample_cosine(u), flux }
+            let place = on_shape(light, v.truncate());
+            let origin = position + place.x * light.edge_u.as_dvec3() + place.y * light.edge_v.as_dvec3();
+            let is_back = light.shape & SHAPE_TWO_SIDED != 0 && v.z < 0.5;
+            let axis = if is_back { -light.axis } else { light.axis };
+            EmittedRay { origin, direction: frame(axis) * sample_cosine(u), flux }
         }
         kind => {
             let is_spot = kind == LIGHT_SPOT;
@@ -92,11 +109,11 @@ mod tests {
             (spot(0.7, 0.7), 3.0 * TAU * (1.0 - f64::cos(0.7))),
             (spot(1e-4, 1e-4), narrow),
         ] {
-            assert!((light_power(&light, 1.0).x / power - 1.0).abs() < 1e-6, "{power}");
+            assert!((light_power(&light, &[], 1.0).x / power - 1.0).abs() < 1e-6, "{power}");
             let rays = 1 << 12;
             let flux = |index| {
                 let u = sample_3d(index, 5).truncate().as_dvec2();
-                let ray = emit(&light, DVec3::ZERO, 1.0, u, DVec2::ZERO);
+                let ray = emit(&light, DVec3::ZERO, 1.0, u, DVec3::ZERO);
                 assert!((ray.direction.length() - 1.0).abs() < 1e-6);
                 ray.flux.x
             };
@@ -113,9 +130,9 @@ mod tests {
             ..LightSource::point(Vec3::ZERO, Vec3::ONE)
         };
         let centre = DVec3::new(1.0, 2.0, 3.0);
-        assert!((light_power(&light, 2.0).x - 4.0 * PI).abs() < 1e-9);
+        assert!((light_power(&light, &[], 2.0).x - 4.0 * PI).abs() < 1e-9);
         for index in 0..64 {
-            let ray = emit(&light, centre, 2.0, sample_3d(index, 1).truncate().as_dvec2(), DVec2::ZERO);
+            let ray = emit(&light, centre, 2.0, sample_3d(index, 1).truncate().as_dvec2(), DVec3::ZERO);
             let along = (ray.origin - centre).dot(ray.direction);
             let across = (ray.origin - centre - along * ray.direction).length();
             assert!((along + 2.0).abs() < 1e-5 && across <= 2.0 + 1e-5, "{along}, {across}");

@@ -1,7 +1,10 @@
 //! Mirrors `glsl/include/lights.glsl`: light sources seen from a surface point.
 
 use crate::cpu::rays::Geometry;
-use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource};
+use crate::types::{
+    LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_GROUP, LIGHT_SKY, LIGHT_SPOT, LightSource, SHAPE_TRIANGLE,
+    SHAPE_TWO_SIDED,
+};
 use glam::{DVec2, DVec3, Vec3};
 
 /// A direction in which a light may be seen.
@@ -30,6 +33,43 @@ pub fn spot_falloff(light: &LightSource, direction: DVec3) -> f64 {
     }
 }
 
+/// Image of `u` in the unit square, on the triangle (0,0), (1,0), (0,1) if the light is one.
+pub fn on_shape(light: &LightSource, u: DVec2) -> DVec2 {
+    if light.shape & SHAPE_TRIANGLE == 0 {
+        return u;
+    }
+    let root = u.x.sqrt();
+    DVec2::new(1.0 - root, u.y * root)
+}
+
+/// Cosine at an area light that emits in a direction; zero or less if that side does not emit.
+pub fn emitted_cosine(light: &LightSource, direction: DVec3) -> f64 {
+    let cosine = light.axis.as_dvec3().dot(direction);
+    if light.shape & SHAPE_TWO_SIDED == 0 { cosine } else { cosine.abs() }
+}
+
+/// Unit direction towards a point of a part of the sky.
+pub fn sky_direction(light: &LightSource, u: DVec2) -> DVec3 {
+    let [azimuth, width, height] = light.edge_u.to_array().map(f64::from);
+    let (sin, cos) = (azimuth + u.x * width).sin_cos();
+    let height = height + u.y * f64::from(light.outer_angle);
+    let radius = (1.0 - height * height).max(0.0).sqrt();
+    DVec3::new(radius * sin, height, -radius * cos)
+}
+
+/// A part of a light of several, chosen by power with the random number `u`; its emission is
+/// divided by the probability. A light of one part is returned as it is.
+pub fn chosen_part(light: &LightSource, table: &[LightSource], u: f64) -> LightSource {
+    if light.kind != LIGHT_GROUP {
+        return *light;
+    }
+    let parts = &table[light.stride as usize..][..light.modulus as usize];
+    let place = parts.partition_point(|part| f64::from(part.inner_angle) <= u).min(parts.len() - 1);
+    let before = if place == 0 { 0.0 } else { parts[place - 1].inner_angle };
+    let part = parts[place];
+    LightSource { emission: light.emission * (part.relative / (part.inner_angle - before)), ..part }
+}
+
 /// Samples a light as seen from `position`; `u` selects the point of an area light, uniformly, and
 /// is unused for other kinds. `None` if the light does not reach that point.
 pub fn sample_light(light: &LightSource, position: DVec3, u: DVec2) -> Option<LightSample> {
@@ -38,6 +78,11 @@ pub fn sample_light(light: &LightSource, position: DVec3, u: DVec2) -> Option<Li
         let direction = -light.axis.as_dvec3();
         return Some(LightSample { direction, distance: f64::INFINITY, irradiance: emission });
     }
+    if light.kind == LIGHT_SKY {
+        let (direction, irradiance) = (sky_direction(light, u), f64::from(light.area) * emission);
+        return Some(LightSample { direction, distance: f64::INFINITY, irradiance });
+    }
+    let u = on_shape(light, u);
     let source = light.position.as_dvec3() + u.x * light.edge_u.as_dvec3() + u.y * light.edge_v.as_dvec3();
     let to_light = source - position;
     let distance = to_light.length();
@@ -47,7 +92,7 @@ pub fn sample_light(light: &LightSource, position: DVec3, u: DVec2) -> Option<Li
     let direction = to_light / distance;
     let factor = match light.kind {
         LIGHT_SPOT => spot_falloff(light, -direction),
-        LIGHT_AREA => f64::from(light.area) * -light.axis.as_dvec3().dot(direction),
+        LIGHT_AREA => f64::from(light.area) * emitted_cosine(light, -direction),
         _ => 1.0,
     };
     let irradiance = emission * factor / distance.powi(2);

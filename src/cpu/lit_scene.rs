@@ -1,10 +1,10 @@
 //! Reference shared by all shaders that follow paths: hit surfaces and the light that they reflect.
 
 use crate::cpu::brdf::brdf;
-use crate::cpu::lights::{is_lit, sample_light};
+use crate::cpu::lights::{chosen_part, is_lit, sample_light};
 use crate::cpu::rays::{Geometry, Hit};
-use crate::types::{LightSource, Reflectance};
-use glam::{DVec2, DVec3, Vec3};
+use crate::types::{LIGHT_GROUP, LightSource, Reflectance};
+use glam::{DVec3, Vec3};
 
 /// A scene and its lights.
 #[derive(Clone, Copy)]
@@ -13,7 +13,7 @@ pub struct LitScene<'a> {
     pub geometry: Geometry<'a>,
     /// Reflectances of its materials.
     pub materials: &'a [Reflectance],
-    /// Lights of the scene.
+    /// Lights of the scene, then the parts of those that have several.
     pub lights: &'a [LightSource],
 }
 
@@ -52,10 +52,16 @@ impl LitScene<'_> {
 
     /// Direct light that a vertex reflects, W/m²/sr; `u` returns the random numbers of a light by
     /// its index. Counts shadow rays.
-    pub(super) fn reflected_light(&self, vertex: &Vertex, u: impl Fn(u32) -> DVec2, rays: &mut u32) -> DVec3 {
+    pub(super) fn reflected_light(&self, vertex: &Vertex, u: impl Fn(u32) -> DVec3, rays: &mut u32) -> DVec3 {
         let mut radiance = DVec3::ZERO;
-        for (number, light) in (0_u32..).zip(self.lights) {
-            let Some(found) = sample_light(light, vertex.position.as_dvec3(), u(number)) else { continue };
+        // Parts follow the lights.
+        let firsts = self.lights.iter().filter(|light| light.kind == LIGHT_GROUP).map(|light| light.stride);
+        let count = firsts.min().map_or(self.lights.len(), |first| first as usize);
+        for (number, light) in (0_u32..).zip(&self.lights[..count]) {
+            let u = u(number);
+            let light = chosen_part(light, self.lights, u.z);
+            let found = sample_light(&light, vertex.position.as_dvec3(), u.truncate());
+            let Some(found) = found else { continue };
             let cosine = vertex.shading.dot(found.direction);
             if cosine <= 0.0 || vertex.geometric.as_dvec3().dot(found.direction) <= 0.0 {
                 continue;

@@ -65,7 +65,7 @@ impl Paths<'_> {
     /// Direct light that a vertex reflects, W/m²/sr, by sample `index` of the random
     /// numbers of `seed`.
     pub(super) fn reflected_light(&self, vertex: &Vertex, index: u32, seed: u32, rays: &mut u32) -> DVec3 {
-        let u = |number: u32| sample_3d(index, hash_pair(seed, !number)).truncate().as_dvec2();
+        let u = |number: u32| sample_3d(index, hash_pair(seed, !number)).as_dvec3();
         self.scene.reflected_light(vertex, u, rays)
     }
 

@@ -55,7 +55,7 @@ impl Gather<'_> {
     }
 
     fn direct(&self, vertex: &Vertex, ray: u32, seed: u32) -> DVec3 {
-        let u = |number: u32| sample_3d(ray, hash_pair(seed, number)).truncate().as_dvec2();
+        let u = |number: u32| sample_3d(ray, hash_pair(seed, number)).as_dvec3();
         self.scene.reflected_light(vertex, u, &mut 0)
     }
 

@@ -2,6 +2,7 @@
 
 use crate::cpu::brdf::sample_brdf;
 use crate::cpu::emission::emit;
+use crate::cpu::lights::chosen_part;
 use crate::cpu::lit_scene::LitScene;
 use crate::cpu::sampling::{hash_pair, sample_3d};
 use crate::types::{LIGHT_AREA, NO_SIDE};
@@ -55,11 +56,14 @@ impl Photons<'_> {
     pub fn start(&self, light: u32, ray: u32, count: f64) -> PathEnd {
         let stream = hash_pair(self.seed, light);
         let source = &self.scene.lights[light as usize];
-        let [u, v] = [0, 1].map(|number| sample_3d(ray, hash_pair(stream, number)).truncate().as_dvec2());
-        let emitted = emit(source, self.scene_centre.as_dvec3(), f64::from(self.scene_radius), u, v);
+        let [u, v] = [0, 1].map(|number| sample_3d(ray, hash_pair(stream, number)).as_dvec3());
+        let source = chosen_part(source, self.scene.lights, u.z);
+        let (centre, radius) = (self.scene_centre.as_dvec3(), f64::from(self.scene_radius));
+        let emitted = emit(&source, centre, radius, u.truncate(), v);
         let origin = emitted.origin.as_vec3();
         let origin = if source.kind == LIGHT_AREA {
-            self.scene.geometry.offset_origin(origin, source.axis)
+            let is_back = source.axis.as_dvec3().dot(emitted.direction) < 0.0;
+            self.scene.geometry.offset_origin(origin, if is_back { -source.axis } else { source.axis })
         } else {
             origin
         };

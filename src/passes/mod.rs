@@ -1,11 +1,13 @@
 //! The passes: each a host file, a shader and a CPU reference of one stem.
 
 mod cluster_buffers;
+mod emission_buffers;
 pub mod frame;
 pub mod gather_targets;
 pub mod gloss_tables;
 mod grows_with;
 pub mod kernel_copy;
+mod light_table;
 mod loop_limit;
 mod one_light;
 pub mod precompute;
@@ -14,9 +16,11 @@ mod scene_buffers;
 mod texture_buffers;
 
 pub use cluster_buffers::{ClusterBuffers, ClusterTables};
+pub use emission_buffers::EmissionBuffers;
 pub use grows_with::GrowsWith;
+pub use light_table::{LightTable, light_sources};
 pub use one_light::{LightKernel, OneLight};
-pub use scene_buffers::{LitScene, SceneBuffers, light_sources, reflectances};
+pub use scene_buffers::{LitScene, SceneBuffers, reflectances};
 pub use texture_buffers::{TextureBuffers, has_textures};
 
 use crate::layout::Layout;

@@ -4,40 +4,90 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
-use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource};
+use crate::types::{ADDS, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource, TRACES_ALL};
 
 /// Point samples of a light in one dispatch. More would exceed the watchdog of a slow device, and
 /// the iteration limit ([`crate::gpu::MAX_LOOP_ITERATIONS`]).
-const SAMPLES_A_DISPATCH: u32 = 8;
+pub(super) const SAMPLES_A_DISPATCH: u32 = 8;
 
-/// One light of the table.
+/// Beams of a light of many parts at an entry point that may be glossy.
+const MAX_BEAMS: u32 = 16;
+
+/// One light of the table, or one part of it. Most lights have one part. Emitting meshes and the
+/// sky have several of one kind, in consecutive rows, with as many point samples each. They share
+/// all results: a dispatch for a later part adds to that of earlier ones.
 #[derive(Clone, Copy)]
 pub struct OneLight<'a> {
     /// Table of `LightSource`s.
     pub table: &'a Buffer,
-    /// Index in the table.
+    /// Number of the light.
     pub index: u32,
-    /// One of the constants `LIGHT_*`.
+    /// Row of its first part in the table.
+    pub row: u32,
+    /// Number of parts.
+    pub part_count: u32,
+    /// One of the constants `LIGHT_*`: the kind of each part.
     pub kind: u32,
-    /// Number of its point samples.
+    /// Number of point samples of each part.
     pub samples: u32,
     /// Traces rays although they cannot bring light: from points that face away or stand outside
     /// the light's cone.
     pub traces_all: bool,
+    /// This is a later part of a light: its light is added to that of earlier ones.
+    pub adds: bool,
 }
 
 impl<'a> OneLight<'a> {
-    /// The light at `index`. Rays are traced only if they can bring light.
+    /// The light at `index`, which is also its row. Rays are traced only if they can bring light.
     pub fn new(table: &'a Buffer, index: u32, source: &LightSource) -> Self {
-        Self { table, index, kind: source.kind, samples: source.samples, traces_all: false }
+        let LightSource { kind, samples, .. } = *source;
+        Self { table, index, row: index, part_count: 1, kind, samples, traces_all: false, adds: false }
     }
 
-    /// Ranges of samples by dispatch: the first and one past the last. The first dispatch writes,
-    /// later ones add.
+    /// Its parts, each a light of one part.
+    pub fn parts(self) -> impl Iterator<Item = Self> {
+        (0..self.part_count).map(move |part| Self {
+            row: self.row + part,
+            part_count: 1,
+            adds: part > 0,
+            ..self
+        })
+    }
+
+    /// Ranges of samples of each part, by dispatch: the first and one past the last. The first
+    /// dispatch writes, later ones add.
     pub fn spans(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
         let samples = self.samples;
         let firsts = (0..samples).step_by(SAMPLES_A_DISPATCH as usize);
         firsts.map(move |first| (first, samples.min(first + SAMPLES_A_DISPATCH)))
+    }
+
+    /// Point samples of all parts.
+    pub fn sample_count(&self) -> u32 {
+        self.part_count * self.samples
+    }
+
+    /// Point samples that share a beam at an entry point that may be glossy. Parts are stored in
+    /// an order that keeps neighbours together, so that samples of one beam have similar
+    /// directions.
+    pub fn samples_per_beam(&self) -> u32 {
+        if self.part_count == 1 { 1 } else { self.sample_count().div_ceil(MAX_BEAMS) }
+    }
+
+    /// Beams of the light at an entry point that may be glossy.
+    pub fn beam_count(&self) -> u32 {
+        self.sample_count().div_ceil(self.samples_per_beam())
+    }
+
+    /// Whether it is the sky: many parts without a position.
+    pub fn is_sky(&self) -> bool {
+        self.kind == LIGHT_DIRECTIONAL && self.part_count > 1
+    }
+
+    /// The flags of a dispatch: `TRACES_ALL`, `ADDS`.
+    pub fn flags(&self) -> u32 {
+        let flag = |is_set, flag| if is_set { flag } else { 0 };
+        flag(self.traces_all, TRACES_ALL) | flag(self.adds, ADDS)
     }
 }
 

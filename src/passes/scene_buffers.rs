@@ -3,11 +3,11 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::GrowsWith;
-use crate::passes::{TextureBuffers, loop_limit};
-use crate::scene::{Light, LightKind, Material, Triangle, bvh::Bvh};
-use crate::types::{self, EDITABLE, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource, MAY_BE_GLOSSY};
+use crate::passes::{EmissionBuffers, TextureBuffers, loop_limit};
+use crate::scene::{Emission, Material, Triangle, bvh::Bvh};
+use crate::types::{self, EDITABLE, MAY_BE_GLOSSY};
 use bytemuck::Pod;
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 use std::sync::Arc;
 
 /// Immutable geometry and the material table. Triangles and surfaces are in BVH leaf order.
@@ -24,6 +24,8 @@ pub struct SceneBuffers {
     pub materials: Buffer,
     /// Images of the materials' diffuse albedo.
     pub textures: TextureBuffers,
+    /// Light that surfaces and the sky send to a viewer: none before [`Self::set_emission`].
+    pub emission: EmissionBuffers,
     /// Host-visible flag: [`LOOP_TRUNCATED`](types::LOOP_TRUNCATED) after an invocation with
     /// truncated loops, in kernels without another way to report it.
     pub truncated_loops: Buffer,
@@ -58,8 +60,23 @@ impl SceneBuffers {
             surfaces: list(context, "surfaces", surfaces, is_bound)?,
             materials: Buffer::from_slice(context, "materials", &reflectances(materials))?,
             textures: TextureBuffers::new(context, coordinates, materials)?,
+            emission: EmissionBuffers::new(context, materials, Arc::default())?,
             truncated_loops: Buffer::host_flag(context, "truncated")?,
         })
+    }
+
+    /// Adds the surfaces and the sky that emit. Pipelines are created afterwards.
+    ///
+    /// # Errors
+    /// The device lacks memory.
+    pub fn set_emission(
+        &mut self,
+        context: &Arc<Context>,
+        materials: &[Material],
+        emission: &Arc<Emission>,
+    ) -> Result<()> {
+        self.emission = EmissionBuffers::new(context, materials, emission.clone())?;
+        Ok(())
     }
 
     /// Returns an error if [`Self::truncated_loops`] is set: `name` is the kernel, and each hit
@@ -103,6 +120,16 @@ impl<'a> LitScene<'a> {
         ];
         scene.into_iter().chain(self.buffers.textures.after(own)).collect()
     }
+
+    /// As [`Self::bindings_and`], for a pass that sees emission.
+    pub fn seen_bindings_and<const N: usize>(
+        &self,
+        own: [(&'static str, &'a Buffer); N],
+    ) -> Vec<(&'static str, &'a Buffer)> {
+        let mut bindings = self.bindings_and(own);
+        bindings.extend(self.buffers.emission.bindings());
+        bindings
+    }
 }
 
 /// The device's material table.
@@ -114,59 +141,4 @@ pub fn reflectances(materials: &[Material]) -> Vec<types::Reflectance> {
         flags: if m.editable { EDITABLE } else { 0 } | if m.may_be_glossy() { MAY_BE_GLOSSY } else { 0 },
     };
     materials.iter().map(reflectance).collect()
-}
-
-/// The device's table of lights.
-pub fn light_sources(lights: &[Light]) -> Vec<LightSource> {
-    let source = |light: &Light| match light.kind {
-        LightKind::Point { position, intensity } => LightSource::point(position, intensity),
-        LightKind::Spot { position, direction, intensity, angle, penumbra } => LightSource {
-            kind: LIGHT_SPOT,
-            axis: direction,
-            inner_angle: angle * (1.0 - penumbra),
-            outer_angle: angle,
-            ..LightSource::point(position, intensity)
-        },
-        LightKind::Area { corner, edge_u, edge_v, radiance, samples } => {
-            let normal = edge_u.as_dvec3().cross(edge_v.as_dvec3());
-            let [stride, modulus] = lattice(samples);
-            LightSource {
-                kind: LIGHT_AREA,
-                axis: normal.normalize().as_vec3(),
-                area: normal.length() as f32,
-                edge_u,
-                edge_v,
-                samples,
-                stride,
-                modulus,
-                ..LightSource::point(corner, radiance)
-            }
-        }
-        LightKind::Directional { direction, irradiance } => LightSource {
-            kind: LIGHT_DIRECTIONAL,
-            axis: direction,
-            ..LightSource::point(Vec3::ZERO, irradiance)
-        },
-    };
-    lights.iter().map(source).collect()
-}
-
-/// Step and modulus of a lattice of `samples` points, with one in every row and every column. The
-/// step is close to the golden section, which separates neighbours, and coprime to the modulus,
-/// which separates rows. The modulus is the number of points, or one more without the point at the
-/// origin, whichever is closer.
-fn lattice(samples: u32) -> [u32; 2] {
-    let is_coprime = |stride: u32, modulus: u32| {
-        let (mut a, mut b) = (modulus, stride);
-        while b > 0 {
-            (a, b) = (b, a % b);
-        }
-        a == 1
-    };
-    let distance =
-        |[stride, modulus]: [u32; 2]| (f64::from(stride) / f64::from(modulus) - 0.618_033_988_75).abs();
-    let lattices = [samples, samples + 1].into_iter().flat_map(|modulus| {
-        (1..modulus).filter(move |&stride| is_coprime(stride, modulus)).map(move |stride| [stride, modulus])
-    });
-    lattices.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or([1, 1])
 }

@@ -89,23 +89,19 @@ impl PhotonMapper {
         progress.stage("acceleration structure", 1);
         let scene = TracedScene::new(context, scene)?;
         let (centre, radius) = bounding_sphere(&scene.scene);
-        let power = |light| luminance(light_power(light, f64::from(radius)).as_vec3());
+        let lights = &scene.light_sources;
+        let power = |light| luminance(light_power(light, lights, f64::from(radius)).as_vec3());
         let half = |number| {
             let [photon_seed, gather_seed] =
                 [2_u32, 4].map(|purpose| hash_pair(scene.scene.quality.seed, purpose + number));
             let gather = Sequence::new(context, scene.pixel_count(), gather_seed)?;
-            Ok(Half { gather, photon_seed, first_rays: vec![0; scene.light_sources.len()], samples: 0 })
+            Ok(Half { gather, photon_seed, first_rays: vec![0; scene.scene.lights.len()], samples: 0 })
         };
         let sphere = BoundingSphere { centre, radius };
         Ok(Self {
-            powers: scene.light_sources.iter().map(power).collect(),
+            powers: lights[..scene.scene.lights.len()].iter().map(power).collect(),
             reachable: Reachable::new(context, &scene)?,
-            trace: PhotonTrace::new(
-                context,
-                &scene.buffers,
-                PATHS + scene.light_sources.len() as u32,
-                sphere,
-            )?,
+            trace: PhotonTrace::new(context, &scene.buffers, PATHS + scene.light_count(), sphere)?,
             estimate: PhotonIrradiance::new(context)?,
             gather: PhotonGather::new(context, &scene.buffers)?,
             photons: PhotonMap::new(context, SLOTS)?,

@@ -4,7 +4,7 @@
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::{pixel_colours::PixelColours, primary::Primary};
-use crate::passes::{LitScene, SceneBuffers, light_sources};
+use crate::passes::{LightTable, LitScene, SceneBuffers};
 use crate::scene::{Scene, bvh::Bvh, surfaces};
 use crate::types::{LightSource, NO_SIDE, PixelSurface, Surface, View};
 use glam::Vec3;
@@ -20,7 +20,7 @@ pub struct TracedScene {
     pub surfaces: Vec<Surface>,
     /// Geometry and materials on the device.
     pub buffers: SceneBuffers,
-    /// Table of all lights.
+    /// Table of all lights: a row for each, then their parts.
     pub light_sources: Vec<LightSource>,
     /// The lights on the device.
     pub lights: Buffer,
@@ -54,17 +54,20 @@ impl TracedScene {
         scene.reorder(&bvh.order);
         let surfaces: Vec<Surface> =
             scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
-        let light_sources = light_sources(&scene.lights);
+        let light_sources = LightTable::for_paths(&scene.lights, &scene.emission);
+        let mut buffers = SceneBuffers::new(
+            context,
+            &bvh,
+            &scene.triangles,
+            &surfaces,
+            &scene.texture_coordinates,
+            &scene.materials,
+        )?;
+        buffers.set_emission(context, &scene.materials, &scene.emission)?;
+        context.run(|rec| buffers.emission.record_upload(rec, &scene.lights))?;
         Ok(Self {
             context: context.clone(),
-            buffers: SceneBuffers::new(
-                context,
-                &bvh,
-                &scene.triangles,
-                &surfaces,
-                &scene.texture_coordinates,
-                &scene.materials,
-            )?,
+            buffers,
             lights: Buffer::from_slice(context, "lights", &light_sources)?,
             view: View::from(&scene.cameras[0]),
             surfaces,
@@ -75,11 +78,12 @@ impl TracedScene {
 
     /// The buffers that passes bind.
     pub fn lit(&self) -> LitScene<'_> {
-        LitScene {
-            buffers: &self.buffers,
-            lights: &self.lights,
-            light_count: self.light_sources.len() as u32,
-        }
+        LitScene { buffers: &self.buffers, lights: &self.lights, light_count: self.light_count() }
+    }
+
+    /// Number of lights.
+    pub fn light_count(&self) -> u32 {
+        self.scene.lights.len() as u32
     }
 
     /// Width and height in pixels.

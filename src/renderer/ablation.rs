@@ -79,14 +79,13 @@ impl Renderer {
         let seed = self.world.scene.quality.seed;
         let is_along_gather_rays = exact.stage == Stage::Clusters;
         let rays = self.transport.gather.hemisphere.rays();
-        // Edits of colours have not reached the device's table.
-        self.context.run(|rec| self.lights.record_upload(rec))?;
+        let lights = Buffer::from_slice(&self.context, "lights of paths", &self.lights.for_paths())?;
         irradiance_probe::trace(
             &self.context,
             irradiance_probe::Job {
                 scene: LitScene {
                     buffers: &self.world.buffers,
-                    lights: &self.lights.table,
+                    lights: &lights,
                     light_count: self.world.scene.lights.len() as u32,
                 },
                 cache_points: &self.transport.gather.cache_points,

@@ -22,8 +22,8 @@ impl Renderer {
         let points = self.transport.form_factors.entry_points()?;
         let pixels: Vec<PixelSurface> = self.image.primary.pixels.read()?;
         let (mut at_points, mut at_pixels) = (Light::default(), Light::default());
-        for (light, [factors, irradiance], number) in self.lights.current(&self.dirty.lights) {
-            let power = f64::from(light.emission.element_sum());
+        for (light, emission, [factors, irradiance], number) in self.lights.current(&self.dirty.lights) {
+            let power = f64::from(emission.element_sum());
             let found: Vec<f32> = factors.read()?;
             // The near-light correction removes nothing.
             let mut is_exact = vec![false; points.len()];
@@ -121,25 +121,28 @@ struct Light {
 impl Light {
     /// Adds the light `found` at a surface point of extent `area_m2`. Visibility is taken as the
     /// same for all of an area light that the point faces.
-    fn add(&mut self, light: &LightSource, position: Vec3, normal: Vec3, area_m2: f32, found: f64) {
-        let (position, normal, area_m2) = (position.as_dvec3(), normal.as_dvec3(), f64::from(area_m2));
-        let excess = match light.kind {
-            LIGHT_AREA => {
-                let [bounded, whole] =
-                    [area_m2, 0.0].map(|area_m2| sample_weight(light, position, normal, area_m2));
-                whole / bounded - 1.0
-            }
-            // [Wallace]
-            _ => match sample_light(light, position, lattice_point(light, 0)) {
-                Some(sample) => area_m2 / PI / sample.distance.powi(2),
-                None => 0.0,
-            },
-        };
+    fn add(&mut self, parts: &[LightSource], position: Vec3, normal: Vec3, area_m2: f32, found: f64) {
+        let excess = |light: &LightSource| excess(light, position, normal, area_m2);
+        let excess = parts.iter().map(excess).sum::<f64>() / parts.len().max(1) as f64;
         self.found += found;
         self.removed += found * excess;
     }
 
     fn fraction(&self) -> f64 {
         if self.removed > 0.0 { self.removed / (self.found + self.removed) } else { 0.0 }
+    }
+}
+
+/// Light that clamping removes over the light that is left, for one part of a light.
+fn excess(light: &LightSource, position: Vec3, normal: Vec3, area_m2: f32) -> f64 {
+    let (position, normal, area_m2) = (position.as_dvec3(), normal.as_dvec3(), f64::from(area_m2));
+    if light.kind == LIGHT_AREA {
+        let [bounded, whole] = [area_m2, 0.0].map(|area_m2| sample_weight(light, position, normal, area_m2));
+        return whole / bounded - 1.0;
+    }
+    // [Wallace]
+    match sample_light(light, position, lattice_point(light, 0)) {
+        Some(sample) => area_m2 / PI / sample.distance.powi(2),
+        None => 0.0,
     }
 }

@@ -17,14 +17,14 @@ impl Renderer {
     /// points that no light reaches.
     pub(super) fn skipped_light(&self) -> Result<(BTreeMap<String, f64>, u64)> {
         let mut skipped = BTreeMap::new();
-        let active: Vec<&LightSource> = self.lights.active_sources().collect();
+        let active: Vec<&[LightSource]> = self.lights.active_parts().collect();
         let lights = f64::from(self.lights.count());
         if lights > 0.0 {
             skipped.insert("lights that are off or black".into(), 1.0 - active.len() as f64 / lights);
         }
         let points = self.transport.form_factors.entry_points()?;
         let (mut rays, mut turned_away) = (0_u64, 0_u64);
-        for light in active {
+        for light in active.into_iter().flatten() {
             let step = (points.len() * light.samples as usize).div_ceil(ASKED);
             for point in points.iter().step_by(step.max(1)) {
                 let normal = self.world.normal(point.side);

@@ -83,7 +83,7 @@ impl Dirty {
     pub(super) fn new(light_count: usize) -> Self {
         Self {
             changes: Changes::ALL,
-            uploads: Uploads { lights: true, materials: false },
+            uploads: Uploads { lights: true, emission: true, materials: false },
             lights: vec![LightResults::ALL; light_count],
             pixel_batches: true,
             records: RecordState::default(),
@@ -186,6 +186,7 @@ impl Dirty {
     pub(super) fn clean(&mut self, plan: &FramePlan, traced: &[bool]) {
         self.changes = Changes::default();
         self.uploads.lights &= !plan.uploads.lights;
+        self.uploads.emission &= !plan.uploads.emission;
         self.uploads.materials &= !plan.uploads.materials;
         self.pixel_batches &= !plan.pixel_batches;
         for (stale, _) in self.lights.iter_mut().zip(traced).filter(|(_, is_traced)| **is_traced) {

@@ -84,6 +84,7 @@ impl Renderer {
         self.world.enclosures.is_due = true;
         let edited = self.lights.edit(&self.world.scene.lights)?;
         self.dirty.uploads.lights = true;
+        self.dirty.uploads.emission |= self.world.buffers.emission.is_used();
         self.dirty.changes.emission |= edited.emission;
         self.dirty.changes.composition |= edited.composition;
         for light in edited.new_beams {
@@ -187,7 +188,7 @@ impl Renderer {
 
     /// Makes the next frame do this work without a change.
     pub fn force(&mut self, work: Work) {
-        self.dirty.force(work, self.lights.active_sources().count() == 1);
+        self.dirty.force(work, self.lights.active_parts().count() == 1);
     }
 
     /// Sets whether frames skip work that cannot change the picture; by default they do. Skipped

@@ -149,7 +149,7 @@ impl Image {
             colours: &self.pixel_colours,
             emission_scale: light.emission_scale,
         };
-        self.compose.record(rec, buffers, irradiances, weights);
+        self.compose.record(rec, buffers, &self.view, irradiances, weights);
     }
 }
 

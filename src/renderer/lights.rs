@@ -9,10 +9,11 @@ use crate::passes::frame::antialias::Antialias;
 use crate::passes::frame::gloss::GlossLight;
 use crate::passes::frame::hvds::ClusterLight;
 use crate::passes::frame::near_lights::{NearInputs, NearLights};
-use crate::passes::{OneLight, light_sources};
-use crate::scene::Light;
+use crate::passes::{LightTable, OneLight};
+use crate::scene::{Emission, Light};
 use crate::types::LightSource;
 use glam::Vec3;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Word of a light's counters: number of pixels at the edges of its shadows.
@@ -53,10 +54,17 @@ struct LightCache {
 /// All lights, in the order of the scene.
 pub(super) struct Lights {
     context: Arc<Context>,
-    /// A `LightSource` for each light. A light that is off has a black emission. Kernels of frames
-    /// work per unit of emission: the colour reaches them in the sums over lights.
-    pub(super) table: Buffer,
+    /// The device's copy of `rows`.
+    table: Buffer,
+    /// Parts of the lights, and the weights of skies. Kernels of frames work per unit of emission:
+    /// the colour reaches them in the sums over lights.
+    rows: LightTable,
+    /// First part of each light, with the emission of the light. A light that is off has a black
+    /// emission.
     sources: Vec<LightSource>,
+    /// The lights of the scene.
+    lights: Vec<Light>,
+    emission: Arc<Emission>,
     /// The factor of all light in a frame. A single active light has unit emission in the
     /// table, and its emission stands here. A new colour of that light then changes only the
     /// picture's last step.
@@ -73,7 +81,7 @@ pub(super) struct Lights {
 /// Sizes of a light's buffers for glossy materials.
 #[derive(Clone, Copy)]
 pub(super) struct GlossCapacity {
-    /// Bytes of beams for each point sample of the light.
+    /// Bytes of a beam of the light at all entry points.
     pub(super) beam_bytes: u64,
     /// Gloss bins that are not sums of other gloss bins.
     pub(super) bin_count: u32,
@@ -106,12 +114,22 @@ fn cluster_light(cache: &LightCache) -> ClusterLight<'_> {
 /// A light as the passes of glossy surfaces read it. `None` if no material is glossy.
 fn gloss_light<'a>(light: OneLight<'_>, cache: &'a LightCache) -> Option<GlossLight<'a>> {
     Some(GlossLight {
-        samples: light.samples,
+        beam_count: light.beam_count(),
         beams: cache.beams.as_ref()?,
         first_bounce: cache.first_bounce.as_ref()?,
         bins: cache.bins.as_ref()?,
         hits: cache.hits.as_ref()?,
     })
+}
+
+/// A light with all of its parts.
+fn one_light<'a>(table: &'a Buffer, rows: &LightTable, index: usize, source: &LightSource) -> OneLight<'a> {
+    let parts = &rows.lights[index];
+    OneLight {
+        row: parts.start,
+        part_count: parts.len() as u32,
+        ..OneLight::new(table, index as u32, source)
+    }
 }
 
 /// Whether a light is part of the sums over lights. A light that is off has a black emission
@@ -125,14 +143,17 @@ impl Lights {
     /// camera sees, `cluster_count` base clusters.
     pub(super) fn new(
         context: &Arc<Context>,
-        lights: &[Light],
+        (lights, emission): (&[Light], &Arc<Emission>),
         [factor_count, point_count, cluster_count]: [u32; 3],
         gloss: Option<GlossCapacity>,
     ) -> Result<Self> {
         let mut made = Self {
             context: context.clone(),
             table: Buffer::storage(context, "lights", 0)?,
+            rows: LightTable::default(),
             sources: Vec::new(),
+            lights: Vec::new(),
+            emission: emission.clone(),
             emission_scale: Vec3::ONE,
             caches: Vec::new(),
             factor_count,
@@ -234,7 +255,9 @@ impl Lights {
     pub(super) fn edit(&mut self, lights: &[Light]) -> Result<Edited> {
         let emissions =
             |sources: &[LightSource]| sources.iter().map(|source| source.emission).collect::<Vec<_>>();
-        let mut sources = light_sources(lights);
+        let rows = LightTable::new(lights, &self.emission);
+        let first = |parts: &Range<u32>| rows.rows[parts.start as usize];
+        let mut sources: Vec<LightSource> = rows.lights.iter().map(first).collect();
         for (source, light) in sources.iter_mut().zip(lights) {
             source.emission = if light.is_on { source.emission } else { Vec3::ZERO };
         }
@@ -246,7 +269,8 @@ impl Lights {
         let mut new_beams = Vec::new();
         if let Some(gloss) = self.gloss {
             for (index, (source, cache)) in sources.iter().zip(&mut self.caches).enumerate() {
-                let bytes = u64::from(source.samples) * gloss.beam_bytes;
+                let light = one_light(&self.table, &rows, index, source);
+                let bytes = u64::from(light.beam_count()) * gloss.beam_bytes;
                 if cache.beams.as_ref().is_none_or(|beams| beams.bytes() < bytes) {
                     cache.beams = Some(Buffer::storage(
                         &self.context,
@@ -257,19 +281,31 @@ impl Lights {
                 }
             }
         }
-        let bytes = size_of_val(&*sources) as u64;
+        let bytes = (size_of_val(&*rows.rows) + size_of_val(&*rows.sky_weights)) as u64;
         if bytes > self.table.bytes() {
             self.table = Buffer::storage(&self.context, "lights", bytes)?;
         }
         let emission = emissions(&self.sources) != emissions(&sources);
         let composition = self.emission_scale != emission_scale;
         (self.sources, self.emission_scale) = (sources, emission_scale);
+        (self.rows, self.lights) = (rows, lights.to_vec());
         Ok(Edited { emission, composition, new_beams })
+    }
+
+    /// The table for path tracing: the lights as frames see them, then their parts.
+    pub(super) fn for_paths(&self) -> Vec<LightSource> {
+        let mut rows = LightTable::for_paths(&self.lights, &self.emission);
+        for (row, source) in rows.iter_mut().zip(&self.sources) {
+            row.emission = source.emission;
+        }
+        rows
     }
 
     /// Uploads the table. A transfer.
     pub(super) fn record_upload(&self, rec: &mut Recorder) {
-        rec.upload(&self.table, &self.sources);
+        let mut words: Vec<u8> = bytemuck::cast_slice(&self.rows.rows).to_vec();
+        words.extend_from_slice(bytemuck::cast_slice(&self.rows.sky_weights));
+        rec.upload(&self.table, &words);
     }
 
     /// Finds what the near-light corrections of these lights read. Traces no ray.
@@ -404,20 +440,23 @@ impl Lights {
             .map(|planned| 1.0 - planned as f64 / active)
     }
 
-    /// Device form of the active lights.
-    pub(super) fn active_sources(&self) -> impl Iterator<Item = &LightSource> {
-        self.sources.iter().filter(|source| is_active(source))
+    /// Parts of each active light.
+    pub(super) fn active_parts(&self) -> impl Iterator<Item = &[LightSource]> {
+        let lights = self.sources.iter().zip(&self.rows.lights);
+        let active = lights.filter(|(source, _)| is_active(source));
+        active.map(|(_, parts)| &self.rows.rows[parts.start as usize..parts.end as usize])
     }
 
-    /// Active lights that are not stale: form factors and irradiance at pixels, and the index.
+    /// Active lights that are not stale: parts, emission, form factors and irradiance at pixels, and the index.
     pub(super) fn current<'a>(
         &'a self,
         stale: &'a [LightResults],
-    ) -> impl Iterator<Item = (&'a LightSource, [&'a Buffer; 2], u32)> {
+    ) -> impl Iterator<Item = (&'a [LightSource], Vec3, [&'a Buffer; 2], u32)> {
         let is_current = |stale: &LightResults| !stale.factors && !stale.irradiance;
         let current = self.active().filter(move |(light, _)| is_current(&stale[light.index as usize]));
         current.map(|(light, cache)| {
-            (&self.sources[light.index as usize], [&cache.factors, &cache.irradiance], light.index)
+            let parts = light.row as usize..(light.row + light.part_count) as usize;
+            (&self.rows.rows[parts], self.emission(light), [&cache.factors, &cache.irradiance], light.index)
         })
     }
 
@@ -477,7 +516,7 @@ impl Lights {
         let lights = self.sources.iter().zip(&self.caches);
         let active = (0..).zip(lights).filter(|(_, (source, _))| self.traces_all || is_active(source));
         active.map(|(index, (source, cache))| {
-            let light = OneLight::new(&self.table, index, source);
+            let light = one_light(&self.table, &self.rows, index as usize, source);
             (OneLight { traces_all: self.traces_all, ..light }, cache)
         })
     }

@@ -111,7 +111,12 @@ impl Renderer {
         let gloss_capacity = transport.gloss.as_ref().map(GlossPasses::capacity);
         let mut renderer = Self {
             context: context.clone(),
-            lights: Lights::new(context, &world.scene.lights, counts, gloss_capacity)?,
+            lights: Lights::new(
+                context,
+                (&world.scene.lights, &world.scene.emission),
+                counts,
+                gloss_capacity,
+            )?,
             dirty: Dirty::new(world.scene.lights.len()),
             counters: FrameCounters::new(context)?,
             world,
@@ -268,6 +273,9 @@ impl Renderer {
     fn record_uploads(&self, rec: &mut Recorder, plan: &FramePlan) {
         if plan.uploads.lights {
             self.lights.record_upload(rec);
+        }
+        if plan.uploads.emission {
+            self.world.buffers.emission.record_upload(rec, &self.world.scene.lights);
         }
         if plan.uploads.materials {
             rec.upload(&self.world.buffers.materials, &reflectances(&self.world.scene.materials));

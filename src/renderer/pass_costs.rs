@@ -22,7 +22,7 @@ impl Sizes {
     fn new(renderer: &Renderer, plan: &FramePlan, passes: &[PassTiming]) -> Self {
         let Renderer { lights, transport, image, splat, dirty, .. } = renderer;
         let planned = |lights: &[(OneLight<'_>, &Buffer)]| {
-            let samples: u64 = lights.iter().map(|(light, _)| u64::from(light.samples)).sum();
+            let samples: u64 = lights.iter().map(|(light, _)| u64::from(light.sample_count())).sum();
             (lights.len() as u64, samples)
         };
         let traced = lights.planned_irradiances(plan);
@@ -90,7 +90,7 @@ fn edge_counts(renderer: &Renderer, traced: &[(OneLight<'_>, &Buffer)]) -> [u64;
     let rays = traced.iter().map(|(light, _)| {
         let crossed = renderer.lights.shadow_edges(*light);
         let of_crossed = samples_per_edge(crossed, max_samples, capacity);
-        u64::from(light.samples) * (sample_count + u64::from(of_crossed) * u64::from(crossed))
+        u64::from(light.sample_count()) * (sample_count + u64::from(of_crossed) * u64::from(crossed))
     });
     [sample_count, slot_count, rays.sum()]
 }

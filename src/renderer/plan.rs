@@ -42,6 +42,8 @@ pub struct FramePlan {
 pub struct Uploads {
     /// The table of lights.
     pub lights: bool,
+    /// Radiance of surfaces and of the sky, as a viewer sees them.
+    pub emission: bool,
     /// The table of materials.
     pub materials: bool,
 }
@@ -121,6 +123,7 @@ impl fmt::Display for FramePlan {
         let mut line = |runs: bool, text: &str| if runs { writeln!(f, "{text}") } else { Ok(()) };
         line(self.is_idle() && self.gather == Gathering::Nothing, "nothing")?;
         line(self.uploads.lights, "upload the lights")?;
+        line(self.uploads.emission, "upload what the lights show")?;
         line(self.uploads.materials, "upload the materials")?;
         line(self.view, "view: surfaces at pixels, edges, splat weights")?;
         line(self.lobe_rays, "rays of glossy pixels")?;

@@ -9,7 +9,7 @@ use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::GrowsWith;
 use crate::passes::{SceneBuffers, reflectances};
-use crate::scene::{Camera, Light, Material, Scene, bvh::Bvh, surfaces};
+use crate::scene::{Camera, Emission, Light, Material, Scene, bvh::Bvh, surfaces};
 use crate::types::View;
 use glam::Vec3;
 use std::sync::Arc;
@@ -18,6 +18,7 @@ use std::sync::Arc;
 pub struct Preview {
     context: Arc<Context>,
     buffers: SceneBuffers,
+    emission: Arc<Emission>,
     image: Image,
     /// Indirect irradiance, zero at every pixel.
     dark: Buffer,
@@ -34,9 +35,11 @@ impl Preview {
         let surfaces: Vec<_> =
             scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
         let (triangles, coordinates) = (&scene.triangles, &scene.texture_coordinates);
-        let buffers = SceneBuffers::new(context, &bvh, triangles, &surfaces, coordinates, &scene.materials)?;
+        let mut buffers =
+            SceneBuffers::new(context, &bvh, triangles, &surfaces, coordinates, &scene.materials)?;
+        buffers.set_emission(context, &scene.materials, &scene.emission)?;
         let (image, dark) = images(context, &buffers, &scene.cameras[0])?;
-        Ok(Self { context: context.clone(), buffers, image, dark })
+        Ok(Self { context: context.clone(), buffers, emission: scene.emission, image, dark })
     }
 
     /// Renders the view of a camera, with these lights and materials of the scene. The picture has
@@ -72,12 +75,15 @@ impl Preview {
         }
         (self.image.view, self.image.exposure_stops) = (View::from(camera), exposure_stops);
         let (image, buffers) = (&self.image, &self.buffers);
-        let lights = Lights::new(&self.context, lights, [0, image.direct.point_count(), 0], None)?;
+        let of_scene = lights;
+        let lights =
+            Lights::new(&self.context, (lights, &self.emission), [0, image.direct.point_count(), 0], None)?;
         let plan = plan(&lights.traced());
         let light =
             IndirectLight { irradiance: &self.dark, gloss: None, emission_scale: lights.emission_scale };
         self.context.record(true, |rec| {
             lights.record_upload(rec);
+            buffers.emission.record_upload(rec, of_scene);
             rec.upload(&buffers.materials, &reflectances(materials));
             rec.barrier(TRANSFER_TO_COMPUTE);
             image.record_view(rec, buffers);
@@ -104,7 +110,7 @@ impl Preview {
 fn plan(traced: &[bool]) -> FramePlan {
     let light = |&irradiance: &bool| LightResults { irradiance, ..LightResults::default() };
     FramePlan {
-        uploads: Uploads { lights: true, materials: true },
+        uploads: Uploads { lights: true, emission: true, materials: true },
         view: true,
         lobe_rays: false,
         pixel_batches: true,

@@ -14,7 +14,7 @@ use lightpaths::passes::frame::compose::{Compose, Irradiances};
 use lightpaths::passes::frame::gloss_pixels::PixelGloss;
 use lightpaths::passes::frame::pixel_colours::POINTS;
 use lightpaths::scene::shapes;
-use lightpaths::types::{NO_SIDE, PixelSurface};
+use lightpaths::types::{NO_SIDE, PixelSurface, View};
 
 #[test]
 fn colours_of_pixels_and_samples_equal_the_reference() {
@@ -113,7 +113,8 @@ fn pictures_equal_the_reference_in(world: &World) {
         let of_pixels = colours(&frame.colours.of_pixels);
         let of_edges = colours(&frame.colours.of_edges);
         let tint = |colours: &[DVec3], index: usize| if has_images { colours[index] } else { DVec3::ONE };
-        world.context.run(|rec| pass.record(rec, &world.buffers, irradiances, fraction)).unwrap();
+        let view = View::from(&camera(size, 1.0));
+        world.context.run(|rec| pass.record(rec, &world.buffers, &view, irradiances, fraction)).unwrap();
         let radiance: Vec<Vec3> = pass.radiance.read().unwrap();
         let material_of = |side: u32| world.surfaces[side as usize / 2].material;
         let reflected = |pixel: usize, side: u32, colour: DVec3, direct: Vec3, source: usize, weight: f32| {

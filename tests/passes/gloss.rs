@@ -220,7 +220,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     let hits = rows("light hits", 1 << 16);
     let gloss_lights: Vec<_> = (0..lights.len())
         .map(|light| GlossLight {
-            samples: lights[light].samples,
+            beam_count: lights[light].samples,
             beams: &beams[light],
             first_bounce: &first_bounce[light],
             bins: &bins[light],
@@ -409,7 +409,7 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
         let bins = Buffer::storage(context, "light gloss bins", 12 * u64::from(gloss.leaf_count)).unwrap();
         let hits = Buffer::storage(context, "light hits", 12).unwrap();
         let light = GlossLight {
-            samples: samples as u32,
+            beam_count: samples as u32,
             beams: &beams,
             first_bounce: &dark_paths,
             bins: &bins,

@@ -83,7 +83,8 @@ fn radiance_equals_the_reference() {
             colours: &colours,
             emission_scale: Vec3::ONE,
         };
-        world.context.run(|rec| pass.record(rec, &world.buffers, irradiances_of, [1.0, 1.0])).unwrap();
+        let view = View { width: count as u32, height: 1, ..bytemuck::Zeroable::zeroed() };
+        world.context.run(|rec| pass.record(rec, &world.buffers, &view, irradiances_of, [1.0, 1.0])).unwrap();
         let radiance: Vec<Vec3> = pass.radiance.read().unwrap();
         for (index, (device, pixel)) in radiance.iter().zip(&pixels).enumerate() {
             if pixel.side == NO_SIDE {

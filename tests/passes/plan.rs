@@ -181,6 +181,7 @@ fn together(a: &FramePlan, b: &FramePlan) -> FramePlan {
         display: a.display || b.display,
         ..a.clone()
     };
+    both.uploads.emission |= b.uploads.emission;
     both.uploads.materials |= b.uploads.materials;
     both.gather = match (both.hierarchy, both.view) {
         (true, view_is_new) => {

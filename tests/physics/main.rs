@@ -6,6 +6,7 @@ mod antialias;
 mod common;
 mod corner;
 mod direct;
+mod emission;
 mod energy;
 mod facets;
 mod few_paths;

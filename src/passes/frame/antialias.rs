@@ -7,7 +7,7 @@
 //! edge pixels, their slots, light.
 
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::passes::GrowsWith;
 pub use crate::passes::frame::edges::{
@@ -253,7 +253,12 @@ impl Antialias {
         }
         // Before the barrier of the shafts' list, which serves both.
         pass.fill_zero(groups);
-        self.record_samples(pass, scene, view, light);
+        for part in light.parts() {
+            if part.adds {
+                pass.barrier(COMPUTE_TO_TRANSFER);
+            }
+            self.record_samples(pass, scene, view, part);
+        }
         self.record_sums(pass, irradiance, groups);
         self.record_shadow_edges(pass, scene, view, light, pixels, (irradiance, groups));
     }
@@ -267,10 +272,10 @@ impl Antialias {
         EdgeLightPush {
             view: *view,
             capacity: self.capacity,
-            light: light.index,
+            light: light.row,
             first_sample,
             end_sample,
-            traces_all: u32::from(light.traces_all),
+            flags: light.flags(),
         }
     }
 
@@ -379,14 +384,14 @@ impl Antialias {
             ("TruncatedLoops", &scene.truncated_loops),
         ];
         let bindings: Vec<_> = traced.into_iter().chain(listed).chain(averaged).collect();
-        for span in light.spans() {
-            if span.0 > 0 {
+        for (part, span) in light.parts().flat_map(|part| part.spans().map(move |span| (part, span))) {
+            if part.adds || span.0 > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
             pass.dispatch_indirect(
-                self.shadow_edges.of(light),
+                self.shadow_edges.of(part),
                 (groups, 0),
-                &self.light_push(view, light, span),
+                &self.light_push(view, part, span),
                 &bindings,
             );
         }

@@ -9,13 +9,14 @@ use crate::passes::GrowsWith;
 use crate::passes::SceneBuffers;
 use crate::passes::frame::antialias::{Antialias, EdgeCapacity};
 use crate::passes::frame::pixel_colours::PixelColours;
+use crate::types::View;
 use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
     pub struct ComposePush {
-        pub pixel_count: u32,
-        pub width: u32,
+        /// The camera.
+        pub view: View,
         /// Capacity for samples of edge pixels.
         pub capacity: EdgeCapacity,
         /// Factor of all light: the colour of the only active light.
@@ -73,8 +74,12 @@ impl Compose {
         is_glossy: bool,
     ) -> Result<Self> {
         let pipeline = |at_edges: u32| {
-            let constants =
-                [("IS_GLOSSY", u32::from(is_glossy)), ("AT_EDGES", at_edges), scene.textures.constant()];
+            let constants = [
+                ("IS_GLOSSY", u32::from(is_glossy)),
+                ("AT_EDGES", at_edges),
+                scene.textures.constant(),
+                scene.emission.constant(),
+            ];
             Pipeline::new(context, Self::STEM, &constants)
         };
         Ok(Self {
@@ -94,20 +99,20 @@ impl Compose {
         &self,
         rec: &mut Recorder,
         scene: &SceneBuffers,
+        view: &View,
         irradiances: Irradiances<'_>,
         [direct_weight, indirect_weight]: [f32; 2],
     ) {
         let Irradiances { pixels, direct, indirect, gloss, antialias, colours, emission_scale } = irradiances;
         let pixel_count = self.size[0] * self.size[1];
         let push = ComposePush {
-            pixel_count,
-            width: self.size[0],
+            view: *view,
             capacity: antialias.capacity,
             emission_scale,
             direct_weight,
             indirect_weight,
         };
-        let bindings = [
+        let own = [
             ("Surfaces", &scene.surfaces),
             ("Materials", &scene.materials),
             ("Pixels", pixels),
@@ -122,6 +127,7 @@ impl Compose {
             ("EdgeColours", &colours.of_edges),
             ("EdgePixels", &antialias.edge_pixels),
         ];
+        let bindings: Vec<_> = own.into_iter().chain(scene.emission.bindings()).collect();
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(&self.centres, [pixel_count, 1, 1], &push, &bindings);
         if antialias.capacity.max_samples > 0 {

@@ -3,7 +3,7 @@
 //! share a shaft to the light.
 
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
@@ -21,14 +21,14 @@ gpu_struct! {
         /// Points of a row.
         pub width: u32,
         pub point_count: u32,
-        /// Index of the light.
+        /// Row of the part of the light.
         pub light: u32,
         /// First point sample of the light.
         pub first_sample: u32,
         /// One past the last.
         pub end_sample: u32,
-        /// 1: rays are traced although they cannot bring light.
-        pub traces_all: u32,
+        /// `TRACES_ALL`, `ADDS`.
+        pub flags: u32,
     }
 }
 
@@ -119,6 +119,22 @@ impl Direct {
         pixels: &Buffer,
         irradiance: &Buffer,
     ) {
+        for part in light.parts() {
+            if part.adds {
+                pass.barrier(COMPUTE_TO_TRANSFER);
+            }
+            self.record_part(pass, scene, part, pixels, irradiance);
+        }
+    }
+
+    fn record_part(
+        &self,
+        pass: &mut PassScope<'_>,
+        scene: &SceneBuffers,
+        light: OneLight<'_>,
+        pixels: &Buffer,
+        irradiance: &Buffer,
+    ) {
         let width = self.size[0];
         self.shafts.record(pass, scene, light);
         let bindings = [
@@ -136,10 +152,10 @@ impl Direct {
             let push = DirectPush {
                 width,
                 point_count: self.pixel_count(),
-                light: light.index,
+                light: light.row,
                 first_sample,
                 end_sample,
-                traces_all: u32::from(light.traces_all),
+                flags: light.flags(),
             };
             pass.barrier(COMPUTE_TO_INDIRECT);
             pass.dispatch(self.kernel.shallow(light), [self.shafts.point_count(), 1, 1], &push, &bindings);

@@ -70,14 +70,14 @@ gpu_struct! {
     pub struct EdgeLightPush {
         pub view: View,
         pub capacity: EdgeCapacity,
-        /// Index of the light.
+        /// Row of the part of the light.
         pub light: u32,
         /// First point sample of the light.
         pub first_sample: u32,
         /// One past the last.
         pub end_sample: u32,
-        /// 1: rays are traced although they cannot bring light.
-        pub traces_all: u32,
+        /// `TRACES_ALL`, `ADDS`.
+        pub flags: u32,
     }
 }
 

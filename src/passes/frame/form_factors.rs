@@ -5,7 +5,7 @@
 //! of an area light share a colour, and so one list of form factors.
 
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};
 use crate::gpu::{Buffer, Chunk, Context, PassScope, Pipeline, Recorder, SplitBuffer};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
@@ -32,14 +32,14 @@ gpu_struct! {
         pub first_point: u32,
         /// Entry points in the bound buffer.
         pub point_count: u32,
-        /// Index of the light.
+        /// Row of the part of the light.
         pub light: u32,
         /// First point sample of the light.
         pub first_sample: u32,
         /// One past the last.
         pub end_sample: u32,
-        /// 1: rays are traced although they cannot bring light.
-        pub traces_all: u32,
+        /// `TRACES_ALL`, `ADDS`.
+        pub flags: u32,
         /// First batch of the bound buffer.
         pub first_batch: u32,
         /// Area of an entry point.
@@ -204,6 +204,21 @@ impl FormFactors {
         light: OneLight<'_>,
         factors: &Buffer,
     ) {
+        for part in light.parts() {
+            if part.adds {
+                pass.barrier(COMPUTE_TO_TRANSFER);
+            }
+            self.record_part(pass, scene, part, factors);
+        }
+    }
+
+    fn record_part(
+        &self,
+        pass: &mut PassScope<'_>,
+        scene: &SceneBuffers,
+        light: OneLight<'_>,
+        factors: &Buffer,
+    ) {
         self.shafts.record(pass, scene, light);
         for (first_sample, end_sample) in light.spans() {
             for (chunk, first_batch) in self.chunks() {
@@ -211,10 +226,10 @@ impl FormFactors {
                 let push = FormFactorsPush {
                     first_point,
                     point_count,
-                    light: light.index,
+                    light: light.row,
                     first_sample,
                     end_sample,
-                    traces_all: u32::from(light.traces_all),
+                    flags: light.flags(),
                     first_batch,
                     area_m2: self.area_m2,
                 };

@@ -109,8 +109,8 @@ pub fn vertices_for(material: &Material) -> u32 {
 /// The cached contributions of a light on glossy surfaces.
 #[derive(Clone, Copy)]
 pub struct GlossLight<'a> {
-    /// Point samples, and so beams at each entry point that may be glossy.
-    pub samples: u32,
+    /// Beams at each entry point that may be glossy.
+    pub beam_count: u32,
     /// `GlossBeam`s, entry point by entry point.
     pub beams: &'a Buffer,
     /// Outgoing flux after the first bounce of each path, per unit of the light's emission and
@@ -264,9 +264,9 @@ impl Gloss {
         })
     }
 
-    /// Bytes of the beams of a light with `samples` point samples.
-    pub fn beam_bytes(&self, samples: u32) -> u64 {
-        u64::from(self.entry_count) * u64::from(samples) * size_of::<GlossBeam>() as u64
+    /// Bytes of the beams of a light with `beam_count` beams at an entry point.
+    pub fn beam_bytes(&self, beam_count: u32) -> u64 {
+        u64::from(self.entry_count) * u64::from(beam_count) * size_of::<GlossBeam>() as u64
     }
 
     /// Dispatches over all vertices of clusters, per unit of each light's emission: first the
@@ -275,7 +275,7 @@ impl Gloss {
     pub(super) fn dispatches<'a>(&self, due: &'a [GlossLight<'a>]) -> Vec<Dispatch<'a>> {
         let area_m2 = self.area_m2;
         let dispatch = |entry_points, lights: &'a [GlossLight<'a>], (first, end)| {
-            let (beam_count, adds) = (lights[0].samples, u32::from(entry_points || first > 0));
+            let (beam_count, adds) = (lights[0].beam_count, u32::from(entry_points || first > 0));
             Dispatch {
                 entry_points,
                 span: GlossSpan { area_m2, beam_count, first, end, adds, most: self.max_asked },
@@ -288,7 +288,7 @@ impl Gloss {
             groups.chain(single).flat_map(|lights| self.windows(1).map(move |w| dispatch(false, lights, w)));
         let entry_points = due
             .chunks(1)
-            .flat_map(|light| self.windows(light[0].samples).map(move |w| dispatch(true, light, w)));
+            .flat_map(|light| self.windows(light[0].beam_count).map(move |w| dispatch(true, light, w)));
         others.chain(entry_points).collect()
     }
 

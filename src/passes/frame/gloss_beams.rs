@@ -13,8 +13,14 @@ gpu_struct! {
     pub struct GlossBeamsPush {
         /// Entry points that may be glossy.
         pub entry_count: u32,
-        /// Index of the light.
+        /// Row of the light's first part.
         pub light: u32,
+        /// Beams of an entry point.
+        pub beam_count: u32,
+        /// Point samples of the light.
+        pub sample_count: u32,
+        /// Point samples that share a beam.
+        pub samples_per_beam: u32,
         /// Mean area of an entry point.
         pub area_m2: f32,
     }
@@ -53,8 +59,15 @@ impl Gloss {
         self.copy.record(pass, &[(Vec3::ONE, factors)], self.path_count, 1.0, found.first_bounce);
         pass.dispatch(
             &self.trace,
-            [self.entry_count * light.samples, 1, 1],
-            &GlossBeamsPush { entry_count: self.entry_count, light: light.index, area_m2: self.area_m2 },
+            [self.entry_count * light.beam_count(), 1, 1],
+            &GlossBeamsPush {
+                entry_count: self.entry_count,
+                light: light.row,
+                beam_count: light.beam_count(),
+                sample_count: light.sample_count(),
+                samples_per_beam: light.samples_per_beam(),
+                area_m2: self.area_m2,
+            },
             &[
                 ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),
@@ -73,7 +86,7 @@ impl Gloss {
             pass.dispatch(
                 &self.reflect,
                 [self.entry_count, 1, 1],
-                &GlossEntriesPush { entry_count: self.entry_count, beam_count: light.samples },
+                &GlossEntriesPush { entry_count: self.entry_count, beam_count: light.beam_count },
                 &[
                     ("Materials", materials),
                     ("GlossEntries", &self.entries),

@@ -223,7 +223,7 @@ impl GlossPixels {
             mark: Pipeline::new(context, "gloss_mark", &[])?,
             list: Pipeline::new(context, "gloss_list", &[])?,
             trace: Pipeline::new(context, Self::RAYS_STEM, &[textures.constant()])?,
-            highlight: Pipeline::new(context, Self::HIGHLIGHTS_STEM, &[])?,
+            highlight: Pipeline::new(context, Self::HIGHLIGHTS_STEM, &[scene.emission.constant()])?,
             sum: LightSum::new(context)?,
             meet: VertexKernels::new(context, "gloss_hits")?,
             gloss: Pipeline::new(context, Self::STEM, &[textures.constant()])?,

@@ -7,6 +7,7 @@ use crate::gpu::{Buffer, PassScope};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::gloss_pixels::GlossPixels;
 use crate::passes::{OneLight, SceneBuffers};
+use crate::types::IS_SKY;
 use glam::Vec3;
 
 gpu_struct! {
@@ -20,7 +21,7 @@ gpu_struct! {
         pub max_samples: u32,
         /// Capacity of the list of samples.
         pub capacity: u32,
-        /// Index of the light.
+        /// Row of the part of the light.
         pub light: u32,
         /// First point sample of the light.
         pub first_sample: u32,
@@ -28,8 +29,8 @@ gpu_struct! {
         pub end_sample: u32,
         /// Seed of the directions.
         pub seed: u32,
-        /// 1: rays are traced although they cannot bring light.
-        pub traces_all: u32,
+        /// `TRACES_ALL`, `ADDS`.
+        pub flags: u32,
     }
 }
 
@@ -50,8 +51,14 @@ impl GlossPixels {
         (eye, seed): (Vec3, u32),
         highlights: &Buffer,
     ) {
-        for (first_sample, end_sample) in light.spans() {
-            if first_sample > 0 {
+        let [backgrounds, sky_texels] = scene.emission.sky();
+        // The sky is sampled by directions of the lobe, all of it at once.
+        let is_sky = light.is_sky();
+        let parts = light.parts().take(if is_sky { 1 } else { usize::MAX });
+        for (light, (first_sample, end_sample)) in
+            parts.flat_map(|part| part.spans().map(move |span| (part, span)))
+        {
+            if light.adds || first_sample > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
             pass.dispatch(
@@ -62,11 +69,11 @@ impl GlossPixels {
                     pixel_count: self.pixel_count,
                     max_samples: self.max_samples,
                     capacity: self.capacity,
-                    light: light.index,
+                    light: light.row,
                     first_sample,
                     end_sample,
                     seed,
-                    traces_all: u32::from(light.traces_all),
+                    flags: light.flags() | if is_sky { IS_SKY } else { 0 },
                 },
                 &[
                     ("Nodes", &scene.nodes),
@@ -79,6 +86,8 @@ impl GlossPixels {
                     ("GlossPixels", &self.pixels),
                     ("LightHighlights", highlights),
                     ("TruncatedLoops", &scene.truncated_loops),
+                    backgrounds,
+                    sky_texels,
                 ],
             );
         }

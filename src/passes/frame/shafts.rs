@@ -33,7 +33,7 @@ gpu_struct! {
 
 gpu_struct! {
     pub struct ShaftsPush {
-        /// Index of the light.
+        /// Row of the part of the light.
         pub light: u32,
         /// 1: rays start from the tree's root.
         pub traces_all: u32,
@@ -146,5 +146,5 @@ impl Shafts {
 }
 
 fn push(light: OneLight<'_>) -> ShaftsPush {
-    ShaftsPush { light: light.index, traces_all: u32::from(light.traces_all) }
+    ShaftsPush { light: light.row, traces_all: u32::from(light.traces_all) }
 }

@@ -171,7 +171,11 @@ impl PathTrace {
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, scene: &SceneBuffers, view: &View) -> Result<Self> {
-        let constants = [("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits()), scene.textures.constant()];
+        let constants = [
+            ("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits()),
+            scene.textures.constant(),
+            scene.emission.constant(),
+        ];
         let lanes = u64::from(Self::tiles(view).min(TILE_LIMIT) * TILE * TILE);
         Ok(Self {
             context: context.clone(),
@@ -255,7 +259,7 @@ impl PathTrace {
             &self.pipeline,
             [push.tile_count * TILE * TILE, 1, 1],
             push,
-            &job.scene.bindings_and([
+            &job.scene.seen_bindings_and([
                 ("DirectSums", &job.sums.direct),
                 ("IndirectSums", &job.sums.indirect),
                 ("Moments", &job.sums.moments),

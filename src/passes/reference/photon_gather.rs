@@ -117,7 +117,7 @@ impl PhotonGather {
     pub fn new(context: &Arc<Context>, scene: &SceneBuffers) -> Result<Self> {
         Ok(Self {
             context: context.clone(),
-            pipeline: Pipeline::new(context, STEM, &[scene.textures.constant()])?,
+            pipeline: Pipeline::new(context, STEM, &[scene.textures.constant(), scene.emission.constant()])?,
             chunks: Chunks::new(1 << 10, u32::MAX),
         })
     }
@@ -152,7 +152,7 @@ impl PhotonGather {
                     &self.pipeline,
                     [chunk, 1, 1],
                     &push,
-                    &scene.bindings_and([
+                    &scene.seen_bindings_and([
                         ("Points", irradiance.points),
                         ("EntryOffsets", irradiance.entry_offsets),
                         ("Reaches", irradiance.reaches),

@@ -54,7 +54,9 @@ impl Reachable {
         let mut surfaces: Vec<Surface> =
             pairs.map(|(triangle, active)| surfaces::surface(triangle, active)).collect();
         let (triangles, coordinates) = (&scene.triangles, &scene.texture_coordinates);
-        let buffers = SceneBuffers::new(context, &bvh, triangles, &surfaces, coordinates, &scene.materials)?;
+        let mut buffers =
+            SceneBuffers::new(context, &bvh, triangles, &surfaces, coordinates, &scene.materials)?;
+        buffers.set_emission(context, &scene.materials, &scene.emission)?;
         let clear_distance = clear_distance(&bvh.nodes[0]);
         let groups =
             sides::deactivate_unreachable(&rays, &buffers, scene, &solids, clear_distance, &mut surfaces)?;

@@ -55,7 +55,8 @@ fn geometry(scene: &Scene) -> [u64; 2] {
 fn materials(materials: &[Material]) -> [u64; 2] {
     let mut words = Vec::new();
     for material in materials {
-        let Material { name: _, diffuse, texture, specular, exponent, editable } = material;
+        // Light paths do not depend on emission.
+        let Material { diffuse, texture, specular, exponent, editable, .. } = material;
         push(&mut words, *diffuse);
         push(&mut words, *specular);
         words.extend([exponent.to_bits(), u32::from(*editable)]);
@@ -94,6 +95,8 @@ mod tests {
             specular: Vec3::splat(0.2),
             exponent: 20.0,
             editable: false,
+            emission: Vec3::ZERO,
+            emitting_sides: None,
         }
     }
 

@@ -41,7 +41,10 @@ pub fn resolved(scene_size: f32, cell_size: f32, hemisphere: Hemisphere) -> [f32
 fn place(light: &Light) -> Option<Vec3> {
     match light.kind {
         LightKind::Point { position, .. } | LightKind::Spot { position, .. } => Some(position),
-        LightKind::Area { .. } | LightKind::Directional { .. } => None,
+        LightKind::Area { .. }
+        | LightKind::Directional { .. }
+        | LightKind::Surface { .. }
+        | LightKind::Sky { .. } => None,
     }
 }
 

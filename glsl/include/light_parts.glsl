@@ -1,0 +1,20 @@
+// Parts of lights, for kernels that choose a point at random. Include after lights.glsl. The
+// including shader binds `LightSource lights[]`.
+
+// A part of the light, chosen by power with the random number `u`; its emission is divided by the
+// probability. A light of one part is returned as it is.
+LightSource chosen_part(LightSource light, float u) {
+    if (light.kind != LIGHT_GROUP) return light;
+    // The first part whose cumulative probability exceeds u.
+    uint low = light.stride;
+    uint high = light.stride + light.modulus - 1u;
+    while (low < high) {
+        uint middle = (low + high) / 2u;
+        if (u < lights[middle].inner_angle) high = middle;
+        else low = middle + 1u;
+    }
+    LightSource part = lights[low];
+    float before = low == light.stride ? 0.0 : lights[low - 1u].inner_angle;
+    part.emission = light.emission * (part.relative / (part.inner_angle - before));
+    return part;
+}

@@ -57,14 +57,7 @@ impl TracedScene {
         let light_sources = light_sources(&scene.lights);
         Ok(Self {
             context: context.clone(),
-            buffers: SceneBuffers::new(
-                context,
-                &bvh,
-                &scene.triangles,
-                &surfaces,
-                &scene.texture_coordinates,
-                &scene.materials,
-            )?,
+            buffers: SceneBuffers::new(context, &bvh, &scene, &surfaces)?,
             lights: Buffer::from_slice(context, "lights", &light_sources)?,
             view: View::from(&scene.cameras[0]),
             surfaces,

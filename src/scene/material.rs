@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::cutouts::Coverage;
 use super::keys;
 use super::texture::Texture;
 use super::value::Section;
@@ -106,6 +107,7 @@ pub(super) struct Override {
     specular: Option<Vec3>,
     exponent: Option<f32>,
     editable: Option<bool>,
+    hidden: Option<bool>,
 }
 
 impl Override {
@@ -124,10 +126,16 @@ impl Override {
             specular: section.vector("specular", 0.0..=1.0)?.map(|albedo| albedo.as_vec3()),
             exponent: section.number("exponent", 1.0..=1e6)?.map(|exponent| exponent as f32),
             editable: section.flag("editable")?,
+            hidden: section.flag("hidden")?,
         })
     }
 
-    pub(super) fn apply(&self, material: &mut Material) {
+    pub(super) fn apply(&self, material: &mut Material, coverage: &mut Coverage) {
+        match (self.hidden, &coverage) {
+            (Some(true), _) => *coverage = Coverage::Hidden,
+            (Some(false), Coverage::Hidden) => *coverage = Coverage::Full,
+            _ => (),
+        }
         if let Some(diffuse) = self.diffuse {
             (material.diffuse, material.texture) = (diffuse, None);
         }

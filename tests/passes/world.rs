@@ -16,7 +16,7 @@ use lightpaths::passes::precompute::{Silent, light_paths};
 use lightpaths::passes::{ClusterBuffers, ClusterTables, SceneBuffers, reflectances};
 use lightpaths::scene::bvh::Bvh;
 use lightpaths::scene::hvds::Hvds;
-use lightpaths::scene::{Image, Material, Scene, Texture, Triangle, grid, shapes, surfaces};
+use lightpaths::scene::{Image, Material, OpacityMaps, Scene, Texture, Triangle, grid, shapes, surfaces};
 use lightpaths::types::{CachePoint, Grid, PathVertex, PixelSurface, Reflectance, Surface};
 
 /// Relative tolerance of the result of a few operations.
@@ -75,6 +75,7 @@ pub(crate) struct World {
     pub triangles: Vec<Triangle>,
     pub surfaces: Vec<Surface>,
     pub coordinates: Vec<[Vec2; 3]>,
+    pub opacity: OpacityMaps,
     pub materials: Vec<Material>,
     pub hvds: Hvds,
     /// Density of entry points on each fragment of `hvds`: all possible values, in no order.
@@ -97,13 +98,11 @@ impl World {
         let bvh = Bvh::build(&scene.triangles).unwrap();
         let mut ordered = scene.clone();
         ordered.reorder(&bvh.order);
-        let (triangles, coordinates) = (ordered.triangles, ordered.texture_coordinates);
-        let sees = surfaces::sides_that_see_something(&triangles);
+        let sees = surfaces::sides_that_see_something(&ordered.triangles);
         let surfaces: Vec<_> =
-            triangles.iter().zip(sees).map(|(triangle, sees)| surfaces::surface(triangle, sees)).collect();
-        let materials = scene.materials.clone();
-        let buffers =
-            SceneBuffers::new(&context, &bvh, &triangles, &surfaces, &coordinates, &materials).unwrap();
+            ordered.triangles.iter().zip(sees).map(|(t, sees)| surfaces::surface(t, sees)).collect();
+        let buffers = SceneBuffers::new(&context, &bvh, &ordered, &surfaces).unwrap();
+        let Scene { triangles, texture_coordinates: coordinates, opacity, materials, .. } = ordered;
         let hvds = Hvds::build_split(&triangles, &surfaces, grid, cells);
         let every_third: Vec<bool> = hvds.levels[0].clone().map(|cluster| cluster % 3 == 0).collect();
         let hvds = hvds.with_unweighted(&every_third);
@@ -118,6 +117,7 @@ impl World {
             triangles,
             surfaces,
             coordinates,
+            opacity,
             materials,
             hvds,
             densities,
@@ -177,6 +177,7 @@ impl World {
             triangles: &self.triangles,
             surfaces: &self.surfaces,
             textures: Textures { materials: &self.materials, coordinates: &self.coordinates },
+            opacity: &self.opacity,
             clear_distance: self.clear_distance,
         }
     }

@@ -66,6 +66,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
     let Scene {
         triangles,
         texture_coordinates,
+        opacity,
         materials,
         lights,
         cameras,
@@ -78,7 +79,9 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
     } = scene;
     let shader = Shader::named("path_trace");
     write!(key, "{FORMAT} {} {} {budget} {}", shader.source_hash, fnv1a(&shader.bytes), quality.seed)
-        .and_then(|()| write!(key, "{materials:?} {texture_coordinates:?} {lights:?} {:?}", cameras[0]))
+        .and_then(|()| {
+            write!(key, "{materials:?} {texture_coordinates:?} {opacity:?} {lights:?} {:?}", cameras[0])
+        })
         .and_then(|()| triangles.iter().try_for_each(|triangle| write!(key, "{triangle:?}")))
         .expect("a hash takes everything");
     format!("{:016x}.reference", key.0)

@@ -14,6 +14,7 @@ use gltf::khr_lights_punctual::Kind;
 use gltf::mesh::Mode;
 use gltf::{Document, Node, Primitive, Semantic};
 
+use super::cutouts::Coverage;
 use super::geometry::{Mesh, too_many};
 use super::limits::{MATERIALS, TRIANGLES};
 use super::material::Material;
@@ -40,10 +41,13 @@ const COMPRESSED: [&str; 3] =
     ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 /// The contents of a glTF file.
+#[derive(Default)]
 pub(super) struct Model {
     /// Triangles in world space; each mesh has one material.
     pub(super) meshes: Vec<Mesh>,
     pub(super) materials: Vec<Material>,
+    /// Where each material is surface.
+    pub(super) coverages: Vec<Coverage>,
     pub(super) cameras: Vec<FileCamera>,
     pub(super) lights: Vec<FileLight>,
 }
@@ -124,7 +128,7 @@ pub(super) fn load(
         nodes: 0,
         triangles: 0,
         lists: HashMap::new(),
-        model: Model { meshes: Vec::new(), materials: Vec::new(), cameras: Vec::new(), lights: Vec::new() },
+        model: Model::default(),
     };
     for root in roots {
         walk.node(&root, DAffine3::IDENTITY, 0).map_err(fault)?;
@@ -136,7 +140,7 @@ pub(super) fn load(
     if materials.all.len() > MATERIALS {
         return Err(fault(super::material_names::too_many_materials()));
     }
-    model.materials = materials.all;
+    (model.materials, model.coverages) = (materials.all, materials.coverages);
     Ok(model)
 }
 

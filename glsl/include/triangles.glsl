@@ -29,8 +29,8 @@ const uint TRIANGLE_WORDS = 4u * TRIANGLE_TEXELS;
 
 bool has_holes(uint index) { return HAS_CUTOUTS != 0u && triangle_word(TRIANGLE_WORDS * index + 3u) != 0u; }
 
-// Whether a triangle has a hole at a point. Its micromap divides each edge into 2^level parts. A bit
-// of a micro-triangle is set if it is a hole; src/scene/opacity.rs numbers them.
+// Whether a triangle has a hole at a point. A micro-triangle is a hole if its bit is set;
+// src/scene/opacity.rs numbers them.
 bool is_hole(uint index, vec3 barycentric) {
     if (!has_holes(index)) return false;
     uint parts = 1u << triangle_word(TRIANGLE_WORDS * index + 7u);

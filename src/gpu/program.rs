@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 pub(super) struct Program {
     pub(super) stem: &'static str,
     pub(super) module: Module,
-    /// All constants except those that follow from the bindings.
+    /// All constants except [`FROM_BINDINGS`].
     constants: Vec<(String, u32)>,
     /// The Vulkan objects of each variant, by [`Variant::index`]. `None` before the first use.
     variants: [RwLock<Option<Arc<Handles>>>; Variant::COUNT],

@@ -149,12 +149,12 @@ mod code {
 /// Names of the specialisation constants that are a workgroup's size along x, y and z.
 pub const LOCAL_SIZE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
-/// The specialisation constant of kernels that can read lists through addresses: whether such lists
-/// are bound.
+/// The specialisation constant of kernels that can read lists through addresses. It is 1 if such
+/// lists are bound.
 pub const USE_BUFFER_DEVICE_ADDRESS: &str = "USE_BUFFER_DEVICE_ADDRESS";
 
-/// The specialisation constant of kernels that intersect triangles: whether the bound ones have
-/// opacity micromaps.
+/// The specialisation constant of kernels that intersect triangles. It is 1 if the bound triangles
+/// have opacity micromaps.
 pub const HAS_CUTOUTS: &str = "HAS_CUTOUTS";
 
 /// The specialisation constants that follow from the bindings. Callers do not pass them.

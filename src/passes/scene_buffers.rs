@@ -71,8 +71,8 @@ impl SceneBuffers {
     }
 }
 
-/// The device's list of triangles, followed by the words of their opacity micromaps, which pad it to
-/// whole triangles.
+/// The device's list of triangles, followed by the words of their opacity micromaps. The list
+/// consists of whole triangles.
 fn triangle_list(scene: &Scene) -> Vec<types::Triangle> {
     const WORDS: usize = size_of::<types::Triangle>() / 4;
     let corners = scene.triangles.iter().map(|t| t.positions.map(|corner| corner.extend(0.0)));

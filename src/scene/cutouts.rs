@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, IVec2, Vec2};
-use image::DynamicImage;
 
+use super::alpha::Alpha;
 use super::geometry::Assembled;
 use super::opacity::{MAX_LEVEL, OpacityMaps, word_count};
 use super::texture::Image;
@@ -18,12 +18,12 @@ pub(super) const CUT_AT_HALF: &str = "opacity is cut at one half: a surface is o
 /// Where a material is surface.
 #[derive(Clone, Default)]
 pub(super) enum Coverage {
-    /// Everywhere.
+    /// All of it is surface.
     #[default]
     Full,
-    /// Nowhere: its triangles are left out.
+    /// None of it is surface: its triangles are left out.
     Hidden,
-    /// Where its opacity map says so.
+    /// The opacity map decides.
     Cutout(Cutout),
 }
 
@@ -37,43 +37,13 @@ pub(super) struct Cutout {
     pub(super) cutoff: f64,
 }
 
-/// Opacity in texels.
-pub(super) struct Alpha {
-    /// Width and height in texels.
-    size: [u32; 2],
-    /// Row by row from the top; 255 is opaque.
-    values: Vec<u8>,
-}
-
-impl Alpha {
-    /// The alpha channel of an image. `None` if all of it is opaque.
-    pub(super) fn of(image: &DynamicImage) -> Option<Arc<Self>> {
-        if !image.color().has_alpha() {
-            return None;
-        }
-        let values: Vec<u8> = match image {
-            DynamicImage::ImageLumaA8(image) => image.pixels().map(|pixel| pixel.0[1]).collect(),
-            DynamicImage::ImageRgba8(image) => image.pixels().map(|pixel| pixel.0[3]).collect(),
-            other => other.to_rgba8().pixels().map(|pixel| pixel.0[3]).collect(),
-        };
-        let is_opaque = values.iter().all(|&value| value == u8::MAX);
-        (!is_opaque).then(|| Arc::new(Self { size: [image.width(), image.height()], values }))
-    }
-
-    /// Whether many texels are neither nearly opaque nor nearly open.
-    pub(super) fn is_grey(&self) -> bool {
-        let grey = self.values.iter().filter(|&&value| (64..192).contains(&value)).count();
-        10 * grey > self.values.len()
-    }
-
-    /// The luminance of an opaque image, by Rec.709.
-    pub(super) fn of_luminance(image: &Image) -> Arc<Self> {
-        let luminance = |&[r, g, b]: &[u8; 3]| {
-            let [r, g, b] = [r, g, b].map(u32::from);
-            ((2126 * r + 7152 * g + 722 * b + 5000) / 10_000) as u8
-        };
-        Arc::new(Self { size: image.size, values: image.codes.iter().map(luminance).collect() })
-    }
+/// The opacity map of an image without an alpha channel: its luminance, by Rec.709.
+pub(super) fn luminance(image: &Image) -> Arc<Alpha> {
+    let luminance = |&[r, g, b]: &[u8; 3]| {
+        let [r, g, b] = [r, g, b].map(u32::from);
+        ((2126 * r + 7152 * g + 722 * b + 5000) / 10_000) as u8
+    };
+    Arc::new(Alpha { size: image.size, values: image.codes.iter().map(luminance).collect() })
 }
 
 impl Cutout {

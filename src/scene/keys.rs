@@ -103,7 +103,7 @@ keys! {
         specular: "3 numbers", "0 to 1", "the model's", "Albedo of the Phong lobe", "[0.3, 0.3, 0.3]", "[2.0, 0.0, 0.0]";
         exponent: "number", "1 to 1e6", "the model's", "Exponent of the Phong lobe", "40.0", "0.5";
         editable: "true or false", "", "false", "Whether the material may become glossy at run time", "true", "";
-        hidden: "true or false", "", "the model's", "Whether its triangles are left out", "true", "";
+        hidden: "true or false", "", "the model's", "Whether its triangles are left out", "false", "";
     }
     "quality" "" {
         preset: "text", "draft, paper, high", "paper", "Where all other settings come from", "\"draft\"", "\"best\"";

@@ -34,7 +34,7 @@ pub(super) fn missed(keyword: &str, rest: &str) -> Missed {
             Some(0.0..=2.0) => Nothing,
             _ => Unknown,
         },
-        "map_d" | "map_tr" | "map_tf" | "map_opacity" | "map_alpha" => Transparency,
+        "map_tr" | "map_tf" | "map_opacity" | "map_alpha" => Transparency,
         "ka" | "map_ka" => unless(all(rest, |value| value <= 0.0), Ambient),
         "ni" => Refraction,
         "ke" | "map_ke" | "map_emissive" => {
@@ -107,7 +107,7 @@ mod tests {
             ("tr 0.95", Missed::Transparency),
             ("tf 0.5 1 1", Missed::Transparency),
             ("tf xyz 1 1 1", Missed::Transparency),
-            ("map_d a.png", Missed::Transparency),
+            ("map_opacity a.png", Missed::Transparency),
             ("illum 4", Missed::Transparency),
             ("illum 7", Missed::Transparency),
             ("illum 3", Missed::Effect("mirror reflections")),

@@ -7,6 +7,7 @@
 use glam::{DVec3, Vec2, Vec3};
 use std::path::PathBuf;
 
+mod alpha;
 pub mod builtin;
 pub mod bvh;
 pub mod camera;

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::cutouts::{Alpha, CUT_AT_HALF, Coverage, Cutout};
+use super::alpha::Alpha;
+use super::cutouts::{self, CUT_AT_HALF, Coverage, Cutout};
 use super::image_map::Map;
 use super::limits::MATERIALS;
 use super::lines::Lines;
@@ -222,7 +223,7 @@ impl Library<'_, '_> {
     fn opacity_map(&mut self, rest: &str) {
         let what = "opacity maps that cannot be used are left out: surfaces are opaque";
         if let Some(((image, alpha), map)) = self.map("map_d", rest, what) {
-            let alpha = alpha.unwrap_or_else(|| Alpha::of_luminance(&image));
+            let alpha = alpha.unwrap_or_else(|| cutouts::luminance(&image));
             if alpha.is_grey() {
                 self.note(CUT_AT_HALF);
             }

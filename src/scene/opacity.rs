@@ -1,10 +1,10 @@
 //! Opacity micromaps: the holes of triangles. [VK_EXT_opacity_micromap]
 //!
 //! A micromap divides each edge of its triangle into 2^level parts, and the triangle into 4^level
-//! micro-triangles. Each is surface or a hole. Row r holds the points whose second corner weighs r
-//! to r + 1 parts, and column c those whose third corner weighs c to c + 1 parts. A row and a column
-//! share a micro-triangle on the near side of their diagonal and, except in a row's last column, one
-//! on the far side. Numbers ascend row by row, then column by column, the near one first.
+//! micro-triangles. Each is surface or a hole. In row r the second corner weighs r to r + 1 parts.
+//! In column c the third corner weighs c to c + 1 parts. A diagonal divides the square of a row and
+//! a column into a near and a far micro-triangle. The last square of a row has only the near one.
+//! Numbers ascend row by row, then column by column, the near one first.
 
 use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -99,8 +99,8 @@ impl OpacityMaps {
         }
     }
 
-    /// Whether a triangle has a hole at a point, by the weights of its corners; mirrors
-    /// `glsl/include/triangles.glsl`.
+    /// Whether a triangle has a hole at a point, by the weights of its corners. `is_hole` in
+    /// `glsl/include/triangles.glsl` mirrors it.
     pub fn is_hole(&self, triangle: u32, barycentric: DVec3) -> bool {
         let Some(map) = self.micromap(triangle) else { return false };
         let parts = 1_u32 << map.level;
@@ -265,7 +265,8 @@ mod tests {
 
     /// Holes without any regularity.
     fn speckled(level: u32) -> OpacityMaps {
-        let is_hole = |_, centre: DVec3| (1e4 * centre.dot(DVec3::new(0.3, 1.7, 2.9))).sin() > 0.2;
+        let is_hole =
+            |_, centre: DVec3| (1e4 * centre.dot(DVec3::new(0.3, 1.7, 2.9))).sin() > 0.2 || centre.x > 0.6;
         OpacityMaps::new(&[level], is_hole)
     }
 

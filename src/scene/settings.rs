@@ -45,8 +45,7 @@ impl Setting {
         Ok(Self { value: Node::parse_flag(&flag, value.trim())?, flag, path })
     }
 
-    /// Whether it applies before models are read: it changes a model or a material, which may hide
-    /// triangles.
+    /// Whether it applies before models are read. Changes of materials do: they may hide some.
     pub(super) fn precedes_models(&self) -> bool {
         ["model", "material"].contains(&self.path[0].as_str())
     }

@@ -26,8 +26,8 @@ pub struct Solids {
 }
 
 impl Solids {
-    /// Finds the solids of a scene. A surface with holes is not one, nor is a closed surface around a
-    /// viewpoint: its inside is part of the scene.
+    /// Finds the solids of a scene. A surface with holes is not one. Nor is a closed surface around
+    /// a viewpoint: its inside is part of the scene.
     pub fn of_scene(scene: &Scene) -> Self {
         let mut parts = parts(&scene.triangles);
         let cut = scene.opacity.micromaps().filter_map(|(triangle, _)| parts[triangle]);
@@ -36,7 +36,7 @@ impl Solids {
         Self::outside_of(&scene.triangles, parts, &scene.viewpoints())
     }
 
-    /// No solids.
+    /// The solids of a scene that has none.
     pub fn none() -> Self {
         Self::from_parts(&[], Vec::new())
     }

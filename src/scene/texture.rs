@@ -9,8 +9,8 @@ use std::sync::Arc;
 use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
+use super::alpha::Alpha;
 use super::containers;
-use super::cutouts::Alpha;
 use super::limits::{IMAGE_GROWTH, IMAGE_SIDE, JPEG_SCANS};
 use super::value::printable;
 

@@ -445,7 +445,6 @@ fn what_is_not_read_is_named() {
     for expected in [
         "extensions that are not read: \"KHR_materials_clearcoat\"; \"EXT_unheard_of\"",
         "transparency is passed over: surfaces are opaque (opacity 0.25): pane",
-        "alpha masks are passed over: surfaces have no holes: leaf",
         "light of surfaces (`emissiveFactor`) is passed over: pane",
         "vertex colours are passed over",
         "points and lines are left out",

@@ -10,7 +10,8 @@ use gltf::material::AlphaMode;
 use gltf::texture::{Info, WrappingMode};
 use gltf::{Document, Texture};
 
-use super::super::cutouts::{Alpha, CUT_AT_HALF, Coverage, Cutout};
+use super::super::alpha::Alpha;
+use super::super::cutouts::{CUT_AT_HALF, Coverage, Cutout};
 use super::super::limits::IMAGE_BYTES;
 use super::super::material::Material;
 use super::super::material_names::{NO_MATERIAL, shown};

@@ -1,4 +1,4 @@
-//! Opacity micromaps: the holes of triangles. [VK_EXT_opacity_micromap]
+//! Opacity micromaps, as `VK_EXT_opacity_micromap` has them: the holes of triangles.
 //!
 //! A micromap divides each edge of its triangle into 2^level parts, and the triangle into 4^level
 //! micro-triangles. Each is surface or a hole. In row r the second corner weighs r to r + 1 parts.

@@ -6,7 +6,7 @@ use crate::path_tracer::trace;
 use crate::{assert_close, render};
 use glam::{DVec3, Vec3};
 use lightpaths::reference::{PhotonMapper, Progressive};
-use lightpaths::renderer::{Layer, Silent};
+use lightpaths::renderer::{Layer, Renderer, Silent};
 use lightpaths::scene::{Light, LightKind, OpacityMaps, Quality, Scene, Triangle, shapes};
 
 const SIZE: [u32; 2] = [64, 48];
@@ -71,6 +71,19 @@ fn with_holes() -> Scene {
     scene
 }
 
+/// A closed box with holes in its lid, through which the sun shines. Its camera is inside.
+fn with_holes_in_the_lid() -> Scene {
+    let mut scene = shapes::closed_box(Vec3::new(2.0, 1.6, 1.8), 0.6);
+    let level = |triangle: &Triangle| 3 * u32::from(triangle.geometric_normal().y < -0.5);
+    let levels: Vec<u32> = scene.triangles.iter().map(level).collect();
+    scene.opacity = OpacityMaps::new(&levels, |_, centre| (8.0 * centre.y).floor() % 3.0 == 1.0);
+    scene.lights[0].kind = LightKind::Directional {
+        direction: Vec3::new(0.3, -1.0, -0.2).normalize(),
+        irradiance: Vec3::splat(2.0),
+    };
+    scene
+}
+
 fn sum(layer: &[[f32; 3]]) -> DVec3 {
     layer.iter().map(|pixel| DVec3::from(pixel.map(f64::from))).sum()
 }
@@ -85,6 +98,24 @@ fn check(what: &str, found: [&[[f32; 3]]; 2], expected: [&[[f32; 3]]; 2], tolera
             assert_close(&format!("{what}, {layer}"), ratio[channel], 1.0, tolerance);
         }
     }
+}
+
+fn layers(renderer: &Renderer) -> [Vec<[f32; 3]>; 2] {
+    [Layer::Direct, Layer::Indirect].map(|layer| renderer.layer(layer).unwrap())
+}
+
+/// No closed surface with holes is an enclosure or a solid.
+#[test]
+fn the_sun_shines_through_holes_into_a_closed_box() {
+    let scene = with_holes_in_the_lid();
+    let expected = trace(scene.clone(), SIZE, 256).picture().unwrap();
+    let mut small = scene;
+    small.cameras[0].size = SIZE;
+    let quality = Quality { preset: "test", entry_points: 200_000, cache_points: 3_000, ..Quality::DRAFT };
+    let renderer = render(small, quality);
+    let [direct, indirect] = layers(&renderer);
+    check("light paths", [&direct, &indirect], [&expected.direct, &expected.indirect], 0.005);
+    assert_silent(&context());
 }
 
 #[test]
@@ -111,7 +142,7 @@ fn light_passes_holes_as_it_passes_gaps_between_squares() {
         ..Quality::DRAFT
     };
     let renderer = render(small, quality);
-    let [direct, indirect] = [Layer::Direct, Layer::Indirect].map(|layer| renderer.layer(layer).unwrap());
+    let [direct, indirect] = layers(&renderer);
     check("light paths", [&direct, &indirect], of_cut, 0.005);
     check("light paths and squares", [&direct, &indirect], of_squares, 0.005);
     assert_silent(&context());

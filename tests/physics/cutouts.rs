@@ -71,7 +71,7 @@ fn with_holes() -> Scene {
     scene
 }
 
-/// A closed box with holes in its lid, through which the sun shines. Its camera is inside.
+/// A closed box with holes in its lid, under the sun. Its camera is inside.
 fn with_holes_in_the_lid() -> Scene {
     let mut scene = shapes::closed_box(Vec3::new(2.0, 1.6, 1.8), 0.6);
     let level = |triangle: &Triangle| 3 * u32::from(triangle.geometric_normal().y < -0.5);
@@ -106,7 +106,7 @@ fn layers(renderer: &Renderer) -> [Vec<[f32; 3]>; 2] {
 
 /// No closed surface with holes is an enclosure or a solid.
 #[test]
-fn the_sun_shines_through_holes_into_a_closed_box() {
+fn the_sun_lights_a_closed_box_through_holes() {
     let scene = with_holes_in_the_lid();
     let expected = trace(scene.clone(), SIZE, 256).picture().unwrap();
     let mut small = scene;

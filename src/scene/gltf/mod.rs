@@ -14,7 +14,6 @@ use gltf::khr_lights_punctual::Kind;
 use gltf::mesh::Mode;
 use gltf::{Document, Node, Primitive, Semantic};
 
-use super::cutouts::Coverage;
 use super::geometry::{Mesh, too_many};
 use super::limits::{MATERIALS, TRIANGLES};
 use super::material::Material;
@@ -46,8 +45,7 @@ pub(super) struct Model {
     /// Triangles in world space; each mesh has one material.
     pub(super) meshes: Vec<Mesh>,
     pub(super) materials: Vec<Material>,
-    /// Where each material is surface.
-    pub(super) coverages: Vec<Coverage>,
+    pub(super) coverages: Vec<super::cutouts::Coverage>,
     pub(super) cameras: Vec<FileCamera>,
     pub(super) lights: Vec<FileLight>,
 }

@@ -44,5 +44,7 @@ void main() {
         vec4 found = colour_through(view, point, side >> 1);
         if (found.w * sign_seen > 0.0) sum += vec4(found.xyz, 1.0);
     }
+    // All points of the grid may lie in holes; the centre does not.
+    if (HAS_CUTOUTS != 0u && sum.w == 0.0 && side != NO_SIDE) sum = colour_through(view, corner + 0.5, side >> 1);
     pixel_colours[index] = pack_colour(sum.xyz / max(sum.w, 1.0));
 }

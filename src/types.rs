@@ -16,7 +16,8 @@ pub const NO_CLUSTER: u32 = u32::MAX;
 pub const LOOP_TRUNCATED: u32 = 1 << 31;
 
 gpu_struct! {
-    /// One triangle for traversal, in BVH leaf order. Three texels; `w` is unused.
+    /// One triangle for traversal, in BVH leaf order. Three texels; the bits of `w` are the first
+    /// word of its opacity micromap (0: it has none), the micromap's level, and unused.
     pub struct Triangle {
         pub p0: Vec4,
         pub p1: Vec4,

@@ -334,9 +334,9 @@ fn host_files_name_what_shaders_declare() {
     for (stem, module) in modules() {
         let bindings = module.bindings.iter().map(|binding| &binding.name);
         let constants = module.constants.iter().map(|constant| &constant.name);
-        // `Pipeline` sets the constant that follows from the bindings.
+        // `Pipeline` sets the constants that follow from the bindings.
         let elsewhere =
-            |name: &str| spirv::LOCAL_SIZE.contains(&name) || name == spirv::USE_BUFFER_DEVICE_ADDRESS;
+            |name: &str| spirv::LOCAL_SIZE.contains(&name) || spirv::FROM_BINDINGS.contains(&name);
         let constants = constants.filter(|name| !elsewhere(name));
         for name in bindings.chain(constants) {
             assert!(host.contains(&format!("\"{name}\"")), "`{stem}`: no pass names `{name}`");

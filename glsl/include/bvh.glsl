@@ -55,6 +55,7 @@ bool intersect_triangle(uint index, vec3 origin, Shear shear, inout Hit hit) {
     float inverse = 1.0 / determinant;
     float t = dot(edge, shear.scale.z * vec3(a.z, b.z, c.z)) * inverse;
     if (!(t > 0.0 && t < hit.t)) return false;
+    if (HAS_CUTOUTS != 0u && is_hole(index, edge * inverse)) return false;
     hit = Hit(t, index, edge * inverse);
     return true;
 }

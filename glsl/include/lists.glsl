@@ -15,3 +15,4 @@ layout(constant_id = 15) const uint USE_BUFFER_DEVICE_ADDRESS = 0;
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer NodeList { Node items[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer TriangleList { Triangle items[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer SurfaceList { Surface items[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer WordList { uint items[]; };

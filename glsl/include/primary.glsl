@@ -48,11 +48,11 @@ bool fills_pixel(View view, vec2 corner, uint side) {
     return fills;
 }
 
-// Whether samples of a pixel without an edge need camera rays: if the surface is curved, or if the
-// samples may see several triangles. At a concave crease the plane of one facet runs behind the
-// next one, which would shadow the samples.
+// Whether samples of a pixel without an edge need camera rays: if the surface is curved, if it may
+// have a hole, or if the samples may see several triangles. At a concave crease the plane of one
+// facet runs behind the next one, which would shadow the samples.
 bool is_sampled_by_rays(View view, vec2 corner, PixelSurface found) {
-    return found.side != NO_SIDE && (is_curved(found) || !fills_pixel(view, corner, found.side));
+    return found.side != NO_SIDE && (is_curved(found) || has_holes(found.side >> 1) || !fills_pixel(view, corner, found.side));
 }
 
 // Surface at an image point if the side is known, without a ray. Of bvh.glsl it

@@ -1,7 +1,9 @@
 // Structs shared by passes; they mirror src/types.rs, and tests/interface.rs compares
 // both. Scalar layout.
 
-// One triangle for traversal, in BVH leaf order. World space, metres. Three texels: `w` is padding.
+// One triangle for traversal, in BVH leaf order. World space, metres. Three texels; the bits of `w`
+// locate its opacity micromap: first word, counted from the start of the list of triangles (0: it
+// has none); level; unused.
 struct Triangle {
     vec4 p0;
     vec4 p1;

@@ -5,7 +5,7 @@ use crate::types::{NO_SIDE, View};
 use glam::{DVec2, DVec3, Vec3};
 
 /// Colour of a triangle's image where the ray of an image point meets its plane; `point` is in
-/// pixels from the top left corner. `None` if the ray meets the plane's other side.
+/// pixels from the top left corner. `None` if the ray meets the plane's other side or a hole.
 pub fn colour_through(geometry: Geometry<'_>, view: &View, point: DVec2, side: u32) -> Option<DVec3> {
     let [right, up, forward] = [view.right, view.up, view.forward].map(Vec3::as_dvec3);
     let ndc = point / DVec2::new(f64::from(view.width), f64::from(view.height)) * 2.0 - 1.0;
@@ -15,7 +15,8 @@ pub fn colour_through(geometry: Geometry<'_>, view: &View, point: DVec2, side: u
     let apart = geometry.triangles[triangle as usize].positions[0] - view.position;
     let t = geometry.normal(side).as_dvec3().dot(apart.as_dvec3()) / facing;
     let barycentric = geometry.barycentric_at(triangle, view.position.as_dvec3() + t * direction);
-    (facing < 0.0).then(|| geometry.colour(triangle, barycentric))
+    let is_seen = facing < 0.0 && !geometry.opacity.is_hole(triangle, barycentric);
+    is_seen.then(|| geometry.colour(triangle, barycentric))
 }
 
 /// Mean colour of a pixel that shows that side, over `points`² image points; black if

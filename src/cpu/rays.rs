@@ -1,7 +1,7 @@
 //! Reference of the ray traversal: tests every triangle.
 
 use crate::cpu::textures::Textures;
-use crate::scene::{Triangle, hvds::Hvds};
+use crate::scene::{OpacityMaps, Triangle, hvds::Hvds};
 use crate::types::{NO_CLUSTER, Surface};
 use glam::{DVec3, Vec3};
 
@@ -14,6 +14,8 @@ pub struct Geometry<'a> {
     pub surfaces: &'a [Surface],
     /// Images on them.
     pub textures: Textures<'a>,
+    /// Holes in them.
+    pub opacity: &'a OpacityMaps,
     /// Offset of ray origins from surfaces, metres.
     pub clear_distance: f32,
 }
@@ -56,7 +58,8 @@ impl Geometry<'_> {
             let Some((t, barycentric)) = intersect(triangle.positions, origin.as_dvec3(), direction) else {
                 continue;
             };
-            if closest.is_none_or(|closest| t < closest.t) {
+            let is_nearest = closest.is_none_or(|closest| t < closest.t);
+            if is_nearest && !self.opacity.is_hole(index as u32, barycentric) {
                 let [p0, p1, p2] = triangle.positions.map(Vec3::as_dvec3);
                 let position = barycentric.x * p0 + barycentric.y * p1 + barycentric.z * p2;
                 closest = Some(Hit { t, triangle: index as u32, barycentric, position });
@@ -89,11 +92,7 @@ impl Geometry<'_> {
 
     /// Weights of a triangle's corners at a point of its plane.
     pub fn barycentric_at(&self, triangle: u32, position: DVec3) -> DVec3 {
-        let [p0, p1, p2] = self.triangles[triangle as usize].positions.map(Vec3::as_dvec3);
-        let normal = (p1 - p0).cross(p2 - p0);
-        let [y, z] = [(position - p0).cross(p2 - p0), (p1 - p0).cross(position - p0)]
-            .map(|part| part.dot(normal) / normal.length_squared());
-        DVec3::new(1.0 - y - z, y, z)
+        self.triangles[triangle as usize].weights_at(position)
     }
 
     /// As [`Self::colour`], at a point of a side.

@@ -11,6 +11,7 @@ use gpu_allocator::{AllocationError, MemoryLocation};
 use super::barrier::TRANSFER_TO_HOST;
 use super::buffer_name::BufferName;
 use super::quirks::unused_bytes;
+use super::spirv::USE_BUFFER_DEVICE_ADDRESS;
 use super::{Context, VkResultExt};
 use crate::error::{Error, Result};
 
@@ -50,6 +51,8 @@ pub(super) struct Allocated {
     texels: OnceLock<vk::BufferView>,
     /// Buffer to which the stored address points.
     pointee: Option<Arc<Self>>,
+    /// Specialisation constant that kernels need for these contents.
+    constant: Option<&'static str>,
     /// `None` only during drop.
     allocation: Option<Allocation>,
 }
@@ -189,8 +192,19 @@ impl Buffer {
         Self { allocated: self.allocated.pointee.as_ref().unwrap_or(&self.allocated).clone() }
     }
 
-    pub(super) fn holds_address(&self) -> bool {
-        self.allocated.pointee.is_some()
+    /// The buffer, whose contents need variants of kernels in which a constant of
+    /// [`spirv::FROM_BINDINGS`](super::spirv::FROM_BINDINGS) is 1. Kernels without it are not
+    /// affected. Panics if there is another handle to the buffer.
+    #[must_use]
+    pub fn with_constant(mut self, name: &'static str) -> Self {
+        let allocated = Arc::get_mut(&mut self.allocated).expect("a new buffer has one handle");
+        allocated.constant = Some(name);
+        self
+    }
+
+    pub(super) fn needs_constant(&self, name: &str) -> bool {
+        let Allocated { pointee, constant, .. } = &*self.allocated;
+        *constant == Some(name) || name == USE_BUFFER_DEVICE_ADDRESS && pointee.is_some()
     }
 
     /// Requested size, bytes.
@@ -303,6 +317,7 @@ impl Allocated {
             location,
             texels: OnceLock::new(),
             pointee: None,
+            constant: None,
             allocation: None,
         };
         context.set_name(handle, name);

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::program::Program;
-use super::spirv::USE_BUFFER_DEVICE_ADDRESS;
+use super::program::{Program, Variant};
+use super::spirv::{FROM_BINDINGS, USE_BUFFER_DEVICE_ADDRESS};
 use super::{Buffer, Context};
 use crate::error::Result;
 
@@ -32,12 +32,13 @@ impl Pipeline {
     }
 }
 
-/// Whether these bindings need the variant of a program that reads lists through addresses. Panics
-/// if the shader has no such variant.
-pub(super) fn uses_buffer_device_address(program: &Program, bindings: &[(&str, &Buffer)]) -> bool {
-    let follows = bindings.iter().any(|(_, buffer)| buffer.holds_address());
+/// The variant of a program that these bindings need. Panics if a list is behind an address and the
+/// shader has no variant for it.
+pub(super) fn variant(program: &Program, bindings: &[(&str, &Buffer)]) -> Variant {
     let constants = &program.module.constants;
-    let knows = || constants.iter().any(|constant| constant.name == USE_BUFFER_DEVICE_ADDRESS);
-    assert!(!follows || knows(), "`{}` does not follow addresses", program.stem);
-    follows
+    let knows = |name: &str| constants.iter().any(|constant| constant.name == name);
+    let asks = |name: &str| bindings.iter().any(|(_, buffer)| buffer.needs_constant(name));
+    let (follows, stem) = (asks(USE_BUFFER_DEVICE_ADDRESS), program.stem);
+    assert!(!follows || knows(USE_BUFFER_DEVICE_ADDRESS), "`{stem}` does not follow addresses");
+    Variant(FROM_BINDINGS.map(|name| asks(name) && knows(name)))
 }

@@ -14,7 +14,7 @@ use super::device::Limits;
 use super::names::Names;
 use super::optional::Optional;
 use super::pipeline_store::PipelineStore;
-use super::program::{Handles, Maker, Program};
+use super::program::{Handles, Maker, Program, Variant};
 use super::shaders::Shader;
 use crate::error::Result;
 
@@ -50,7 +50,7 @@ impl Replaced {
 }
 
 /// A variant of a program that a recording needs and the driver has not compiled yet.
-pub(super) type Missing = (Arc<Program>, bool);
+pub(super) type Missing = (Arc<Program>, Variant);
 
 impl Pipelines {
     /// No programs yet; the driver's cache starts with the stored pipelines.
@@ -99,8 +99,8 @@ impl Pipelines {
     ) -> Result<()> {
         let maker = Maker { device, names, optional, cache: self.cache };
         let replaced = self.replaced.read().unwrap_or_else(PoisonError::into_inner);
-        let made = self.in_parallel(missing, |program, uses_buffer_device_address| {
-            program.make(maker, replaced.shader(program.stem), uses_buffer_device_address)
+        let made = self.in_parallel(missing, |program, variant| {
+            program.make(maker, replaced.shader(program.stem), variant)
         });
         made.into_iter().collect()
     }
@@ -109,13 +109,11 @@ impl Pipelines {
     fn in_parallel<T: Send>(
         &self,
         variants: &[Missing],
-        compile: impl Fn(&Program, bool) -> Result<T> + Sync,
+        compile: impl Fn(&Program, Variant) -> Result<T> + Sync,
     ) -> Vec<Result<T>> {
         let start = Instant::now();
         let one_at_a_time = variants.par_iter().with_max_len(1);
-        let made = one_at_a_time
-            .map(|(program, uses_buffer_device_address)| compile(program, *uses_buffer_device_address));
-        let made: Vec<_> = made.collect();
+        let made: Vec<_> = one_at_a_time.map(|(program, variant)| compile(program, *variant)).collect();
         self.made.fetch_add(variants.len() as u32, Ordering::Relaxed);
         self.compile_ns.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
         made
@@ -146,11 +144,11 @@ impl Pipelines {
         let variants: Vec<Missing> = programs
             .values()
             .filter(|program| shaders.contains_key(program.stem))
-            .flat_map(|program| [false, true].map(|variant| (program.clone(), variant)))
+            .flat_map(|program| Variant::all().map(|variant| (program.clone(), variant)))
             .filter(|(program, variant)| program.handles(*variant).is_some())
             .collect();
-        let made = self.in_parallel(&variants, |program, uses_buffer_device_address| {
-            program.compile(maker, &shaders[program.stem], uses_buffer_device_address)
+        let made = self.in_parallel(&variants, |program, variant| {
+            program.compile(maker, &shaders[program.stem], variant)
         });
         if made.iter().any(Result::is_err) {
             let (made, failed): (Vec<_>, Vec<_>) = made.into_iter().partition(Result::is_ok);

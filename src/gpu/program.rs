@@ -9,7 +9,7 @@ use super::device::Limits;
 use super::names::Names;
 use super::optional::Optional;
 use super::shaders::Shader;
-use super::spirv::{self, Binding, Module, USE_BUFFER_DEVICE_ADDRESS};
+use super::spirv::{self, Binding, FROM_BINDINGS, Module};
 use super::{Tuning, VkResultExt};
 use crate::error::{Error, Result};
 
@@ -17,16 +17,27 @@ use crate::error::{Error, Result};
 pub(super) struct Program {
     pub(super) stem: &'static str,
     pub(super) module: Module,
-    /// All constants except the one that follows from the bindings.
+    /// All constants except [`FROM_BINDINGS`].
     constants: Vec<(String, u32)>,
-    /// Variant in which all lists are bound directly.
-    direct: Variant,
-    /// Variant in which a list is read through an address.
-    following: Variant,
+    /// The Vulkan objects of each variant, by [`Variant::index`]. `None` before the first use.
+    variants: [RwLock<Option<Arc<Handles>>>; Variant::COUNT],
 }
 
-/// The Vulkan objects of a variant. `None` before the first use.
-type Variant = RwLock<Option<Arc<Handles>>>;
+/// Values of the constants that follow from the bindings, in the order of [`FROM_BINDINGS`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Variant(pub(super) [bool; FROM_BINDINGS.len()]);
+
+impl Variant {
+    const COUNT: usize = 1 << FROM_BINDINGS.len();
+
+    pub(super) fn all() -> impl Iterator<Item = Self> {
+        (0..Self::COUNT).map(|index| Self(std::array::from_fn(|bit| index >> bit & 1 == 1)))
+    }
+
+    fn index(self) -> usize {
+        self.0.iter().enumerate().map(|(bit, &is_set)| usize::from(is_set) << bit).sum()
+    }
+}
 
 /// The Vulkan objects of a program. Recordings share them.
 /// [`Pipelines`](super::pipelines::Pipelines) destroys them.
@@ -65,61 +76,44 @@ impl Program {
         check_limits(stem, &module, limits)?;
         // Checked here and not at the first use, so that a mistake shows where the
         // pipeline is created.
-        specialisation(stem, &module, &constants, false);
+        specialisation(stem, &module, &constants, Variant::default());
         let constants = constants.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-        Ok(Self { stem, module, constants, direct: Variant::default(), following: Variant::default() })
+        Ok(Self { stem, module, constants, variants: Default::default() })
     }
 
     /// The Vulkan objects of a variant. `None` before [`Self::make`].
-    pub(super) fn handles(&self, uses_buffer_device_address: bool) -> Option<Arc<Handles>> {
-        let variant = self.variant(uses_buffer_device_address).read();
-        variant.unwrap_or_else(PoisonError::into_inner).clone()
+    pub(super) fn handles(&self, variant: Variant) -> Option<Arc<Handles>> {
+        self.variants[variant.index()].read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Creates the Vulkan objects of a variant that has none, from the program's shader.
-    pub(super) fn make(
-        &self,
-        maker: Maker<'_>,
-        shader: &Shader,
-        uses_buffer_device_address: bool,
-    ) -> Result<()> {
-        let handles = self.compile(maker, shader, uses_buffer_device_address)?;
-        let mut variant =
-            self.variant(uses_buffer_device_address).write().unwrap_or_else(PoisonError::into_inner);
-        match &*variant {
+    pub(super) fn make(&self, maker: Maker<'_>, shader: &Shader, variant: Variant) -> Result<()> {
+        let handles = self.compile(maker, shader, variant)?;
+        let mut made = self.variants[variant.index()].write().unwrap_or_else(PoisonError::into_inner);
+        match &*made {
             // Another thread was faster; its objects are in use.
             Some(_) => handles.destroy(maker.device),
-            None => *variant = Some(Arc::new(handles)),
+            None => *made = Some(Arc::new(handles)),
         }
         Ok(())
     }
 
     /// Creates the Vulkan objects of a variant. The caller owns them.
-    pub(super) fn compile(
-        &self,
-        maker: Maker<'_>,
-        shader: &Shader,
-        uses_buffer_device_address: bool,
-    ) -> Result<Handles> {
+    pub(super) fn compile(&self, maker: Maker<'_>, shader: &Shader, variant: Variant) -> Result<Handles> {
         let constants: Vec<_> = self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        let constants = specialisation(self.stem, &self.module, &constants, uses_buffer_device_address);
+        let constants = specialisation(self.stem, &self.module, &constants, variant);
         Handles::new(maker, shader, &self.module, &constants)
     }
 
     /// Replaces the Vulkan objects of a variant, and returns the old ones.
-    pub(super) fn replace(&self, handles: Handles, uses_buffer_device_address: bool) -> Option<Arc<Handles>> {
-        let variant = self.variant(uses_buffer_device_address).write();
-        variant.unwrap_or_else(PoisonError::into_inner).replace(Arc::new(handles))
-    }
-
-    fn variant(&self, uses_buffer_device_address: bool) -> &Variant {
-        if uses_buffer_device_address { &self.following } else { &self.direct }
+    pub(super) fn replace(&self, handles: Handles, variant: Variant) -> Option<Arc<Handles>> {
+        let made = self.variants[variant.index()].write();
+        made.unwrap_or_else(PoisonError::into_inner).replace(Arc::new(handles))
     }
 
     /// Destroys the Vulkan objects. No submission may use them any more.
     pub(super) fn destroy(&self, device: &ash::Device) {
-        [false, true]
-            .into_iter()
+        Variant::all()
             .filter_map(|variant| self.handles(variant))
             .for_each(|handles| handles.destroy(device));
     }
@@ -241,13 +235,8 @@ impl Handles {
 type Specialisation = (Vec<vk::SpecializationMapEntry>, Vec<u32>);
 
 /// The specialisation of a module. Panics if a constant is missing or unknown; the
-/// constant that follows from the bindings is not passed.
-fn specialisation(
-    stem: &str,
-    module: &Module,
-    given: &[(&str, u32)],
-    uses_buffer_device_address: bool,
-) -> Specialisation {
+/// constants that follow from the bindings are not passed.
+fn specialisation(stem: &str, module: &Module, given: &[(&str, u32)], variant: Variant) -> Specialisation {
     for (name, _) in given {
         let is_known = module.constants.iter().any(|constant| constant.name == *name);
         assert!(is_known, "`{stem}` has no specialisation constant `{name}`");
@@ -255,8 +244,8 @@ fn specialisation(
     (0_u32..)
         .zip(&module.constants)
         .map(|(index, constant)| {
-            let own = (USE_BUFFER_DEVICE_ADDRESS, u32::from(uses_buffer_device_address));
-            let value = given.iter().copied().chain([own]).find(|(name, _)| *name == constant.name);
+            let own = FROM_BINDINGS.into_iter().zip(variant.0.map(u32::from));
+            let value = given.iter().copied().chain(own).find(|(name, _)| *name == constant.name);
             let (_, value) = value
                 .unwrap_or_else(|| panic!("`{stem}` needs its specialisation constant `{}`", constant.name));
             let entry = vk::SpecializationMapEntry { constant_id: constant.id, offset: 4 * index, size: 4 };
@@ -312,12 +301,17 @@ mod tests {
     #[should_panic(expected = "`scan` needs its specialisation constant `ITEMS`")]
     fn a_forgotten_constant_is_named() {
         let constant = spirv::Constant { id: 0, name: "ITEMS".into() };
-        specialisation("scan", &Module { constants: vec![constant], ..Module::default() }, &[], false);
+        specialisation(
+            "scan",
+            &Module { constants: vec![constant], ..Module::default() },
+            &[],
+            Variant::default(),
+        );
     }
 
     #[test]
     #[should_panic(expected = "`scan` has no specialisation constant `ITEM`")]
     fn an_unknown_constant_is_named() {
-        specialisation("scan", &Module::default(), &[("ITEM", 1)], false);
+        specialisation("scan", &Module::default(), &[("ITEM", 1)], Variant::default());
     }
 }

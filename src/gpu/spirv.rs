@@ -149,9 +149,16 @@ mod code {
 /// Names of the specialisation constants that are a workgroup's size along x, y and z.
 pub const LOCAL_SIZE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
-/// The specialisation constant of kernels that can read lists through addresses: whether such lists
-/// are bound. It follows from the bindings, so callers do not pass it.
+/// The specialisation constant of kernels that can read lists through addresses. It is 1 if such
+/// lists are bound.
 pub const USE_BUFFER_DEVICE_ADDRESS: &str = "USE_BUFFER_DEVICE_ADDRESS";
+
+/// The specialisation constant of kernels that intersect triangles. It is 1 if the bound triangles
+/// have opacity micromaps.
+pub const HAS_CUTOUTS: &str = "HAS_CUTOUTS";
+
+/// The specialisation constants that follow from the bindings. Callers do not pass them.
+pub const FROM_BINDINGS: [&str; 2] = [USE_BUFFER_DEVICE_ADDRESS, HAS_CUTOUTS];
 
 /// Reads the declarations of a module.
 pub fn reflect(words: &[u32]) -> Module {

@@ -1,13 +1,13 @@
 //! The scene on the device: the bindings of every pass that traces rays.
 
 use crate::error::Result;
+use crate::gpu::spirv::HAS_CUTOUTS;
 use crate::gpu::{Buffer, Context};
 use crate::passes::GrowsWith;
 use crate::passes::{EmissionBuffers, TextureBuffers, loop_limit};
-use crate::scene::{Emission, Material, Triangle, bvh::Bvh};
+use crate::scene::{Material, Scene, bvh::Bvh};
 use crate::types::{self, EDITABLE, MAY_BE_GLOSSY};
 use bytemuck::Pod;
-use glam::Vec2;
 use std::sync::Arc;
 
 /// Immutable geometry and the material table. Triangles and surfaces are in BVH leaf order.
@@ -16,7 +16,7 @@ use std::sync::Arc;
 pub struct SceneBuffers {
     /// `Node`s, the root first; bound as texels.
     pub nodes: Buffer,
-    /// Corners of each triangle; bound as texels.
+    /// Corners of each triangle, then the opacity micromaps; bound as texels.
     pub triangles: Buffer,
     /// Normals, material and sides of each triangle.
     pub surfaces: Buffer,
@@ -24,7 +24,7 @@ pub struct SceneBuffers {
     pub materials: Buffer,
     /// Images of the materials' diffuse albedo.
     pub textures: TextureBuffers,
-    /// Light that surfaces and the sky send to a viewer: none before [`Self::set_emission`].
+    /// Light that surfaces and the sky send to a viewer.
     pub emission: EmissionBuffers,
     /// Host-visible flag: [`LOOP_TRUNCATED`](types::LOOP_TRUNCATED) after an invocation with
     /// truncated loops, in kernels without another way to report it.
@@ -32,8 +32,7 @@ pub struct SceneBuffers {
 }
 
 impl SceneBuffers {
-    /// Uploads a scene; `triangles` and their image coordinates, if there are any, in
-    /// the tree's order.
+    /// Uploads a scene, with its triangles in the tree's order.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`](crate::Error::OutOfMemory) if the images are larger than the device
@@ -41,42 +40,27 @@ impl SceneBuffers {
     pub fn new(
         context: &Arc<Context>,
         bvh: &Bvh,
-        triangles: &[Triangle],
+        scene: &Scene,
         surfaces: &[types::Surface],
-        coordinates: &[[Vec2; 3]],
-        materials: &[Material],
     ) -> Result<Self> {
-        let corners: Vec<types::Triangle> = triangles
-            .iter()
-            .map(|t| t.positions.map(|corner| corner.extend(0.0)))
-            .map(|[p0, p1, p2]| types::Triangle { p0, p1, p2 })
-            .collect();
+        let Scene { texture_coordinates, materials, .. } = scene;
+        let corners = triangle_list(scene);
         let longest = size_of_val(&*bvh.nodes).max(size_of_val(&*corners)).max(size_of_val(surfaces));
         // Kernels bind all three lists, or use addresses for all three.
         let is_bound = longest as u64 <= context.limits().storage_range_bytes;
+        let triangles = list(context, "triangles", &corners, is_bound)?;
         Ok(Self {
             nodes: list(context, "nodes", &bvh.nodes, is_bound)?,
-            triangles: list(context, "triangles", &corners, is_bound)?,
+            triangles: match scene.opacity.is_empty() {
+                true => triangles,
+                false => triangles.with_constant(HAS_CUTOUTS),
+            },
             surfaces: list(context, "surfaces", surfaces, is_bound)?,
             materials: Buffer::from_slice(context, "materials", &reflectances(materials))?,
-            textures: TextureBuffers::new(context, coordinates, materials)?,
-            emission: EmissionBuffers::new(context, materials, Arc::default())?,
+            textures: TextureBuffers::new(context, texture_coordinates, materials)?,
+            emission: EmissionBuffers::new(context, materials, scene.emission.clone())?,
             truncated_loops: Buffer::host_flag(context, "truncated")?,
         })
-    }
-
-    /// Adds the surfaces and the sky that emit. Pipelines are created afterwards.
-    ///
-    /// # Errors
-    /// The device lacks memory.
-    pub fn set_emission(
-        &mut self,
-        context: &Arc<Context>,
-        materials: &[Material],
-        emission: &Arc<Emission>,
-    ) -> Result<()> {
-        self.emission = EmissionBuffers::new(context, materials, emission.clone())?;
-        Ok(())
     }
 
     /// Returns an error if [`Self::truncated_loops`] is set: `name` is the kernel, and each hit
@@ -87,6 +71,23 @@ impl SceneBuffers {
     pub fn refuse_truncated_loops(&self, name: &str, lights: u32) -> Result<()> {
         loop_limit::refuse(self.truncated_loops.read_flag() == types::LOOP_TRUNCATED, name, lights)
     }
+}
+
+/// The device's list of triangles, followed by the words of their opacity micromaps. The list
+/// consists of whole triangles.
+fn triangle_list(scene: &Scene) -> Vec<types::Triangle> {
+    const WORDS: usize = size_of::<types::Triangle>() / 4;
+    let corners = scene.triangles.iter().map(|t| t.positions.map(|corner| corner.extend(0.0)));
+    let mut list: Vec<types::Triangle> = corners.map(|[p0, p1, p2]| types::Triangle { p0, p1, p2 }).collect();
+    let (end, micromaps) = (WORDS * list.len(), scene.opacity.words());
+    list.resize(list.len() + micromaps.len().div_ceil(WORDS), Zeroable::zeroed());
+    let words: &mut [u32] = bytemuck::cast_slice_mut(&mut list);
+    words[end..][..micromaps.len()].copy_from_slice(micromaps);
+    for (triangle, [first, level]) in scene.opacity.micromaps() {
+        words[WORDS * triangle + 3] = end as u32 + first;
+        words[WORDS * triangle + 7] = level;
+    }
+    list
 }
 
 fn list<T: Pod>(context: &Arc<Context>, name: &str, items: &[T], is_bound: bool) -> Result<Buffer> {

@@ -42,7 +42,7 @@ impl Reachable {
         let root: Vec<Node> = scene.buffers.nodes.followed().read_range(0, 1)?;
         let clear_distance = clear_distance(&root[0]);
         let rays = Rays::new(context)?;
-        let solids = Solids::new(&scene.scene.triangles, &scene.scene.viewpoints());
+        let solids = Solids::of_scene(&scene.scene);
         let (buffers, world) = (&scene.buffers, &scene.scene);
         sides::deactivate_unreachable(&rays, buffers, world, &solids, clear_distance, &mut surfaces)?;
         let area_m2 = active_sides(&scene.scene.triangles, &surfaces).map(|(_, area)| area).sum();
@@ -74,7 +74,8 @@ impl IrradiancePoints {
         let grid = PhotonGrid { low: reachable.low - radius, inverse_cell: radius.recip() };
         let count = (4.0 * reachable.area_m2 / f64::from(radius).powi(2)).ceil() as u32;
         let count = count.min(MAX_POINTS);
-        let area_points = spread(&scene.scene.triangles, &reachable.surfaces, count * AREA_POINTS);
+        let area_points = spread(&scene.scene, &reachable.surfaces, count * AREA_POINTS);
+        let count = area_points.len().div_ceil(AREA_POINTS as usize) as u32;
         let points: Vec<Photon> = area_points.iter().step_by(AREA_POINTS as usize).copied().collect();
 
         let map = map_of(context, &scene.buffers, &points, grid, ms)?;
@@ -147,8 +148,9 @@ fn map_of(
 
 /// Spreads `count` points over the active sides, each with its area (m²) as flux. Sides get
 /// points by area. On a side the points form a lattice: consecutive points of the additive
-/// recurrence R2. [Roberts 2018]
-fn spread(triangles: &[Triangle], surfaces: &[Surface], count: u32) -> Vec<Photon> {
+/// recurrence R2. [Roberts 2018] Points in holes are left out.
+fn spread(scene: &Scene, surfaces: &[Surface], count: u32) -> Vec<Photon> {
+    let Scene { triangles, opacity, .. } = scene;
     const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     let total: f64 = active_sides(triangles, surfaces).map(|(_, area)| area).sum();
     let area = Vec3::splat((total / f64::from(count)) as f32);
@@ -167,6 +169,7 @@ fn spread(triangles: &[Triangle], surfaces: &[Surface], count: u32) -> Vec<Photo
         }));
         first = end;
     }
+    points.retain(|point| !opacity.is_hole_at(triangles, point.side / 2, point.position.as_dvec3()));
     points
 }
 

@@ -55,15 +55,7 @@ impl TracedScene {
         let surfaces: Vec<Surface> =
             scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
         let light_sources = LightTable::for_paths(&scene.lights, &scene.emission);
-        let mut buffers = SceneBuffers::new(
-            context,
-            &bvh,
-            &scene.triangles,
-            &surfaces,
-            &scene.texture_coordinates,
-            &scene.materials,
-        )?;
-        buffers.set_emission(context, &scene.materials, &scene.emission)?;
+        let buffers = SceneBuffers::new(context, &bvh, &scene, &surfaces)?;
         context.run(|rec| buffers.emission.record_upload(rec, &scene.lights))?;
         Ok(Self {
             context: context.clone(),

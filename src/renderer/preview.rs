@@ -34,10 +34,7 @@ impl Preview {
         scene.reorder(&bvh.order);
         let surfaces: Vec<_> =
             scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
-        let (triangles, coordinates) = (&scene.triangles, &scene.texture_coordinates);
-        let mut buffers =
-            SceneBuffers::new(context, &bvh, triangles, &surfaces, coordinates, &scene.materials)?;
-        buffers.set_emission(context, &scene.materials, &scene.emission)?;
+        let buffers = SceneBuffers::new(context, &bvh, &scene, &surfaces)?;
         let (image, dark) = images(context, &buffers, &scene.cameras[0])?;
         Ok(Self { context: context.clone(), buffers, emission: scene.emission, image, dark })
     }

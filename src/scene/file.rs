@@ -8,6 +8,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2, Vec3};
 
 use super::builtin::{self, Files, utf8};
+use super::cutouts::{self, Coverage};
 use super::geometry::{Assembled, Mesh, assemble, too_many};
 use super::keys;
 use super::load_options::LoadOptions;
@@ -16,8 +17,8 @@ use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
 use super::{
-    Camera, Emission, Light, LightKind, Material, Quality, Scene, Triangle, camera, emission, fit, gltf,
-    kinds, limits, obj, sky,
+    Camera, Emission, Light, LightKind, Material, OpacityMaps, Quality, Scene, Triangle, camera, emission,
+    fit, gltf, kinds, limits, obj, sky,
 };
 use crate::files::guarded;
 use crate::{Error, Result};
@@ -36,23 +37,24 @@ impl Scene {
         let (mut source, others) = Source::prepare(spec, options)?;
         let file = source.file.clone();
         let (mut warnings, mut inputs) = (Vec::new(), source.inputs());
-        let Models { meshes, mut materials, undefined, cameras, lights } =
-            source.load_models(&mut warnings, &mut inputs)?;
-        source.take_views(cameras, lights);
-        let Assembled { mut triangles, mut coordinates, origin } =
-            assemble(&meshes, &mut warnings).map_err(|message| Error::input(&file, message))?;
+        let mut models = source.load_models(&mut warnings, &mut inputs)?;
+        source.take_views(std::mem::take(&mut models.cameras), std::mem::take(&mut models.lights));
+        override_materials(&file, &source.root, &mut models, &mut warnings)?;
+        let (Assembled { mut triangles, mut coordinates, origin }, mut opacity) =
+            visible(&mut models, &mut warnings).map_err(|message| Error::input(&file, message))?;
+        let (mut materials, of_models) = (models.materials, triangles.len());
         let emits = materials.iter().any(|material| material.emission != Vec3::ZERO);
         source.complete(|| fit::View::new(&triangles, origin), emits, &mut warnings)?;
         source.change(&others, options)?;
 
         let root = &source.root;
-        override_materials(&file, root, &mut materials, undefined, &mut warnings)?;
         let quality = match root.get("quality") {
             Some(node) => Quality::read(&Section::new(&file, "quality", node)?)?,
             None => Quality::default(),
         };
         let mut lights = read_lights(&file, root, origin)?;
         show_lights(&file, root, &mut lights, &mut materials, (&mut triangles, &mut coordinates))?;
+        opacity.add_full(triangles.len() - of_models);
         emission::choose_sides(&triangles, &mut materials);
         let stated = sky::read(&source, &mut inputs)?;
         let (sky, placing) = stated.map_or((None, None), |stated| (Some(stated.sky), Some(stated.placing)));
@@ -71,6 +73,7 @@ impl Scene {
             name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             triangles,
             texture_coordinates,
+            opacity,
             materials,
             lights,
             emission: Arc::new(emission),
@@ -127,6 +130,8 @@ pub(super) struct Source {
 struct Models {
     meshes: Vec<Mesh>,
     materials: Vec<Material>,
+    /// Where each material is surface.
+    coverages: Vec<Coverage>,
     /// A warning for each material that is used but not defined, with its index.
     undefined: Vec<(usize, String)>,
     /// Cameras and lights of the models' files, as nodes of the scene file.
@@ -157,8 +162,8 @@ impl Source {
         Ok(Self { files, file, text, root, is_model_only })
     }
 
-    /// Opens the source and applies the changes of models and presets. Returns the other changes,
-    /// which need the loaded models.
+    /// Opens the source and applies the changes of models, materials and presets. Returns the other
+    /// changes, which need the loaded models.
     pub(super) fn prepare(spec: &str, options: &LoadOptions) -> Result<(Self, Vec<Setting>)> {
         let mut source = Self::open(spec, options)?;
         let settings = options.set.iter().map(|text| Setting::parse(text)).collect::<Result<Vec<_>>>()?;
@@ -166,9 +171,9 @@ impl Source {
         if let Some(preset) = &options.preset {
             source.choose_preset(preset);
         }
-        let (models, others): (Vec<_>, Vec<_>) =
-            settings.into_iter().partition(|setting| setting.is_about_models());
-        models.iter().try_for_each(|setting| setting.apply(&mut source.root, None))?;
+        let (first, others): (Vec<_>, Vec<_>) =
+            settings.into_iter().partition(|setting| setting.precedes_models());
+        first.iter().try_for_each(|setting| setting.apply(&mut source.root, None))?;
         Ok((source, others))
     }
 
@@ -207,10 +212,11 @@ impl Source {
         for section in &sections {
             section.only(&keys::names("model", None))?;
             let transform = read_transform(section)?;
-            let Models { meshes, materials, undefined, cameras, lights } = match section.text("built_in")? {
-                Some(name) => built_in(section, name, &mut reading)?,
-                None => self.load_model(section, &mut reading, &transform)?,
-            };
+            let Models { meshes, materials, mut coverages, undefined, cameras, lights } =
+                match section.text("built_in")? {
+                    Some(name) => built_in(section, name, &mut reading)?,
+                    None => self.load_model(section, &mut reading, &transform)?,
+                };
             all.cameras.extend(cameras);
             all.lights.extend(lights);
             // Checked before the next model is read.
@@ -224,6 +230,8 @@ impl Source {
                 return Err(section.fault(format!("the models have more than {most} materials together")));
             }
             all.undefined.extend(undefined.into_iter().map(|(index, warning)| (first + index, warning)));
+            coverages.resize(materials.len(), Coverage::Full);
+            all.coverages.extend(coverages);
             all.materials.extend(materials);
             all.meshes.extend(meshes.into_iter().map(|mut mesh| {
                 mesh.transform(&transform);
@@ -374,11 +382,12 @@ fn is_empty(node: Option<&Node>) -> bool {
 
 fn read_gltf(reading: &mut Reading, path: &Path, bytes: &[u8], world_from_file: &DAffine3) -> Result<Models> {
     let read = guarded("glTF", || Ok(gltf::load(reading, path, bytes, world_from_file)));
-    let gltf::Model { meshes, materials, cameras, lights } =
+    let gltf::Model { meshes, materials, coverages, cameras, lights } =
         read.map_err(|why| Error::input(path, why))??;
     Ok(Models {
         meshes,
         materials,
+        coverages,
         undefined: Vec::new(),
         cameras: cameras.iter().map(fit::file_camera_node).collect(),
         lights: lights.iter().map(fit::file_light_node).collect(),
@@ -386,12 +395,12 @@ fn read_gltf(reading: &mut Reading, path: &Path, bytes: &[u8], world_from_file: 
 }
 
 fn read_obj(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result<Models> {
-    let obj::Model { meshes, materials, undefined } = obj::load(reading, path, bytes)?;
+    let obj::Model { meshes, materials, coverages, undefined } = obj::load(reading, path, bytes)?;
     let undefined = undefined.into_iter().map(|(index, line)| {
         let name = &materials[index].name;
         (index, format!("{}:{line}: material {name:?} is defined nowhere: taken as grey", path.display()))
     });
-    Ok(Models { undefined: undefined.collect(), meshes, materials, ..Models::default() })
+    Ok(Models { undefined: undefined.collect(), meshes, materials, coverages, ..Models::default() })
 }
 
 /// An embedded or generated model.
@@ -442,13 +451,29 @@ fn read_transform(section: &Section) -> Result<DAffine3> {
     Ok(DAffine3::from_scale_rotation_translation(scale, rotate, translate))
 }
 
+/// The triangles that are not hidden, and their holes. Fails with the reason if none is left.
+fn visible(
+    models: &mut Models,
+    warnings: &mut Vec<String>,
+) -> std::result::Result<(Assembled, OpacityMaps), String> {
+    let Models { meshes, coverages, .. } = models;
+    let none = "no triangle is left: all materials are hidden, or hole everywhere";
+    meshes.retain(|mesh| !matches!(coverages[mesh.material as usize], Coverage::Hidden));
+    if meshes.is_empty() {
+        return Err(none.to_owned());
+    }
+    let mut assembled = assemble(meshes, warnings)?;
+    let opacity = cutouts::cut(&mut assembled, coverages, warnings);
+    if assembled.triangles.is_empty() { Err(none.to_owned()) } else { Ok((assembled, opacity)) }
+}
+
 fn override_materials(
     file: &Path,
     root: &Node,
-    materials: &mut [Material],
-    undefined: Vec<(usize, String)>,
+    models: &mut Models,
     warnings: &mut Vec<String>,
 ) -> Result<()> {
+    let Models { materials, coverages, undefined, .. } = models;
     let sections = Section::list(file, root, "material", limits::MATERIALS)?;
     let overrides = sections.iter().map(Override::read).collect::<Result<Vec<_>>>()?;
     refuse_repeated(&sections, overrides.iter().map(|change| change.name.as_str()))?;
@@ -461,10 +486,12 @@ fn override_materials(
             let names: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
             return Err(section.fault_at("name", unknown("material", &names, &change.name)));
         };
-        found.iter().for_each(|&index| change.apply(&mut materials[index]));
+        for &index in found {
+            change.apply(&mut materials[index], &mut coverages[index]);
+        }
     }
     let overridden: HashSet<&str> = overrides.iter().map(|change| change.name.as_str()).collect();
-    let missing = undefined.into_iter().filter(|(index, _)| !overridden.contains(&*materials[*index].name));
+    let missing = undefined.drain(..).filter(|(index, _)| !overridden.contains(&*materials[*index].name));
     let missing: Vec<String> = missing.map(|(_, warning)| warning).collect();
     warnings.extend(counted(missing.first(), missing.len()));
     let mended: Vec<String> = materials

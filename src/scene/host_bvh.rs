@@ -1,6 +1,6 @@
 //! Rays on the host, for queries of a few rays between frames. Frames trace on the device.
 
-use crate::scene::{Triangle, bvh::Bvh};
+use crate::scene::{OpacityMaps, Scene, Triangle, bvh::Bvh};
 use glam::{Vec3, Vec3A};
 use obvhs::cwbvh::CwBvh;
 use obvhs::ray::{Ray, RayHit};
@@ -10,11 +10,20 @@ use obvhs::rt_triangle::RtTriangle;
 pub struct HostBvh {
     tree: CwBvh,
     triangles: Vec<RtTriangle>,
+    /// `None` if no triangle has holes.
+    holes: Option<Holes>,
+}
+
+struct Holes {
+    triangles: Vec<Triangle>,
+    maps: OpacityMaps,
 }
 
 impl HostBvh {
-    /// Copies the tree; `triangles` are in its order.
-    pub fn new(bvh: &Bvh, triangles: &[Triangle]) -> Self {
+    /// Copies the tree; the scene's triangles are in its order.
+    pub fn new(bvh: &Bvh, scene: &Scene) -> Self {
+        let Scene { triangles, opacity, .. } = scene;
+        let copy = || Holes { triangles: triangles.clone(), maps: opacity.clone() };
         let triangle = |triangle: &Triangle| {
             let [a, b, c] = triangle.positions.map(Vec3A::from);
             RtTriangle::new(a, b, c)
@@ -24,6 +33,7 @@ impl HostBvh {
         Self {
             tree: CwBvh { nodes, primitive_indices, ..CwBvh::default() },
             triangles: triangles.iter().map(triangle).collect(),
+            holes: (!opacity.is_empty()).then(copy),
         }
     }
 
@@ -31,14 +41,23 @@ impl HostBvh {
     pub fn closest(&self, origin: Vec3, direction: Vec3) -> Option<(f32, u32)> {
         let mut hit = RayHit::none();
         let ray = Ray::new_inf(origin.into(), direction.into());
-        let is_hit = self.tree.ray_traverse(ray, &mut hit, |ray, index| self.triangles[index].intersect(ray));
+        let is_hit = self.tree.ray_traverse(ray, &mut hit, |ray, index| self.intersect(ray, index));
         is_hit.then_some((hit.t, hit.primitive_id))
+    }
+
+    /// Distance to a triangle; infinite if the ray misses it.
+    fn intersect(&self, ray: &Ray, index: usize) -> f32 {
+        let t = self.triangles[index].intersect(ray);
+        let is_hole = |Holes { triangles, maps }: &Holes| {
+            maps.is_hole_at(triangles, index as u32, Vec3::from(ray.origin + t * ray.direction).as_dvec3())
+        };
+        if t.is_finite() && self.holes.as_ref().is_some_and(is_hole) { f32::INFINITY } else { t }
     }
 
     /// Whether anything lies between a ray's origin and the end of its direction.
     pub fn is_blocked(&self, origin: Vec3, direction: Vec3) -> bool {
         let ray = Ray::new(origin.into(), direction.into(), 0.0, 1.0);
-        !self.tree.ray_traverse_miss(ray, |ray, index| self.triangles[index].intersect(ray))
+        !self.tree.ray_traverse_miss(ray, |ray, index| self.intersect(ray, index))
     }
 }
 
@@ -52,7 +71,7 @@ mod tests {
         let mut scene = shapes::facing_squares(1.0, 1.0, 0.5);
         let bvh = Bvh::build(&scene.triangles).unwrap();
         scene.reorder(&bvh.order);
-        let tree = HostBvh::new(&bvh, &scene.triangles);
+        let tree = HostBvh::new(&bvh, &scene);
         // Away from the diagonals, where two triangles meet; half a metre from either square.
         let middle = Vec3::new(0.1, 0.0, 0.2);
         for up in [Vec3::Y, Vec3::NEG_Y] {
@@ -63,6 +82,12 @@ mod tests {
             assert!(tree.is_blocked(middle, 0.6 * up));
             assert!(!tree.is_blocked(middle, 0.4 * up), "the segment ends before the square");
         }
+        // Holes in the lower square alone.
+        let levels: Vec<u32> = scene.triangles.iter().map(|t| u32::from(t.positions[0].y < 0.0)).collect();
+        scene.opacity = OpacityMaps::new(&levels, |_, _| true);
+        let cut = HostBvh::new(&bvh, &scene);
+        assert!(cut.is_blocked(middle, Vec3::Y) && !cut.is_blocked(middle, Vec3::NEG_Y));
+        assert!(cut.closest(middle, Vec3::Y).is_some() && cut.closest(middle, Vec3::NEG_Y).is_none());
         assert!(tree.closest(middle, Vec3::X).is_none() && tree.closest(middle + Vec3::X, Vec3::Y).is_none());
     }
 }

@@ -113,6 +113,7 @@ keys! {
         editable: "true or false", "", "false", "Whether the material may become glossy at run time", "true", "";
         emission: "3 numbers, W/m²/sr", "0 to 1e15", "the model's", "Radiance that its surface emits; it is then a light of this name", "[4.0, 4.0, 4.0]", "[-1.0, 0.0, 0.0]";
         emitting_sides: "text", "front, back, both", "the model's, or those with free space before them", "Sides of its surface that emit", "\"front\"", "\"top\"";
+        hidden: "true or false", "", "the model's", "Whether its triangles are left out", "false", "";
     }
     "quality" "" {
         preset: "text", "draft, paper, high", "paper", "Where all other settings come from", "\"draft\"", "\"best\"";

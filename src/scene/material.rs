@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::cutouts::Coverage;
 use super::keys;
 use super::texture::Texture;
 use super::value::{POWER, Section, unknown};
@@ -136,6 +137,7 @@ pub(super) struct Override {
     editable: Option<bool>,
     emission: Option<Vec3>,
     emitting_sides: Option<Sides>,
+    hidden: Option<bool>,
 }
 
 impl Override {
@@ -156,10 +158,16 @@ impl Override {
             editable: section.flag("editable")?,
             emission: section.vector("emission", POWER)?.map(|radiance| radiance.as_vec3()),
             emitting_sides: Sides::read(section)?,
+            hidden: section.flag("hidden")?,
         })
     }
 
-    pub(super) fn apply(&self, material: &mut Material) {
+    pub(super) fn apply(&self, material: &mut Material, coverage: &mut Coverage) {
+        match (self.hidden, &coverage) {
+            (Some(true), _) => *coverage = Coverage::Hidden,
+            (Some(false), Coverage::Hidden) => *coverage = Coverage::Full,
+            _ => (),
+        }
         if let Some(diffuse) = self.diffuse {
             (material.diffuse, material.texture) = (diffuse, None);
         }

@@ -8,11 +8,13 @@ use glam::{DVec3, Vec2, Vec3};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+mod alpha;
 pub mod builtin;
 pub mod bvh;
 pub mod camera;
 pub mod clip;
 mod containers;
+mod cutouts;
 pub mod directions;
 pub mod emission;
 pub mod emitters;
@@ -42,6 +44,7 @@ mod notes;
 mod numbers;
 mod obj;
 mod obj_lines;
+pub mod opacity;
 mod polygons;
 pub mod quality;
 mod reading;
@@ -66,6 +69,7 @@ pub use load_options::LoadOptions;
 pub use load_options::Memory;
 pub use material::Material;
 pub use measures::{Measure, Measures};
+pub use opacity::OpacityMaps;
 pub use quality::Quality;
 pub use texture::{Image, Texture};
 
@@ -97,6 +101,15 @@ impl Triangle {
     pub fn geometric_normal(&self) -> Vec3 {
         self.cross().normalize().as_vec3()
     }
+
+    /// Weights of the corners at a point of the plane.
+    pub fn weights_at(&self, position: DVec3) -> DVec3 {
+        let [p0, p1, p2] = self.positions.map(Vec3::as_dvec3);
+        let normal = (p1 - p0).cross(p2 - p0);
+        let [y, z] = [(position - p0).cross(p2 - p0), (p1 - p0).cross(position - p0)]
+            .map(|part| part.dot(normal) / normal.length_squared());
+        DVec3::new(1.0 - y - z, y, z)
+    }
 }
 
 /// A checked scene: at least one triangle, one camera and finite numbers everywhere.
@@ -109,6 +122,8 @@ pub struct Scene {
     /// Image coordinates of the triangles' corners: u from the left, v from below, 0..=1 over the
     /// image. Empty if no material has an image.
     pub texture_coordinates: Vec<[Vec2; 3]>,
+    /// Holes of the triangles.
+    pub opacity: OpacityMaps,
     /// Materials that triangles refer to.
     pub materials: Vec<Material>,
     /// Lights, recentred; empty only if a command allows it. Emitting materials and the sky come
@@ -139,11 +154,14 @@ impl Scene {
             let coordinates = order.iter().map(|&index| self.texture_coordinates[index as usize]);
             self.texture_coordinates = coordinates.collect();
         }
+        self.opacity.reorder(order);
     }
 
-    /// Total one-sided surface area, m².
+    /// Total one-sided surface area without holes, m².
     pub fn area_m2(&self) -> f64 {
-        self.triangles.iter().map(Triangle::area_m2).sum()
+        let solid =
+            |(index, triangle): (u32, &Triangle)| triangle.area_m2() * self.opacity.solid_fraction(index);
+        (0..).zip(&self.triangles).map(solid).sum()
     }
 
     /// Interior viewpoints: all cameras and `places`. An enclosure without any of them is never

@@ -6,6 +6,8 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
 
+use super::alpha::Alpha;
+use super::cutouts::{self, CUT_AT_HALF, Coverage, Cutout};
 use super::image_map::Map;
 use super::limits::MATERIALS;
 use super::lines::Lines;
@@ -21,6 +23,7 @@ use crate::{Error, Result};
 /// A material with its texture transform.
 pub(super) struct Definition {
     pub(super) material: Material,
+    pub(super) coverage: Coverage,
     /// Image coordinates are `scale·vt + offset`.
     pub(super) scale: DVec2,
     /// Offset of image coordinates, see `scale`.
@@ -29,7 +32,12 @@ pub(super) struct Definition {
 
 impl Definition {
     pub(super) fn new(material: Material) -> Self {
-        Self { material, scale: DVec2::ONE, offset: DVec2::ZERO }
+        Self { material, coverage: Coverage::Full, scale: DVec2::ONE, offset: DVec2::ZERO }
+    }
+
+    /// Whether triangles need texture coordinates.
+    pub(super) fn has_image(&self) -> bool {
+        self.material.texture.is_some() || matches!(self.coverage, Coverage::Cutout(_))
     }
 }
 
@@ -47,6 +55,11 @@ struct Draft {
     emission: Option<Vec3>,
     /// Mean colour of the image of the emission.
     emission_colour: Option<Vec3>,
+    opacity: Option<(Cutout, [DVec2; 2])>,
+    /// Line of an image whose alpha counts only with `map_d`.
+    alpha: Option<usize>,
+    /// Line of a `d` of zero.
+    hidden: Option<usize>,
     /// Lines of `Ka` and `Ni`, which are noted only in combination with other statements.
     ambient: Option<usize>,
     refraction: Option<usize>,
@@ -60,10 +73,13 @@ struct Library<'a, 'b> {
     line: usize,
     drafts: Vec<Draft>,
     /// Images by file; `None` if an image is unusable.
-    images: HashMap<PathBuf, Option<Arc<Image>>>,
+    images: HashMap<PathBuf, Option<Picture>>,
 }
 
-/// Reads `text`, the contents of `path`: `Kd`, `Ks`, `Ns` and `map_Kd`. Image paths are
+/// An image with its alpha channel. `None`: all of it is opaque.
+type Picture = (Arc<Image>, Option<Arc<Alpha>>);
+
+/// Reads `text`, the contents of `path`: `Kd`, `Ks`, `Ns`, `map_Kd` and `map_d`. Image paths are
 /// relative to `path`. Notes other statements that would change the picture.
 ///
 /// Fails on too many materials and on names that cannot be printed.
@@ -90,7 +106,9 @@ impl Library<'_, '_> {
             "kd" => self.draft().diffuse = self.colour("Kd", rest).or(self.draft().diffuse),
             "ks" => self.draft().specular = self.colour("Ks", rest).or(self.draft().specular),
             "ns" => self.draft().exponent = self.exponent(rest).or(self.draft().exponent),
-            "map_kd" => self.map(rest),
+            "map_kd" => self.colour_map(rest),
+            "map_d" => self.opacity_map(rest),
+            "d" if is_zero(rest) => self.draft().hidden = Some(self.line),
             "ke" => self.draft().emission = self.colour("Ke", rest).or(self.draft().emission),
             "map_ke" | "map_emissive" => self.emission_map(keyword, rest),
             other => self.pass_over(keyword, missed(other, rest)),
@@ -196,27 +214,47 @@ impl Library<'_, '_> {
         Some((clamped as f32).max(1.0))
     }
 
-    fn map(&mut self, rest: &str) {
+    fn colour_map(&mut self, rest: &str) {
+        let what = "images that cannot be used are left out, `Kd` is taken instead";
+        if let Some(((image, alpha), map)) = self.map("map_Kd", rest, what) {
+            let texture = Texture { image, is_clamped: map.is_clamped };
+            let line = self.line;
+            self.draft().texture = Some((texture, [map.scale, map.offset]));
+            self.draft().alpha = alpha.map(|_| line);
+        }
+    }
+
+    /// The alpha channel of an image is its opacity; without one, its luminance is.
+    fn opacity_map(&mut self, rest: &str) {
+        let what = "opacity maps that cannot be used are left out: surfaces are opaque";
+        if let Some(((image, alpha), map)) = self.map("map_d", rest, what) {
+            let alpha = alpha.unwrap_or_else(|| cutouts::luminance(&image));
+            if alpha.is_grey() {
+                self.note(CUT_AT_HALF);
+            }
+            let cutout = Cutout { alpha, is_clamped: map.is_clamped, cutoff: 0.5 };
+            self.draft().opacity = Some((cutout, [map.scale, map.offset]));
+        }
+    }
+
+    /// An image and its options. `None` if it cannot be used; `what` is the note about that.
+    fn map<'t>(&mut self, keyword: &str, rest: &'t str, what: &str) -> Option<(Picture, Map<'t>)> {
         let mut passed_over = Vec::new();
         let (files, folder) = (&self.reading.files, self.path.with_file_name(""));
         let is_file = |name: &str| files.is_file(&folder.join(name.replace('\\', "/")));
         let Some(map) = Map::parse(rest, is_file, |option| passed_over.push(option)) else {
-            return self.note("`map_Kd` without the name of an image is passed over");
+            self.note(&format!("`{keyword}` without the name of an image is passed over"));
+            return None;
         };
         for option in passed_over {
-            self.note_named("options of `map_Kd` are passed over", &option);
+            self.note_named(&format!("options of `{keyword}` are passed over"), &option);
         }
-        let image = match self.image(map.file) {
-            Ok(image) => image,
+        match self.image(map.file) {
+            Ok(picture) => picture.map(|picture| (picture, map)),
             Err(why) => {
-                let what = format!("{} {why}", excerpt(map.file));
-                self.note_named("images that cannot be used are left out, `Kd` is taken instead", &what);
+                self.note_named(what, &format!("{} {why}", excerpt(map.file)));
                 None
             }
-        };
-        if let Some(image) = image {
-            let texture = Texture { image, is_clamped: map.is_clamped };
-            self.draft().texture = Some((texture, [map.scale, map.offset]));
         }
     }
 
@@ -241,7 +279,7 @@ impl Library<'_, '_> {
     }
 
     /// `Ok(None)` if the image's fault was noted before.
-    fn image(&mut self, file: &str) -> Checking<Option<Arc<Image>>> {
+    fn image(&mut self, file: &str) -> Checking<Option<Picture>> {
         name(file)?;
         let place = self.place();
         let file = self.reading.find(self.path, file, || place)?;
@@ -249,16 +287,14 @@ impl Library<'_, '_> {
             return Ok(known.clone());
         }
         let decoded = self.reading.image(&file);
-        self.images.insert(file.clone(), decoded.as_ref().ok().map(|decoded| decoded.image.clone()));
+        let picture = decoded.as_ref().ok().map(|decoded| (decoded.image.clone(), decoded.alpha.clone()));
+        self.images.insert(file.clone(), picture.clone());
         let decoded = decoded?;
-        if decoded.is_transparent {
-            self.note("the transparency of images is passed over");
-        }
         if let Some(damage) = decoded.damage {
             let what = format!("{:?} {damage}", printable(&file.display().to_string()));
             self.note_named("images are damaged", &what);
         }
-        Ok(Some(decoded.image))
+        Ok(picture)
     }
 
     fn finish(self) -> Vec<Definition> {
@@ -277,6 +313,18 @@ impl Library<'_, '_> {
             if draft.emission_colour.is_some() && draft.emission.unwrap_or(Vec3::ZERO) == Vec3::ZERO {
                 let place = || format!("{}: material {:?}", shown(path), draft.name);
                 reading.notes.add("does not emit: its image of emission is multiplied with a Ke of 0", place);
+            }
+            if let Some(line) = draft.alpha.filter(|_| draft.opacity.is_none()) {
+                reading.notes.add("the transparency of images is passed over", || at(line));
+            }
+            if let Some(line) = draft.hidden.filter(|_| draft.opacity.is_none()) {
+                reading.notes.add("`d` is 0: surfaces that are not there are left out", || at(line));
+            }
+            if let (Some((_, place)), Some((_, other))) = (&draft.texture, &draft.opacity)
+                && place != other
+            {
+                let what = "`map_d` has other options than `map_Kd`, and is placed like it";
+                reading.notes.add(what, || format!("{}: material {:?}", shown(path), draft.name));
             }
             if draft.texture.is_some() && draft.diffuse == Some(Vec3::ZERO) {
                 let place = || format!("{}: material {:?}", shown(path), draft.name);
@@ -298,12 +346,24 @@ impl Draft {
             emission: self.emission.unwrap_or(Vec3::ZERO) * self.emission_colour.unwrap_or(Vec3::ONE),
             ..Material::neutral(&self.name)
         });
+        if self.hidden.is_some() {
+            definition.coverage = Coverage::Hidden;
+        }
+        if let Some((cutout, [scale, offset])) = self.opacity {
+            (definition.scale, definition.offset) = (scale, offset);
+            definition.coverage = Coverage::Cutout(cutout);
+        }
         if let Some((texture, [scale, offset])) = self.texture {
             (definition.scale, definition.offset) = (scale, offset);
             definition.material.texture = Some(texture);
         }
         definition
     }
+}
+
+/// Whether a `d` makes its material invisible.
+fn is_zero(rest: &str) -> bool {
+    rest.split_whitespace().next().and_then(|word| word.parse::<f64>().ok()).is_some_and(|value| value <= 0.0)
 }
 
 fn place(path: &Path, line: usize, draft: Option<&Draft>) -> String {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use super::cutouts::Coverage;
 use super::geometry::Mesh;
 use super::limits::{LIBRARIES, MATERIALS, MTL_BYTES};
 use super::lines::decode;
@@ -23,6 +24,8 @@ pub(super) struct Model {
     pub(super) meshes: Vec<Mesh>,
     /// Every material that is defined or used.
     pub(super) materials: Vec<Material>,
+    /// Where each material is surface.
+    pub(super) coverages: Vec<Coverage>,
     /// Materials that are used but not defined: index, and line of their first use. They are
     /// neutral until overridden.
     pub(super) undefined: Vec<(usize, usize)>,
@@ -54,8 +57,9 @@ pub(super) fn load(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result
     let used: Vec<usize> = used.collect();
     reading.notes.absorb(std::mem::take(&mut contents.notes));
     let meshes = meshes(reading, path, contents, &used, &definitions)?;
-    let materials = definitions.into_iter().map(|definition| definition.material).collect();
-    Ok(Model { meshes, materials, undefined })
+    let of_definition = |definition: Definition| (definition.material, definition.coverage);
+    let (materials, coverages) = definitions.into_iter().map(of_definition).unzip();
+    Ok(Model { meshes, materials, coverages, undefined })
 }
 
 /// Decodes the text of a file; notes if it is not UTF-8.
@@ -168,9 +172,8 @@ fn meshes(
     if meshes.is_empty() {
         return Err(Error::input(path, "holds no face: an OBJ file with `v` and `f` lines was expected"));
     }
-    let has_no_coordinates = |mesh: &&Mesh| {
-        mesh.coordinates.is_empty() && definitions[mesh.material as usize].material.texture.is_some()
-    };
+    let has_no_coordinates =
+        |mesh: &&Mesh| mesh.coordinates.is_empty() && definitions[mesh.material as usize].has_image();
     let without_coordinates: usize =
         meshes.iter().filter(has_no_coordinates).map(|mesh| mesh.indices.len() / 3).sum();
     let what =
@@ -204,7 +207,7 @@ fn mesh(
     let place = |corner: &Corner| {
         Some(definition.scale * contents.coordinates[corner[2].checked_sub(1)?] + definition.offset)
     };
-    let has_image = definition.material.texture.is_some();
+    let has_image = definition.has_image();
     let mut triangles = Vec::with_capacity(group.indices.len());
     let mut rest = &group.indices[..];
     for &arity in &group.arities {

@@ -46,9 +46,9 @@ impl Setting {
         Ok(Self { value: Node::parse_flag(&flag, value.trim())?, flag, path })
     }
 
-    /// Whether it changes a model; such a change applies before the model is read.
-    pub(super) fn is_about_models(&self) -> bool {
-        self.path[0] == "model"
+    /// Whether it applies before models are read. Changes of materials do: they may hide some.
+    pub(super) fn precedes_models(&self) -> bool {
+        ["model", "material"].contains(&self.path[0].as_str())
     }
 
     /// Applies the change. `chosen` is the camera that `camera.KEY` refers to; `None`:

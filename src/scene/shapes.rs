@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
-use super::{Camera, Light, LightKind, Material, Quality, Scene, Triangle};
+use super::{Camera, Light, LightKind, Material, OpacityMaps, Quality, Scene, Triangle};
 
 /// The inside of a sphere around the origin: an icosahedron whose faces were split into four
 /// `subdivisions` times. It has 20·4ⁿ triangles with corners on the sphere, fronts and smooth
@@ -89,6 +89,7 @@ fn scene(name: &str, triangles: Vec<Triangle>, material: Material, light: Light,
         name: name.to_owned(),
         triangles,
         texture_coordinates: Vec::new(),
+        opacity: OpacityMaps::default(),
         materials: vec![material],
         lights: vec![light],
         emission: Arc::default(),

@@ -1,9 +1,9 @@
 //! Watertight solids: surfaces without a border that are wound outwards. Solids may interpenetrate.
 //! Their interior surface is inactive, because no light reaches it.
 
-use crate::scene::Triangle;
+use crate::scene::{Scene, Triangle};
 use glam::{DVec3, UVec2, Vec2, Vec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Largest number of columns of the table along x and along z.
 const MAX_COLUMNS: f32 = 2048.0;
@@ -26,10 +26,23 @@ pub struct Solids {
 }
 
 impl Solids {
-    /// Finds the solids. A closed surface around a viewpoint is not one: its inside is part
-    /// of the scene.
-    pub fn new(triangles: &[Triangle], viewpoints: &[Vec3]) -> Self {
-        let closed = Self::from_parts(triangles, parts(triangles));
+    /// Finds the solids of a scene. A surface with holes is not one. Nor is a closed surface around
+    /// a viewpoint: its inside is part of the scene.
+    pub fn of_scene(scene: &Scene) -> Self {
+        let mut parts = parts(&scene.triangles);
+        let cut = scene.opacity.micromaps().filter_map(|(triangle, _)| parts[triangle]);
+        let cut: HashSet<u32> = cut.collect();
+        parts.iter_mut().for_each(|part| *part = part.filter(|part| !cut.contains(part)));
+        Self::outside_of(&scene.triangles, parts, &scene.viewpoints())
+    }
+
+    /// The solids of a scene that has none.
+    pub fn none() -> Self {
+        Self::from_parts(&[], Vec::new())
+    }
+
+    fn outside_of(triangles: &[Triangle], parts: Vec<Option<u32>>, viewpoints: &[Vec3]) -> Self {
+        let closed = Self::from_parts(triangles, parts);
         let entered: Vec<u32> = viewpoints.iter().flat_map(|&point| closed.solids_around(point)).collect();
         if entered.is_empty() {
             return closed;
@@ -203,7 +216,7 @@ fn root(parent: &mut [usize], mut corner: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::shapes;
+    use crate::scene::{OpacityMaps, shapes};
 
     fn cube(size: f32) -> Vec<Triangle> {
         shapes::closed_box(Vec3::splat(size), 0.5).triangles
@@ -220,13 +233,26 @@ mod tests {
         let room = cube(2.0);
         let mut all = room.clone();
         all.extend(cube(0.5).iter().map(turned));
-        let found = |all: &[Triangle], eye: &[Vec3]| Solids::new(all, eye).backs().collect::<Vec<bool>>();
+        let found = |all: &[Triangle], eye: &[Vec3]| {
+            Solids::outside_of(all, parts(all), eye).backs().collect::<Vec<bool>>()
+        };
         let with_block = found(&all, &[Vec3::new(0.6, 0.0, 0.0)]);
         assert!(with_block[..room.len()].iter().all(|solid| !solid));
         assert!(with_block[room.len()..].iter().all(|solid| *solid));
         assert!(found(&all, &[Vec3::ZERO]).iter().all(|solid| !solid), "an eye inside");
         all.pop();
         assert!(found(&all, &[]).iter().all(|solid| !solid), "a border");
+    }
+
+    #[test]
+    fn a_surface_with_holes_is_no_solid() {
+        let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
+        scene.triangles.iter_mut().for_each(|triangle| *triangle = turned(triangle));
+        scene.cameras[0].position = Vec3::new(0.0, 3.0, 0.0);
+        assert!(Solids::of_scene(&scene).backs().all(|solid| solid));
+        let levels: Vec<u32> = (0..scene.triangles.len() as u32).map(|index| u32::from(index == 5)).collect();
+        scene.opacity = OpacityMaps::new(&levels, |_, centre| centre.x > 0.5);
+        assert!(Solids::of_scene(&scene).backs().all(|solid| !solid));
     }
 
     #[test]
@@ -246,7 +272,7 @@ mod tests {
             add(&block, Vec3::X * x);
         }
         add(&cube(0.5), Vec3::X * 5.0);
-        let solids = Solids::new(&all, &[Vec3::new(0.0, 3.0, 0.0)]);
+        let solids = Solids::outside_of(&all, parts(&all), &[Vec3::new(0.0, 3.0, 0.0)]);
         let inside = |point: Vec3| {
             let ball = point.length() < 0.495;
             let block = |x: f32| (point - Vec3::X * x).abs().max_element() < 0.5;

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
+use super::alpha::Alpha;
 use super::containers;
 use super::limits::{IMAGE_GROWTH, IMAGE_SIDE, JPEG_SCANS};
 use super::value::printable;
@@ -44,8 +45,8 @@ impl fmt::Debug for Image {
 /// A decoded image file.
 pub(super) struct Decoded {
     pub(super) image: Arc<Image>,
-    /// Whether transparency was ignored.
-    pub(super) is_transparent: bool,
+    /// Its alpha channel. `None` if all of it is opaque.
+    pub(super) alpha: Option<Arc<Alpha>>,
     /// A fault of the image; the text follows the file's name.
     pub(super) damage: Option<String>,
 }
@@ -122,9 +123,9 @@ impl Image {
         let (width, height) = decoder.dimensions();
         check_size([width, height], decoder.total_bytes(), bytes.len(), most)?;
         let decoded = DynamicImage::from_decoder(decoder).map_err(fault)?;
-        let is_transparent = has_transparency(&decoded);
+        let alpha = Alpha::of(&decoded);
         let codes = colours(decoded);
-        Ok(Decoded { image: Arc::new(Self { size: [width, height], codes }), is_transparent, damage })
+        Ok(Decoded { image: Arc::new(Self { size: [width, height], codes }), alpha, damage })
     }
 }
 
@@ -172,16 +173,6 @@ fn check_size(
         return Err(format!("is damaged: {file_bytes} bytes cannot hold {width}×{height} texels"));
     }
     Ok(())
-}
-
-fn has_transparency(image: &DynamicImage) -> bool {
-    match image {
-        DynamicImage::ImageLumaA8(image) => image.pixels().any(|pixel| pixel.0[1] < u8::MAX),
-        DynamicImage::ImageRgba8(image) => image.pixels().any(|pixel| pixel.0[3] < u8::MAX),
-        DynamicImage::ImageLumaA16(image) => image.pixels().any(|pixel| pixel.0[1] < u16::MAX),
-        DynamicImage::ImageRgba16(image) => image.pixels().any(|pixel| pixel.0[3] < u16::MAX),
-        _ => false,
-    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use crate::common::{assert_silent, context};
 use crate::tables::Tables;
 use glam::{Vec2, Vec3};
 use lightpaths::renderer::{Layer, Renderer, Silent, Store};
-use lightpaths::scene::{Image, LoadOptions, Quality, Scene, Texture};
+use lightpaths::scene::{Image, LoadOptions, OpacityMaps, Quality, Scene, Texture};
 use std::fs;
 use std::sync::Arc;
 
@@ -48,6 +48,13 @@ pub(crate) fn textured(mut scene: Scene) -> Scene {
     }
     let corner = |p: Vec3| Vec2::new(p.x + 0.3 * p.y, p.z - 0.2 * p.y);
     scene.texture_coordinates = scene.triangles.iter().map(|t| t.positions.map(corner)).collect();
+    scene
+}
+
+/// A scene with holes in every second triangle.
+pub(crate) fn with_holes(mut scene: Scene) -> Scene {
+    let levels: Vec<u32> = (0..scene.triangles.len() as u32).map(|index| 2 * (index % 2)).collect();
+    scene.opacity = OpacityMaps::new(&levels, |_, centre| centre.x > centre.y);
     scene
 }
 
@@ -132,6 +139,11 @@ fn a_scene_with_editable_gloss() {
 #[test]
 fn a_textured_scene() {
     compare(&textured(small_diffuse()));
+}
+
+#[test]
+fn a_scene_with_holes() {
+    compare(&with_holes(small_diffuse()));
 }
 
 /// Fewer light paths, for tests that do not depend on their number.

@@ -4,6 +4,7 @@
 use crate::common::assert_silent;
 use crate::world::{Random, World};
 use lightpaths::gpu::Buffer;
+use lightpaths::gpu::spirv::HAS_CUTOUTS;
 use lightpaths::passes::gather_targets::GatherTargetPacking;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::entry_points::{Strata, place};
@@ -45,7 +46,7 @@ fn made(world: &World) -> [Vec<u8>; 4] {
 
 #[test]
 fn lists_behind_addresses_are_the_lists() {
-    for mut world in [World::room(), World::textured_glossy_room()] {
+    for mut world in [World::room(), World::textured_glossy_room(), World::room_with_holes()] {
         let bound = made(&world);
         let context = world.context.clone();
         let [nodes, triangles, surfaces] =
@@ -53,7 +54,9 @@ fn lists_behind_addresses_are_the_lists() {
         let lists: (Vec<Node>, Vec<Triangle>, Vec<Surface>) =
             (nodes.read().unwrap(), triangles.read().unwrap(), surfaces.read().unwrap());
         world.buffers.nodes = Buffer::address_of(&context, "nodes", &lists.0).unwrap();
-        world.buffers.triangles = Buffer::address_of(&context, "triangles", &lists.1).unwrap();
+        let triangles = Buffer::address_of(&context, "triangles", &lists.1).unwrap();
+        world.buffers.triangles =
+            if world.opacity.is_empty() { triangles } else { triangles.with_constant(HAS_CUTOUTS) };
         world.buffers.surfaces = Buffer::address_of(&context, "surfaces", &lists.2).unwrap();
         assert_eq!(world.buffers.nodes.bytes() as usize, size_of::<Node>(), "one item is bound");
         let followed: Vec<Surface> = world.buffers.surfaces.followed().read().unwrap();

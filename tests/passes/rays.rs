@@ -1,7 +1,7 @@
 //! Traversal: nearest hits, against all triangles in f64; and no ray escapes from closed surfaces.
 
 use crate::common::{assert_silent, random_words};
-use crate::world::{Random, World};
+use crate::world::{Random, World, with_holes};
 use glam::Vec3;
 use lightpaths::passes::precompute::rays::{RayAnswer, RayQuery, Rays};
 use lightpaths::scene::{LoadOptions, Scene, Triangle, shapes};
@@ -67,8 +67,14 @@ fn disagreements(world: &World, queries: &[RayQuery], answers: &[RayAnswer]) -> 
 #[test]
 fn nearest_hits_equal_brute_force() {
     let teapot = Scene::load("box", &LoadOptions::default()).unwrap();
-    let worlds = [World::room(), World::new(&soup(), 8), World::new(&teapot, 8)];
-    for (world, largest) in worlds.iter().zip([16_385, 9_973, 3_989]) {
+    let worlds = [
+        World::room(),
+        World::new(&soup(), 8),
+        World::new(&teapot, 8),
+        World::room_with_holes(),
+        World::new(&with_holes(soup()), 8),
+    ];
+    for (world, largest) in worlds.iter().zip([16_385, 9_973, 3_989, 16_385, 9_973]) {
         let rays = Rays::new(&world.context).unwrap();
         for count in [0, 1, 63, 64, 65, largest] {
             let queries = awkward_rays(world, count);

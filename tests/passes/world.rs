@@ -16,7 +16,8 @@ use lightpaths::passes::precompute::{Silent, light_paths};
 use lightpaths::passes::{ClusterBuffers, ClusterTables, SceneBuffers, reflectances};
 use lightpaths::scene::bvh::Bvh;
 use lightpaths::scene::hvds::Hvds;
-use lightpaths::scene::{Image, Material, Scene, Texture, Triangle, grid, shapes, surfaces};
+use lightpaths::scene::opacity::MAX_LEVEL;
+use lightpaths::scene::{Image, Material, OpacityMaps, Scene, Texture, Triangle, grid, shapes, surfaces};
 use lightpaths::types::{CachePoint, Grid, PathVertex, PixelSurface, Reflectance, Surface};
 
 /// Relative tolerance of the result of a few operations.
@@ -75,6 +76,7 @@ pub(crate) struct World {
     pub triangles: Vec<Triangle>,
     pub surfaces: Vec<Surface>,
     pub coordinates: Vec<[Vec2; 3]>,
+    pub opacity: OpacityMaps,
     pub materials: Vec<Material>,
     pub hvds: Hvds,
     /// Density of entry points on each fragment of `hvds`: all possible values, in no order.
@@ -97,13 +99,11 @@ impl World {
         let bvh = Bvh::build(&scene.triangles).unwrap();
         let mut ordered = scene.clone();
         ordered.reorder(&bvh.order);
-        let (triangles, coordinates) = (ordered.triangles, ordered.texture_coordinates);
-        let sees = surfaces::sides_that_see_something(&triangles);
+        let sees = surfaces::sides_that_see_something(&ordered.triangles);
         let surfaces: Vec<_> =
-            triangles.iter().zip(sees).map(|(triangle, sees)| surfaces::surface(triangle, sees)).collect();
-        let materials = scene.materials.clone();
-        let buffers =
-            SceneBuffers::new(&context, &bvh, &triangles, &surfaces, &coordinates, &materials).unwrap();
+            ordered.triangles.iter().zip(sees).map(|(t, sees)| surfaces::surface(t, sees)).collect();
+        let buffers = SceneBuffers::new(&context, &bvh, &ordered, &surfaces).unwrap();
+        let Scene { triangles, texture_coordinates: coordinates, opacity, materials, .. } = ordered;
         let hvds = Hvds::build_split(&triangles, &surfaces, grid, cells);
         let every_third: Vec<bool> = hvds.levels[0].clone().map(|cluster| cluster % 3 == 0).collect();
         let hvds = hvds.with_unweighted(&every_third);
@@ -118,6 +118,7 @@ impl World {
             triangles,
             surfaces,
             coordinates,
+            opacity,
             materials,
             hvds,
             densities,
@@ -137,6 +138,11 @@ impl World {
     /// The room with images on its walls.
     pub(crate) fn textured_room() -> Self {
         Self::new(&textured(room()), 16)
+    }
+
+    /// The room with holes in every third triangle.
+    pub(crate) fn room_with_holes() -> Self {
+        Self::new(&with_holes(room()), 16)
     }
 
     pub(crate) fn glossy_room() -> Self {
@@ -177,6 +183,7 @@ impl World {
             triangles: &self.triangles,
             surfaces: &self.surfaces,
             textures: Textures { materials: &self.materials, coordinates: &self.coordinates },
+            opacity: &self.opacity,
             clear_distance: self.clear_distance,
         }
     }
@@ -280,6 +287,18 @@ pub(crate) fn assert_near(device: Vec3, reference: DVec3, tolerance: f64, scale:
 }
 
 /// One of a scene's materials is glossy, one is editable and has a little broad gloss.
+/// Cuts holes of many sizes into every third triangle.
+pub(crate) fn with_holes(mut scene: Scene) -> Scene {
+    let level = |index: u32| if index.is_multiple_of(3) { 1 + index / 3 % MAX_LEVEL } else { 0 };
+    let levels: Vec<u32> = (0..scene.triangles.len() as u32).map(level).collect();
+    let is_hole = |triangle: usize, centre: DVec3| {
+        let waves = (9.0 + triangle as f64) * centre;
+        waves.x.sin() + waves.y.cos() * waves.z.sin() > 0.4
+    };
+    scene.opacity = OpacityMaps::new(&levels, is_hole);
+    scene
+}
+
 pub(crate) fn glossy(mut scene: Scene) -> Scene {
     let lobes = [(20.0, Vec3::new(0.3, 0.2, 0.4)), (5.0, Vec3::new(0.15, 0.03, 0.015))];
     for (material, (exponent, specular)) in scene.materials.iter_mut().zip(lobes) {

@@ -34,8 +34,7 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     let sees = surfaces::sides_that_see_something(&scene.triangles);
     let surfaces: Vec<_> =
         scene.triangles.iter().zip(sees).map(|(t, sees)| surfaces::surface(t, sees)).collect();
-    let buffers =
-        SceneBuffers::new(context, &bvh, &scene.triangles, &surfaces, &[], &scene.materials).unwrap();
+    let buffers = SceneBuffers::new(context, &bvh, scene, &surfaces).unwrap();
     let (low, high) = scene.bounds();
     let hvds = Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, CELLS), CELLS);
     // Uniform density, so that all paths have the same weight.

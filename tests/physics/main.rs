@@ -5,6 +5,7 @@ mod antialias;
 #[path = "../common/mod.rs"]
 mod common;
 mod corner;
+mod cutouts;
 mod direct;
 mod emission;
 mod energy;

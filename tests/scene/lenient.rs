@@ -125,7 +125,11 @@ fn what_is_passed_over_in_mtl_files_is_named() {
         ("d 0.05", "`d` is passed over (transparency): surfaces are opaque"),
         ("Tr 0.95", "`Tr` is passed over (transparency): surfaces are opaque"),
         ("Tf 0.2 0.4 1", "`Tf` is passed over (transparency): surfaces are opaque"),
-        ("map_d a.png", "`map_d` is passed over (transparency): surfaces are opaque"),
+        ("map_opacity a.png", "`map_opacity` is passed over (transparency): surfaces are opaque"),
+        (
+            "map_d gone.png",
+            "opacity maps that cannot be used are left out: surfaces are opaque: \"gone.png\" does not exist: check the path",
+        ),
         ("illum 7", "`illum` is passed over (transparency): surfaces are opaque"),
         ("illum 3", "`illum` is passed over (mirror reflections)"),
         ("Ke 1 0 0", "`Ke` is passed over (light of surfaces)"),

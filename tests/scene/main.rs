@@ -14,6 +14,7 @@ use refused::message;
 #[allow(dead_code, reason = "the example's main")]
 mod box_model;
 mod confined;
+mod cutouts;
 mod film;
 mod gltf;
 mod keys;

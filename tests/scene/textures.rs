@@ -13,7 +13,7 @@ use std::sync::Arc;
 use super::{good_toml, load_files, set};
 
 /// A unit square whose corners lie at the corners of its image.
-const SQUARE: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+pub(super) const SQUARE: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
 usemtl wall\nf 1/1 2/2 3/3 4/4\n";
 const MTL: &str = "newmtl wall\nmap_Kd a.png\n";
 
@@ -24,7 +24,7 @@ fn pixels() -> RgbImage {
     RgbImage::from_fn(2, 2, |x, y| Rgb(CODES[(2 * y + x) as usize]))
 }
 
-fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
+pub(super) fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     image.into().write_to(&mut bytes, format).unwrap();
     bytes.into_inner()
@@ -38,7 +38,7 @@ fn png() -> Vec<u8> {
     encoded(pixels(), ImageFormat::Png)
 }
 
-fn load_with(
+pub(super) fn load_with(
     toml: &str,
     obj: &str,
     mtl: &str,

@@ -20,7 +20,7 @@ fn escaped(mut scene: Scene, centre: Vec3, count: u64) -> u64 {
     scene.reorder(&bvh.order);
     let faces: Vec<_> =
         scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
-    let buffers = SceneBuffers::new(&context, &bvh, &scene.triangles, &faces, &[], &scene.materials).unwrap();
+    let buffers = SceneBuffers::new(&context, &bvh, &scene, &faces).unwrap();
     let rays = Rays::new(&context).unwrap();
     let clear = clear_distance(&bvh.nodes[0]);
     let unit = |word: u32| (word >> 8) as f32 / 16_777_216.0;

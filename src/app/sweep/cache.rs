@@ -66,6 +66,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
     let Scene {
         triangles,
         texture_coordinates,
+        opacity,
         materials,
         lights,
         emission,
@@ -79,7 +80,9 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
     } = scene;
     let shader = Shader::named("path_trace");
     write!(key, "{FORMAT} {} {} {budget} {}", shader.source_hash, fnv1a(&shader.bytes), quality.seed)
-        .and_then(|()| write!(key, "{materials:?} {texture_coordinates:?} {lights:?} {:?}", cameras[0]))
+        .and_then(|()| {
+            write!(key, "{materials:?} {texture_coordinates:?} {opacity:?} {lights:?} {:?}", cameras[0])
+        })
         .and_then(|()| match &emission.sky {
             Some(sky) => write!(key, "{:?}", sky.environment.texels),
             None => Ok(()),

@@ -9,15 +9,16 @@ use super::measure::Summary;
 use super::rates::{Rates, RaySets, mrays_per_s};
 use crate::error::Result;
 use crate::passes::precompute::rays::RayQuery;
-use crate::scene::{Triangle, bvh::Bvh, host_bvh::HostBvh};
+use crate::scene::{Scene, bvh::Bvh, host_bvh::HostBvh};
 
 /// Rays per second of each kind, on all threads.
 ///
 /// # Errors
 /// The tree cannot be traversed, see [`Bvh::build`].
-pub(super) fn rates(triangles: &[Triangle], sets: &RaySets, repeats: usize) -> Result<Rates> {
-    let bvh = Bvh::build(triangles)?;
-    let in_order: Vec<Triangle> = bvh.order.iter().map(|&index| triangles[index as usize]).collect();
+pub(super) fn rates(scene: &Scene, sets: &RaySets, repeats: usize) -> Result<Rates> {
+    let bvh = Bvh::build(&scene.triangles)?;
+    let mut in_order = scene.clone();
+    in_order.reorder(&bvh.order);
     let tree = HostBvh::new(&bvh, &in_order);
     let rate = |queries: &[RayQuery], meets: &(dyn Fn(&RayQuery) -> bool + Sync)| {
         if queries.is_empty() {

@@ -64,8 +64,7 @@ pub(super) fn measure(context: &Arc<Context>, scene: Scene) -> Result<RayRates> 
         any_coherent: rate(&any, &sets.shadow)?,
         any_incoherent: rate(&any, &sets.pairs)?,
     };
-    let host =
-        context.is_cpu().then(|| host_rays::rates(&traced.scene.triangles, &sets, REPEATS)).transpose()?;
+    let host = context.is_cpu().then(|| host_rays::rates(&traced.scene, &sets, REPEATS)).transpose()?;
     Ok(RayRates { device, host })
 }
 

@@ -9,7 +9,7 @@ use bytemuck::Pod;
 
 use super::super::barrier::{Barrier, Places};
 use super::super::hazard::Use;
-use super::super::pipeline::uses_buffer_device_address;
+use super::super::pipeline::variant;
 use super::super::pipelines::Missing;
 use super::super::program::Program;
 use super::super::schedule::{Bound, Command, Workgroups};
@@ -77,11 +77,11 @@ impl Recorder {
         if self.leaves_out {
             return false;
         }
-        let by_address = uses_buffer_device_address(program, bindings);
-        let Some(handles) = program.handles(by_address) else {
-            let is_known = |(other, follows): &Missing| Arc::ptr_eq(other, program) && *follows == by_address;
+        let variant = variant(program, bindings);
+        let Some(handles) = program.handles(variant) else {
+            let is_known = |(other, known): &Missing| Arc::ptr_eq(other, program) && *known == variant;
             if !self.missing.iter().any(is_known) {
-                self.missing.push((program.clone(), by_address));
+                self.missing.push((program.clone(), variant));
             }
             return false;
         };

@@ -284,7 +284,9 @@ impl Attempt<'_> {
         });
         let is_open = |(candidate, point): &(&Candidate, CachePoint)| {
             let fragment = &self.geometry.hvds.fragments[candidate.fragment as usize];
-            !records.cover(point, cover) && (fragment.open == 1.0 || !self.geometry.is_interior(point))
+            !records.cover(point, cover)
+                && (fragment.open == 1.0
+                    || !self.geometry.is_interior(point) && !self.geometry.is_hole(point))
         };
         let mut open: Vec<_> = drawn.filter(is_open).collect();
         open.par_sort_unstable_by_key(|drawn| drawn.0);

@@ -11,7 +11,7 @@ use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::{ClusterBuffers, SceneBuffers};
-use crate::scene::hvds::Hvds;
+use crate::scene::{Scene, hvds::Hvds};
 use crate::types::{Grid, PathVertex};
 use glam::Vec3;
 use std::sync::Arc;
@@ -170,6 +170,15 @@ pub fn place(
     }
     sort_along_curve(&mut placed, &clusters.grid, |vertex| vertex.position);
     Ok(placed)
+}
+
+/// The entry points outside of holes. Each stands for the same area as before.
+pub fn without_holes(mut entry_points: Vec<PathVertex>, scene: &Scene) -> Vec<PathVertex> {
+    let Scene { triangles, opacity, .. } = scene;
+    let is_hole =
+        |point: &PathVertex| opacity.is_hole_at(triangles, point.side / 2, point.position.as_dvec3());
+    entry_points.retain(|point| !is_hole(point));
+    entry_points
 }
 
 /// Sorts items by the Morton index of their position, stably. 1024 steps along the

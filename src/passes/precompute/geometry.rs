@@ -2,7 +2,7 @@
 
 use super::fragment_points::{plane_sequence, point_in_polygon};
 use crate::cpu::sampling::hash;
-use crate::scene::{Triangle, fragment::Fragment, hvds::Hvds, solids::Solids};
+use crate::scene::{OpacityMaps, Triangle, fragment::Fragment, hvds::Hvds, solids::Solids};
 use crate::types::{CachePoint, Surface};
 use glam::{DVec3, UVec2, Vec3};
 
@@ -10,6 +10,8 @@ use glam::{DVec3, UVec2, Vec3};
 pub struct Geometry<'a> {
     /// In BVH order.
     pub triangles: &'a [Triangle],
+    /// Holes of the triangles.
+    pub opacity: &'a OpacityMaps,
     /// In BVH order.
     pub surfaces: &'a [Surface],
     /// The hierarchy with the fragments on which candidates are drawn.
@@ -22,17 +24,48 @@ pub struct Geometry<'a> {
     pub clear_distance: f32,
 }
 
+/// Points tried for one outside of holes.
+const TRIES: u32 = 256;
+
 impl Geometry<'_> {
+    /// Whether a point of a side is in a hole.
+    pub(super) fn is_hole(&self, point: &CachePoint) -> bool {
+        self.opacity.is_hole_at(self.triangles, point.side / 2, point.position.as_dvec3())
+    }
+
+    /// Fraction of a fragment that is no hole.
+    pub(super) fn solid_fraction(&self, fragment: usize) -> f64 {
+        let Fragment { side, corners, .. } = &self.hvds.fragments[fragment];
+        if !self.opacity.has_holes(side / 2) {
+            return 1.0;
+        }
+        let corners: Vec<DVec3> = corners.iter().map(|corner| corner.as_dvec3()).collect();
+        self.opacity.solid_fraction_of(self.triangles, side / 2, &corners)
+    }
+
     /// Whether a watertight solid contains a point of the surface.
     pub(super) fn is_interior(&self, point: &CachePoint) -> bool {
         self.solids.hold(point.position + self.clear_distance * point.facet)
     }
 
     /// Candidate number `index` of a fragment: uniform over it, low-discrepancy in `index`. The
-    /// radius is left at zero.
+    /// radius is left at zero. On a side with holes it is uniform over the rest, unless that is so
+    /// small that all tries miss it.
     pub(super) fn draw(&self, fragment: usize, index: u32, seed: u32) -> CachePoint {
+        let drawn = self.draw_from(fragment, index, hash(fragment as u32 ^ hash(seed)));
+        if !self.opacity.has_holes(drawn.side / 2) {
+            return drawn;
+        }
+        let again =
+            |attempt| self.draw_from(fragment, attempt, hash(index ^ hash(fragment as u32 ^ hash(!seed))));
+        let mut tries = std::iter::once(drawn).chain((0..TRIES).map(again));
+        tries.find(|point| !self.is_hole(point)).unwrap_or(drawn)
+    }
+
+    /// Point number `index` of the sequence with this shift, on a fragment.
+    fn draw_from(&self, fragment: usize, index: u32, shift: u32) -> CachePoint {
         let Fragment { side, corners, .. } = &self.hvds.fragments[fragment];
-        let u = plane_sequence(index, hash(fragment as u32 ^ hash(seed)));
+        let u = plane_sequence(index, shift);
         let corner_mean = self.triangles[*side as usize / 2].positions.iter().sum::<Vec3>() / 3.0;
         // Slightly off the triangle's edges: a ray from a point on an edge may slip out
         // between two surfaces.

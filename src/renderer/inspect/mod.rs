@@ -127,6 +127,7 @@ impl Renderer {
                 materials: &self.world.scene.materials,
                 coordinates: &self.world.scene.texture_coordinates,
             },
+            opacity: &self.world.scene.opacity,
             clear_distance: clear_distance(&root),
         })
     }

@@ -42,6 +42,7 @@ pub(in crate::renderer) fn precompute(
     let (hierarchy, mut warnings) = Hierarchy::new(context, scene, &reachable, (finest, &gaps), sizes)?;
     let Hierarchy { hvds, clusters, strata, .. } = &hierarchy;
     let entry_points = entry_points::place(context, buffers, clusters, strata, seed)?;
+    let entry_points = entry_points::without_holes(entry_points, scene);
     watch.lap("entry points");
 
     // Light paths from the entry points; each vertex contributes to its cluster. [Yue §1, §2]

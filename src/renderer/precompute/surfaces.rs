@@ -43,8 +43,8 @@ impl Reachable {
 
         progress.stage("surfaces", 1);
         let solids = match scene.quality.takes(Measure::Solids) {
-            true => Solids::new(&scene.triangles, &scene.viewpoints()),
-            false => Solids::new(&[], &[]),
+            true => Solids::of_scene(scene),
+            false => Solids::none(),
         };
         let warnings: Vec<String> = lost_lights(&solids, &scene.lights).collect();
         scene.warnings.extend(warnings);
@@ -53,10 +53,7 @@ impl Reachable {
         let pairs = scene.triangles.iter().zip(sees);
         let mut surfaces: Vec<Surface> =
             pairs.map(|(triangle, active)| surfaces::surface(triangle, active)).collect();
-        let (triangles, coordinates) = (&scene.triangles, &scene.texture_coordinates);
-        let mut buffers =
-            SceneBuffers::new(context, &bvh, triangles, &surfaces, coordinates, &scene.materials)?;
-        buffers.set_emission(context, &scene.materials, &scene.emission)?;
+        let buffers = SceneBuffers::new(context, &bvh, scene, &surfaces)?;
         let clear_distance = clear_distance(&bvh.nodes[0]);
         let groups =
             sides::deactivate_unreachable(&rays, &buffers, scene, &solids, clear_distance, &mut surfaces)?;
@@ -74,6 +71,7 @@ impl Reachable {
     pub(super) fn geometry<'a>(&'a self, scene: &'a Scene, hvds: &'a Hvds) -> Geometry<'a> {
         Geometry {
             triangles: &scene.triangles,
+            opacity: &scene.opacity,
             surfaces: &self.surfaces,
             hvds,
             scene_size: self.scene_size,
@@ -89,7 +87,7 @@ impl Reachable {
 
     /// The results that frames and queries read.
     pub(super) fn finish(self, scene: &Scene) -> (SceneBuffers, Vec<Surface>, Enclosures) {
-        let tree = (!self.groups.is_empty()).then(|| HostBvh::new(&self.bvh, &scene.triangles));
+        let tree = (!self.groups.is_empty()).then(|| HostBvh::new(&self.bvh, scene));
         let enclosures = Enclosures {
             solids: self.solids,
             groups: self.groups,

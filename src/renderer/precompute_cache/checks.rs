@@ -83,7 +83,10 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let base = hvds.levels[0].len();
     demand(contents.numbers.all_area_m2.is_finite() && contents.numbers.all_area_m2 >= 0.0, "area")?;
     demand(contents.numbers.clearance > 0.0, "clearance before the surface")?;
-    demand(entry_points.len() == scene.quality.entry_points as usize, "number of entry points")?;
+    // None stands in a hole.
+    let wanted = scene.quality.entry_points as usize;
+    let is_count = entry_points.len() == wanted || !scene.opacity.is_empty() && entry_points.len() < wanted;
+    demand(is_count, "number of entry points")?;
     for point in entry_points {
         let is_held = point.cluster == NO_CLUSTER || (point.cluster as usize) < base;
         let is_finite = point.position.is_finite() && point.weight.is_finite() && point.weight >= 0.0;

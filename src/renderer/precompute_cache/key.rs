@@ -48,6 +48,7 @@ fn geometry(scene: &Scene) -> [u64; 2] {
     for corner in scene.texture_coordinates.iter().flatten() {
         words.extend(corner.to_array().map(f32::to_bits));
     }
+    words.extend(scene.opacity.contents());
     hash(bytemuck::cast_slice(&words))
 }
 
@@ -82,7 +83,7 @@ fn viewpoints(points: &[Vec3]) -> [u64; 2] {
 #[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
     use super::*;
-    use crate::scene::{Image, Texture};
+    use crate::scene::{Image, OpacityMaps, Texture};
     use glam::Vec2;
     use std::sync::Arc;
 
@@ -136,16 +137,28 @@ mod tests {
             geometry(&scene)
         };
         let same = hash(&|_| {});
-        let changes: [&dyn Fn(&mut Scene); 5] = [
+        let changes: [&dyn Fn(&mut Scene); 7] = [
             &|scene| scene.triangles[3].positions[1].x += 0.1,
             &|scene| scene.triangles[3].normals[2].y += 0.1,
             &|scene| scene.triangles[3].material = 1,
             &|scene| scene.texture_coordinates[3][0].x = 0.5,
             &|scene| scene.triangles.swap(3, 5),
+            &|scene| scene.opacity = opacity(scene, 3, 0.5),
+            &|scene| scene.opacity = opacity(scene, 4, 0.5),
         ];
         for (number, change) in changes.into_iter().enumerate() {
             assert_ne!(same, hash(change), "change {number}");
         }
+        let cut =
+            |triangle, limit| hash(&|scene: &mut Scene| scene.opacity = opacity(scene, triangle, limit));
+        assert!(cut(3, 0.5) != cut(4, 0.5) && cut(3, 0.5) != cut(3, 0.6));
+    }
+
+    /// Holes at one corner of one triangle.
+    fn opacity(scene: &Scene, triangle: usize, limit: f64) -> OpacityMaps {
+        let levels: Vec<u32> =
+            (0..scene.triangles.len()).map(|index| 4 * u32::from(index == triangle)).collect();
+        OpacityMaps::new(&levels, |_, centre| centre.x > limit)
     }
 
     #[test]

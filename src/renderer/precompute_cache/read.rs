@@ -102,16 +102,9 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     let quality = scene.quality.clone();
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let packing = contents.packing(scene.materials.len())?;
-    let buffers = SceneBuffers::new(
-        context,
-        &bvh,
-        &scene.triangles,
-        &surfaces,
-        &scene.texture_coordinates,
-        &scene.materials,
-    )?;
+    let buffers = SceneBuffers::new(context, &bvh, scene, &surfaces)?;
     let rays = Rays::new(context)?;
-    let solids = Solids::new(&scene.triangles, &scene.viewpoints());
+    let solids = Solids::of_scene(scene);
     warn(scene, &contents, &solids, (&rays, &buffers))?;
 
     let hvds = contents.hvds;
@@ -147,7 +140,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
         cluster_tables,
         clusters,
         enclosures: Enclosures {
-            tree: (!groups.is_empty()).then(|| HostBvh::new(&bvh, &scene.triangles)),
+            tree: (!groups.is_empty()).then(|| HostBvh::new(&bvh, scene)),
             solids,
             groups,
             rays,

@@ -10,6 +10,8 @@ use gltf::material::AlphaMode;
 use gltf::texture::{Info, WrappingMode};
 use gltf::{Document, Texture};
 
+use super::super::alpha::Alpha;
+use super::super::cutouts::{CUT_AT_HALF, Coverage, Cutout};
 use super::super::limits::IMAGE_BYTES;
 use super::super::material::{Material, Sides};
 use super::super::material_names::{NO_MATERIAL, shown};
@@ -53,6 +55,8 @@ impl Mapping {
 /// All materials of a file.
 pub(super) struct Materials {
     pub(super) all: Vec<Material>,
+    /// Where each of them is surface.
+    pub(super) coverages: Vec<Coverage>,
     /// By index in the file; [`usize::MAX`] is the default material.
     pub(super) mappings: HashMap<usize, Mapping>,
 }
@@ -63,8 +67,11 @@ struct Images<'a, 'b> {
     path: &'a Path,
     buffers: &'a Buffers,
     /// By index in the file. `None` if an image cannot be used.
-    read: HashMap<usize, Option<Arc<Image>>>,
+    read: HashMap<usize, Option<Picture>>,
 }
+
+/// An image with its alpha channel. `None`: all of it is opaque.
+type Picture = (Arc<Image>, Option<Arc<Alpha>>);
 
 impl Materials {
     /// Reads the materials, and notes what is not read. A failure's reason follows the file's name.
@@ -74,7 +81,7 @@ impl Materials {
         document: &Document,
         buffers: &Buffers,
     ) -> Result<Self, String> {
-        let mut materials = Self { all: Vec::new(), mappings: HashMap::new() };
+        let mut materials = Self { all: Vec::new(), coverages: Vec::new(), mappings: HashMap::new() };
         let mut images = Images { reading, path, buffers, read: HashMap::new() };
         let is_bare = |primitive: gltf::Primitive| primitive.material().index().is_none();
         if document.meshes().flat_map(|mesh| mesh.primitives()).any(is_bare) {
@@ -82,12 +89,14 @@ impl Materials {
             let mapping = Mapping::plain(materials.all.len() as u32);
             materials.mappings.insert(usize::MAX, mapping);
             materials.all.push(Material::neutral(NO_MATERIAL));
+            materials.coverages.push(Coverage::Full);
         }
         for material in document.materials() {
             let Some(index) = material.index() else { continue };
-            let (read, mut mapping) = images.material(&material, index);
+            let (read, coverage, mut mapping) = images.material(&material, index);
             mapping.material = materials.all.len() as u32;
             materials.all.push(read);
+            materials.coverages.push(coverage);
             materials.mappings.insert(index, mapping);
         }
         Ok(materials)
@@ -111,8 +120,11 @@ impl Mapping {
     }
 }
 
+/// The image of a material, its alpha channel, and its place.
+type Mapped<'i> = (texture::Texture, Option<Arc<Alpha>>, Info<'i>);
+
 impl Images<'_, '_> {
-    fn material(&mut self, material: &gltf::Material, index: usize) -> (Material, Mapping) {
+    fn material(&mut self, material: &gltf::Material, index: usize) -> (Material, Coverage, Mapping) {
         let name = material.name().filter(|name| !name.is_empty());
         let name = name.map_or_else(|| format!("material {index}"), printable);
         self.note_unread(material, &name);
@@ -120,18 +132,19 @@ impl Images<'_, '_> {
         let [r, g, b, _] = surface.base_color_factor();
         let base = Vec3::new(r, g, b).clamp(Vec3::ZERO, Vec3::ONE);
         let texture = surface.base_color_texture().and_then(|info| self.texture(&info, &name));
+        let coverage = self.coverage(material, texture.as_ref(), &name);
         // An image of roughness and metalness counts by its mean.
         let (mut metal, mut roughness) = (surface.metallic_factor(), surface.roughness_factor());
         if let Some(info) = surface.metallic_roughness_texture() {
             self.note_named("images of metalness and roughness count by their mean", &name);
-            if let Some(image) = self.image(&info.texture(), &name) {
+            if let Some((image, _)) = self.image(&info.texture(), &name) {
                 let [_, rough, metallic] = mean(&image);
                 (metal, roughness) = (metal * metallic, roughness * rough);
             }
         }
         let (metal, roughness) = (metal.clamp(0.0, 1.0), roughness.clamp(0.0, 1.0));
         let colour = match &texture {
-            Some((texture, _)) => base * texture.image.mean(),
+            Some((texture, ..)) => base * texture.image.mean(),
             None => base,
         };
         let mut read = Material {
@@ -139,11 +152,11 @@ impl Images<'_, '_> {
             emitting_sides: Some(if material.double_sided() { Sides::Both } else { Sides::Front }),
             ..Material::neutral(&name)
         };
-        let mapping = texture.as_ref().map_or_else(|| Mapping::plain(0), |(_, info)| Mapping::of(info));
-        read.texture = texture.map(|(texture, _)| texture);
+        let mapping = texture.as_ref().map_or_else(|| Mapping::plain(0), |(.., info)| Mapping::of(info));
+        read.texture = texture.map(|(texture, ..)| texture);
         if material.unlit() {
             read.diffuse = base;
-            return (read, mapping);
+            return (read, coverage, mapping);
         }
         let lobe = Lobe::of(roughness);
         let of_metal = metal * colour;
@@ -162,7 +175,41 @@ impl Images<'_, '_> {
         } else {
             read.specular += of_dielectric;
         }
-        (read, mapping)
+        (read, coverage, mapping)
+    }
+
+    /// Where a material is surface.
+    fn coverage(&mut self, material: &gltf::Material, texture: Option<&Mapped>, name: &str) -> Coverage {
+        let opacity = f64::from(material.pbr_metallic_roughness().base_color_factor()[3]);
+        let alpha = texture.and_then(|(texture, alpha, _)| Some((alpha.clone()?, texture.is_clamped)));
+        let cutout =
+            |(alpha, is_clamped), cutoff: f64| Coverage::Cutout(Cutout { alpha, is_clamped, cutoff });
+        match (material.alpha_mode(), alpha) {
+            (AlphaMode::Opaque, _) => Coverage::Full,
+            (AlphaMode::Mask, alpha) => {
+                let cutoff = f64::from(material.alpha_cutoff().unwrap_or(0.5));
+                match alpha {
+                    Some(alpha) if opacity > 0.0 => cutout(alpha, cutoff / opacity),
+                    _ if opacity >= cutoff => Coverage::Full,
+                    _ => self.hidden(name),
+                }
+            }
+            (AlphaMode::Blend, _) if opacity <= 0.0 => self.hidden(name),
+            (AlphaMode::Blend, Some(alpha)) => {
+                self.note_named(CUT_AT_HALF, name);
+                cutout(alpha, 0.5)
+            }
+            (AlphaMode::Blend, None) => {
+                let what = format!("transparency is passed over: surfaces are opaque (opacity {opacity})");
+                self.note_named(&what, name);
+                Coverage::Full
+            }
+        }
+    }
+
+    fn hidden(&mut self, name: &str) -> Coverage {
+        self.note_named("surfaces of opacity 0 are left out", name);
+        Coverage::Hidden
     }
 
     /// Emitted radiance. A light has one colour: an image counts by its mean.
@@ -177,16 +224,6 @@ impl Images<'_, '_> {
     }
 
     fn note_unread(&mut self, material: &gltf::Material, name: &str) {
-        let surface = material.pbr_metallic_roughness();
-        let opacity = surface.base_color_factor()[3];
-        match material.alpha_mode() {
-            AlphaMode::Opaque => (),
-            AlphaMode::Mask => self.note_named("alpha masks are passed over: surfaces have no holes", name),
-            AlphaMode::Blend => {
-                let what = format!("transparency is passed over: surfaces are opaque (opacity {opacity})");
-                self.note_named(&what, name);
-            }
-        }
         if material.normal_texture().is_some() {
             self.note_named("normal maps are passed over", name);
         }
@@ -198,18 +235,18 @@ impl Images<'_, '_> {
     }
 
     /// The image of a material, and its mapping. `None` if it cannot be used.
-    fn texture<'i>(&mut self, info: &Info<'i>, name: &str) -> Option<(texture::Texture, Info<'i>)> {
+    fn texture<'i>(&mut self, info: &Info<'i>, name: &str) -> Option<Mapped<'i>> {
         let sampler = info.texture().sampler();
         let modes = [sampler.wrap_s(), sampler.wrap_t()];
         if modes.contains(&WrappingMode::MirroredRepeat) || modes[0] != modes[1] {
             self.note_named("images that are mirrored, or repeat along one side, repeat", name);
         }
         let is_clamped = modes == [WrappingMode::ClampToEdge; 2];
-        let image = self.image(&info.texture(), name)?;
-        Some((texture::Texture { image, is_clamped }, info.clone()))
+        let (image, alpha) = self.image(&info.texture(), name)?;
+        Some((texture::Texture { image, is_clamped }, alpha, info.clone()))
     }
 
-    fn image(&mut self, texture: &Texture, name: &str) -> Option<Arc<Image>> {
+    fn image(&mut self, texture: &Texture, name: &str) -> Option<Picture> {
         let Some(source) = texture.source() else {
             self.note_named("images of a format that an extension defines are left out", name);
             return None;
@@ -223,7 +260,7 @@ impl Images<'_, '_> {
                 if let Some(damage) = decoded.damage {
                     self.note_named(&format!("images that are not whole: image {index} {damage}"), name);
                 }
-                Some(decoded.image)
+                Some((decoded.image, decoded.alpha))
             }
             Err(why) => {
                 self.note_named("images that cannot be used are left out", &format!("image {index} {why}"));

@@ -45,10 +45,12 @@ const COMPRESSED: [&str; 3] =
     ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 /// The contents of a glTF file.
+#[derive(Default)]
 pub(super) struct Model {
     /// Triangles in world space; each mesh has one material.
     pub(super) meshes: Vec<Mesh>,
     pub(super) materials: Vec<Material>,
+    pub(super) coverages: Vec<super::cutouts::Coverage>,
     pub(super) cameras: Vec<FileCamera>,
     pub(super) lights: Vec<FileLight>,
 }
@@ -129,7 +131,7 @@ pub(super) fn load(
         nodes: 0,
         triangles: 0,
         lists: HashMap::new(),
-        model: Model { meshes: Vec::new(), materials: Vec::new(), cameras: Vec::new(), lights: Vec::new() },
+        model: Model::default(),
     };
     for root in roots {
         walk.node(&root, DAffine3::IDENTITY, 0).map_err(fault)?;
@@ -141,7 +143,7 @@ pub(super) fn load(
     if materials.all.len() > MATERIALS {
         return Err(fault(super::material_names::too_many_materials()));
     }
-    model.materials = materials.all;
+    (model.materials, model.coverages) = (materials.all, materials.coverages);
     Ok(model)
 }
 

@@ -1,6 +1,7 @@
 //! Exposed area fractions of fragments. Interpenetrating solids hide part of each other's surface,
 //! and surface on top of other surface covers it except for a gap that no cell resolves. Hidden
 //! surface receives no light. It gets no entry points, and its area is subtracted from its cluster.
+//! Nor do holes have an area.
 
 use super::sides::{plastic_sequence, sphere};
 use crate::cpu::gather_rays::COVERED_SIGHT;
@@ -20,7 +21,7 @@ const GAP: f32 = 1.0 / 16.0;
 /// Rays of each point.
 const RAYS: u32 = 12;
 
-/// Returns the fraction of each fragment that is neither interior nor covered, 0..=1.
+/// Returns the fraction of each fragment that is neither a hole nor interior nor covered, 0..=1.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -31,6 +32,11 @@ pub fn exposed_fractions(
 ) -> Result<Vec<f32>> {
     let seed = quality.seed;
     let mut open = outside_solids(geometry, seed);
+    if !geometry.opacity.is_empty() {
+        // Exact, unlike the factors that drawn points estimate: those points are outside of holes.
+        let solid = |(fragment, open): (usize, &mut f32)| *open *= geometry.solid_fraction(fragment) as f32;
+        open.par_iter_mut().enumerate().for_each(solid);
+    }
     if !quality.takes(Measure::CoveredSurface) {
         return Ok(open);
     }

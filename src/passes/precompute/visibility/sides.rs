@@ -132,6 +132,14 @@ pub fn deactivate_unreachable(
             groups.join(source, target);
         }
     }
+    // Both sides of a hole see the same, however few rays pass it.
+    for (triangle, _) in scene.opacity.micromaps() {
+        let [front, back] = [2 * triangle, 2 * triangle + 1].map(|side| match is_active(surfaces, side) {
+            true => side,
+            false => outside,
+        });
+        groups.join(front, back);
+    }
     for seen in answers[sources.len()..].chunks_exact(RAYS_PER_POINT as usize) {
         let seen = seen.iter().map(|answer| target(answer.side).map(|target| groups.find(target)));
         if let Some(group) = most(seen).flatten() {

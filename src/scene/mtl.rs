@@ -14,7 +14,7 @@ use super::material_names::{NO_MATERIAL, shown};
 use super::missed::{Missed, missed};
 use super::obj_lines::{Checking, name, statement};
 use super::reading::Reading;
-use super::texture::{Image, Texture};
+use super::texture::{BOUNDED, Image, Texture};
 use super::value::{excerpt, printable};
 use crate::{Error, Result};
 
@@ -228,6 +228,9 @@ impl Library<'_, '_> {
         let decoded = decoded?;
         if decoded.is_transparent {
             self.note("the transparency of images is passed over");
+        }
+        if decoded.is_bounded {
+            self.note(BOUNDED);
         }
         if let Some(damage) = decoded.damage {
             let what = format!("{:?} {damage}", printable(&file.display().to_string()));

@@ -16,6 +16,7 @@ mod box_model;
 mod confined;
 mod film;
 mod gltf;
+mod images;
 mod keys;
 mod lenient;
 mod limits;

@@ -13,18 +13,18 @@ use std::sync::Arc;
 use super::{good_toml, load_files, set};
 
 /// A unit square whose corners lie at the corners of its image.
-const SQUARE: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+pub(super) const SQUARE: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
 usemtl wall\nf 1/1 2/2 3/3 4/4\n";
-const MTL: &str = "newmtl wall\nmap_Kd a.png\n";
+pub(super) const MTL: &str = "newmtl wall\nmap_Kd a.png\n";
 
 /// Two texels beside each other, and two below them.
-const CODES: [[u8; 3]; 4] = [[252, 0, 0], [0, 252, 0], [0, 0, 252], [128, 64, 32]];
+pub(super) const CODES: [[u8; 3]; 4] = [[252, 0, 0], [0, 252, 0], [0, 0, 252], [128, 64, 32]];
 
-fn pixels() -> RgbImage {
+pub(super) fn pixels() -> RgbImage {
     RgbImage::from_fn(2, 2, |x, y| Rgb(CODES[(2 * y + x) as usize]))
 }
 
-fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
+pub(super) fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     image.into().write_to(&mut bytes, format).unwrap();
     bytes.into_inner()
@@ -38,7 +38,7 @@ fn png() -> Vec<u8> {
     encoded(pixels(), ImageFormat::Png)
 }
 
-fn load_with(
+pub(super) fn load_with(
     toml: &str,
     obj: &str,
     mtl: &str,
@@ -50,11 +50,11 @@ fn load_with(
     load_files(&files, "s.toml", options)
 }
 
-fn load(obj: &str, mtl: &str, images: &[(&str, &[u8])]) -> Result<Scene> {
+pub(super) fn load(obj: &str, mtl: &str, images: &[(&str, &[u8])]) -> Result<Scene> {
     load_with(&good_toml(), obj, mtl, images, &LoadOptions::default())
 }
 
-fn texture(scene: &Scene) -> &Texture {
+pub(super) fn texture(scene: &Scene) -> &Texture {
     scene.materials[0].texture.as_ref().unwrap()
 }
 
@@ -194,10 +194,10 @@ fn images_that_cannot_be_used_are_named() {
     };
     leaves_out("b.png", &png, "\"b.png\" does not exist: check the path");
     leaves_out("a.png", &png[..60], "\"a.png\" is no readable Png: ");
-    leaves_out("a.png", b"", "\"a.png\" is no PNG, JPEG, BMP, GIF or TGA: convert it");
+    leaves_out("a.png", b"", "\"a.png\" is no PNG, JPEG, WebP, TIFF, TGA, BMP, GIF, HDR or EXR: convert it");
     leaves_out("a.png", b"GIF89a......", "\"a.png\" is no readable Gif: ");
     leaves_out("a.png", b"BM............", "\"a.png\" is no readable Bmp: ");
-    leaves_out("a.png", b"RIFF....WEBPVP8L", "\"a.png\" is a WebP image, which is not read: ");
+    leaves_out("a.png", b"DDS ............", "\"a.png\" is a DDS image, which is not read: ");
     leaves_out("a.tga", b"0123456789", "\"a.tga\" is no readable Tga: ");
     let wide = encoded(RgbImage::new(8193, 1), ImageFormat::Png);
     leaves_out(

@@ -208,6 +208,9 @@ impl Images<'_, '_> {
         }
         let read = match self.decode(source.source()) {
             Ok(decoded) => {
+                if decoded.is_bounded {
+                    self.note_named(texture::BOUNDED, name);
+                }
                 if let Some(damage) = decoded.damage {
                     self.note_named(&format!("images that are not whole: image {index} {damage}"), name);
                 }

@@ -14,7 +14,9 @@ use super::material::{MAX_ALBEDO, Override};
 use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
-use super::{Camera, Light, Material, Quality, Scene, Triangle, camera, fit, gltf, kinds, limits, obj};
+use super::{
+    Camera, Light, Material, Quality, Scene, Triangle, camera, fit, gltf, kinds, limits, obj, vertex_colours,
+};
 use crate::files::guarded;
 use crate::{Error, Result};
 
@@ -35,8 +37,12 @@ impl Scene {
         let Models { meshes, mut materials, undefined, cameras, lights } =
             source.load_models(&mut warnings, &mut inputs)?;
         source.take_views(cameras, lights);
-        let Assembled { triangles, coordinates, origin } =
+        let Assembled { triangles, mut coordinates, colours, origin } =
             assemble(&meshes, &mut warnings).map_err(|message| Error::input(&file, message))?;
+        drop(meshes);
+        let surface = vertex_colours::Surface { triangles: &triangles, colours: &colours };
+        let folded = surface.colour(&mut materials, &mut coordinates);
+        warnings.extend(counted(folded.first(), folded.len()));
         source.complete(|| fit::View::new(&triangles, origin), &mut warnings)?;
         source.change(&others, options)?;
 

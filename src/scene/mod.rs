@@ -51,6 +51,7 @@ pub mod surfaces;
 pub mod texture;
 pub mod unweighted;
 mod value;
+mod vertex_colours;
 mod words;
 
 pub use camera::Camera;

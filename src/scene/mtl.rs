@@ -25,11 +25,13 @@ pub(super) struct Definition {
     pub(super) scale: DVec2,
     /// Offset of image coordinates, see `scale`.
     pub(super) offset: DVec2,
+    /// Whether the file states a diffuse albedo or an image.
+    pub(super) states_colour: bool,
 }
 
 impl Definition {
     pub(super) fn new(material: Material) -> Self {
-        Self { material, scale: DVec2::ONE, offset: DVec2::ZERO }
+        Self { material, scale: DVec2::ONE, offset: DVec2::ZERO, states_colour: false }
     }
 }
 
@@ -210,7 +212,7 @@ impl Library<'_, '_> {
             }
         };
         if let Some(image) = image {
-            let texture = Texture { image, is_clamped: map.is_clamped };
+            let texture = Texture { image, is_clamped: map.is_clamped, is_atlas: false };
             self.draft().texture = Some((texture, [map.scale, map.offset]));
         }
     }
@@ -271,6 +273,7 @@ impl Draft {
             exponent: self.exponent.unwrap_or(1.0),
             ..Material::neutral(&self.name)
         });
+        definition.states_colour = self.diffuse.is_some() || self.texture.is_some();
         if let Some((texture, [scale, offset])) = self.texture {
             (definition.scale, definition.offset) = (scale, offset);
             definition.material.texture = Some(texture);

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::geometry::Mesh;
 use super::limits::{LIBRARIES, MATERIALS, MTL_BYTES};
@@ -15,6 +15,7 @@ use super::obj_lines::{self, Contents, Corner, Group};
 use super::polygons::Triangulator;
 use super::reading::Reading;
 use super::value::excerpt;
+use super::vertex_colours::WHITE;
 use crate::{Error, Result};
 
 /// The contents of an OBJ file and its MTL files.
@@ -52,6 +53,11 @@ pub(super) fn load(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result
         definitions.len() - 1
     });
     let used: Vec<usize> = used.collect();
+    if contents.colours.iter().any(|colour| *colour != Vec3::ONE) {
+        // Colours stand alone where the material states none.
+        let uncoloured = definitions.iter_mut().filter(|definition| !definition.states_colour);
+        uncoloured.for_each(|definition| definition.material.diffuse = Vec3::ONE);
+    }
     reading.notes.absorb(std::mem::take(&mut contents.notes));
     let meshes = meshes(reading, path, contents, &used, &definitions)?;
     let materials = definitions.into_iter().map(|definition| definition.material).collect();
@@ -205,6 +211,11 @@ fn mesh(
         Some(definition.scale * contents.coordinates[corner[2].checked_sub(1)?] + definition.offset)
     };
     let has_image = definition.material.texture.is_some();
+    let colour = |corner: &Corner| match contents.colours.get(corner[0] - 1) {
+        Some(colour) => colour.to_array().map(|value| (255.0 * value).round() as u8),
+        None => WHITE,
+    };
+    let has_colours = !contents.colours.is_empty();
     let mut triangles = Vec::with_capacity(group.indices.len());
     let mut rest = &group.indices[..];
     for &arity in &group.arities {
@@ -215,6 +226,7 @@ fn mesh(
     Mesh {
         coordinates: corners.iter().filter(|_| has_image).filter_map(place).collect(),
         normals: corners.iter().filter_map(normal).collect(),
+        colours: corners.iter().filter(|_| has_colours).map(colour).collect(),
         positions,
         indices: triangles,
         material: index,

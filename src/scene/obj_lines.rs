@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use super::geometry::too_many;
 use super::limits::{LIBRARIES, MATERIALS, NAME_BYTES, TRIANGLES};
@@ -19,6 +19,8 @@ pub(super) struct Contents {
     pub(super) positions: Vec<DVec3>,
     pub(super) normals: Vec<DVec3>,
     pub(super) coordinates: Vec<DVec2>,
+    /// Colours of positions, as sRGB values; shorter than the positions if the last ones have none.
+    pub(super) colours: Vec<Vec3>,
     /// All faces, in the order of the file.
     pub(super) groups: Vec<Group>,
     /// Names of MTL files, each with its line.
@@ -28,6 +30,8 @@ pub(super) struct Contents {
     pub(super) notes: Notes,
     /// Indices of the used materials by name.
     names: HashMap<String, usize>,
+    /// Colours in comments.
+    hidden: Vec<Vec3>,
     /// Indices of the last group's corners.
     known: HashMap<Corner, u32>,
     triangles: usize,
@@ -98,6 +102,10 @@ fn read_with(path: &Path, text: &str, totals: Option<[usize; 2]>) -> Result<Cont
             "vn" => contents.normal(rest),
             "vt" => contents.coordinates(rest, place),
             "f" => contents.face(line, rest, place),
+            "#MRGB" => {
+                contents.hidden_colours(rest);
+                Ok(())
+            }
             "mtllib" => contents.library(line, rest),
             "usemtl" if rest.is_empty() => contents.material(line, NO_MATERIAL),
             "usemtl" => name(rest).and_then(|name| contents.material(line, name)),
@@ -108,6 +116,7 @@ fn read_with(path: &Path, text: &str, totals: Option<[usize; 2]>) -> Result<Cont
         };
         result.map_err(|message| Error::input_at(path, line, format!("{keyword}: {message}")))?;
     }
+    contents.finish_colours();
     Ok(contents)
 }
 
@@ -140,12 +149,40 @@ impl Contents {
         if ![x, y, z].into_iter().all(f64::is_finite) {
             return Err(format!("{} is not a finite position", excerpt(rest)));
         }
-        // A fourth number is a weight.
-        if words.take_while(|word| !word.starts_with('#')).count() >= 3 {
-            self.notes.add("colours of vertices are passed over", place);
+        // A single fourth number is a weight.
+        let rest = words.take_while(|word| !word.starts_with('#')).take(3);
+        let rest: Vec<f32> = rest.map(|word| word.parse().unwrap_or(f32::NAN)).collect();
+        if let &[red, green, blue] = &rest[..] {
+            if [red, green, blue].into_iter().all(|value| (0.0..=255.0).contains(&value)) {
+                self.colours.resize(self.positions.len(), Vec3::ONE);
+                self.colours.push(Vec3::new(red, green, blue));
+            } else {
+                self.notes.add("colours of vertices that are no numbers from 0 to 1 are white", place);
+            }
         }
         self.positions.push(DVec3::new(x, y, z));
         Ok(())
+    }
+
+    /// Colours of ZBrush: mask, red, green and blue of each vertex as two hexadecimal digits.
+    fn hidden_colours(&mut self, rest: &str) {
+        for vertex in rest.as_bytes().chunks_exact(8) {
+            let code =
+                |at: usize| u8::from_str_radix(std::str::from_utf8(&vertex[at..at + 2]).ok()?, 16).ok();
+            let codes = [2, 4, 6].map(|at| f32::from(code(at).unwrap_or(u8::MAX)));
+            self.hidden.push(Vec3::from(codes) / 255.0);
+        }
+    }
+
+    /// Colours of ZBrush count if the vertices have no others. Some programs write codes up to 255.
+    fn finish_colours(&mut self) {
+        let hidden = std::mem::take(&mut self.hidden);
+        if self.colours.is_empty() {
+            self.colours = hidden;
+        } else if self.colours.iter().any(|colour| colour.max_element() > 1.0) {
+            self.colours.iter_mut().for_each(|colour| *colour /= 255.0);
+        }
+        self.colours.truncate(self.positions.len());
     }
 
     /// An invalid normal is stored as NaN, and repaired and counted when a face uses it.

@@ -14,6 +14,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use super::containers;
 use super::limits::{IMAGE_GROWTH, IMAGE_SIDE, JPEG_SCANS, WEBP_BYTES};
 use super::value::printable;
+use crate::types::CLAMPED_TO_TRIANGLE;
 
 /// An image of sRGB codes.
 #[derive(Clone, PartialEq)]
@@ -31,6 +32,16 @@ pub struct Texture {
     pub image: Arc<Image>,
     /// Whether the outermost texels continue outside of the image; otherwise it repeats.
     pub is_clamped: bool,
+    /// Whether each triangle has texels of its own, as vertex colours do. Beyond the triangle its
+    /// nearest colour continues.
+    pub is_atlas: bool,
+}
+
+impl Texture {
+    /// What continues beyond the edges, as the device stores it: [`crate::types::Texture`].
+    pub fn wrapping(&self) -> u32 {
+        if self.is_atlas { CLAMPED_TO_TRIANGLE } else { u32::from(self.is_clamped) }
+    }
 }
 
 /// Prints a hash of the contents, since all texels would be too long.

@@ -67,7 +67,7 @@ fn faces_lack_what_the_file_does_not_have() {
 
 #[test]
 fn trifles_of_obj_files_are_one_warning_a_kind() {
-    let mut obj = SQUARE.replace("v 1 0 0\n", "v 1 0 0 0.5 0.5 0.5\n").replace("v 1 0 -1\n", "v 1 0 -1 1\n");
+    let mut obj = SQUARE.replace("v 1 0 0\n", "v 1 0 0 1 1 1\n").replace("v 1 0 -1\n", "v 1 0 -1 1\n");
     obj +=
         &"f 1 2\nvt x\nvt nan nan\nl 1 2\np 1\ncurv 0 1 2\nusemtl\ng\no\ns\nmtllib\nvn 1\nend\n".repeat(700);
     let scene = load(obj.as_bytes(), &[]);
@@ -75,7 +75,6 @@ fn trifles_of_obj_files_are_one_warning_a_kind() {
     assert_eq!(
         scene.warnings,
         [
-            "m.obj:2: colours of vertices are passed over",
             "m.obj:6: faces with fewer than 3 corners are passed over (700 in all, this is the first)",
             "m.obj:7: texture coordinates that are no numbers, or beyond 1e6, are taken as 0: \"x\"; \"nan nan\" (1400 in all, this is the first)",
             "m.obj:9: lines and points have no surface, and are passed over (1400 in all, this is the first)",

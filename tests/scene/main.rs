@@ -25,6 +25,7 @@ mod recording;
 mod refused;
 mod save;
 mod textures;
+mod vertex_colours;
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nf 1 2 3 4\n";
 const HEAD: &str = "[[model]]\nfile = \"m.obj\"\n";

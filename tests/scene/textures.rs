@@ -264,7 +264,7 @@ fn an_image_is_a_bilinear_function_of_decoded_codes() {
     let image = Arc::new(Image { size: [2, 2], codes: CODES.to_vec() });
     let [a, b, c, d] = CODES.map(|codes| DVec3::from(codes.map(linear)));
     for is_clamped in [false, true] {
-        let texture = Texture { image: image.clone(), is_clamped };
+        let texture = Texture { image: image.clone(), is_clamped, is_atlas: false };
         let at = |u: f64, v: f64| sample(&texture, DVec2::new(u, v));
         let is = |found: DVec3, expected: DVec3| {
             assert!((found - expected).abs().max_element() < 1e-12, "{is_clamped}: {found} {expected}");

@@ -194,7 +194,7 @@ impl Images<'_, '_> {
         }
         let is_clamped = modes == [WrappingMode::ClampToEdge; 2];
         let image = self.image(&info.texture(), name)?;
-        Some((texture::Texture { image, is_clamped }, info.clone()))
+        Some((texture::Texture { image, is_clamped, is_atlas: false }, info.clone()))
     }
 
     fn image(&mut self, texture: &Texture, name: &str) -> Option<Arc<Image>> {

@@ -4,7 +4,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 use super::builtin::{self, Files, utf8};
 use super::geometry::{Assembled, Mesh, assemble, too_many};
@@ -13,9 +13,10 @@ use super::load_options::LoadOptions;
 use super::material::{MAX_ALBEDO, Override};
 use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
-use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
+use super::value::{Kind, Node, Origin, Section, unknown};
 use super::{
-    Camera, Light, Material, Quality, Scene, Triangle, camera, fit, gltf, kinds, limits, obj, vertex_colours,
+    Camera, Light, Material, Quality, Scene, Triangle, camera, fit, gltf, kinds, limits, model_keys, obj,
+    vertex_colours,
 };
 use crate::files::guarded;
 use crate::{Error, Result};
@@ -199,11 +200,19 @@ impl Source {
         let mut reading = Reading::new(self.files.clone(), warnings, inputs);
         for section in &sections {
             section.only(&keys::names("model", None))?;
-            let transform = read_transform(section)?;
-            let Models { meshes, materials, undefined, cameras, lights } = match section.text("built_in")? {
-                Some(name) => built_in(section, name, &mut reading)?,
-                None => self.load_model(section, &mut reading, &transform)?,
-            };
+            let transform = model_keys::transform(section)?;
+            let Models { mut meshes, mut materials, mut undefined, cameras, lights } =
+                match section.text("built_in")? {
+                    Some(name) => built_in(section, name, &mut reading)?,
+                    None => self.load_model(section, &mut reading, &transform)?,
+                };
+            if let Some(name) = section.text("material")? {
+                undefined.clear();
+                if !model_keys::take_material(&mut meshes, &mut materials, name) {
+                    let fault = section.fault_at("material", format!("{name:?} {NOWHERE}"));
+                    undefined.push((0, fault.to_string()));
+                }
+            }
             all.cameras.extend(cameras);
             all.lights.extend(lights);
             // Checked before the next model is read.
@@ -332,11 +341,14 @@ fn read_gltf(reading: &mut Reading, path: &Path, bytes: &[u8], world_from_file: 
     })
 }
 
+/// What is wrong with a material that is used and not defined.
+const NOWHERE: &str = "is defined nowhere: taken as grey";
+
 fn read_obj(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result<Models> {
     let obj::Model { meshes, materials, undefined } = obj::load(reading, path, bytes)?;
     let undefined = undefined.into_iter().map(|(index, line)| {
         let name = &materials[index].name;
-        (index, format!("{}:{line}: material {name:?} is defined nowhere: taken as grey", path.display()))
+        (index, format!("{}:{line}: material {name:?} {NOWHERE}", path.display()))
     });
     Ok(Models { undefined: undefined.collect(), meshes, materials, ..Models::default() })
 }
@@ -370,23 +382,6 @@ fn refuse_triangles(section: &Section) -> Result<()> {
     let [atrium, room] = lightpaths_models::NAMES;
     let message = format!("only the built-in models {atrium} and {room} can be had as fine as asked");
     if section.get("triangles").is_some() { Err(section.fault_at("triangles", message)) } else { Ok(()) }
-}
-
-/// Scale first, then rotate about x, then y, then z, then translate.
-fn read_transform(section: &Section) -> Result<DAffine3> {
-    let translate = section.vector("translate", COORDINATE)?.unwrap_or_default();
-    let [x, y, z] =
-        section.vector("rotate", -360.0..=360.0)?.unwrap_or_default().to_array().map(f64::to_radians);
-    let scale = match section.get("scale") {
-        Some(Node { kind: Kind::Array(_), .. }) => section.vector("scale", -1e9..=1e9)?,
-        _ => section.number("scale", -1e9..=1e9)?.map(DVec3::splat),
-    };
-    let scale = scale.unwrap_or(DVec3::ONE);
-    if scale.abs().min_element() < 1e-9 {
-        return Err(section.fault_at("scale", "must not be smaller than 1e-9 along any axis"));
-    }
-    let rotate = DQuat::from_euler(EulerRot::ZYX, z, y, x);
-    Ok(DAffine3::from_scale_rotation_translation(scale, rotate, translate))
 }
 
 fn override_materials(

@@ -33,6 +33,7 @@ pub mod material;
 mod material_names;
 pub mod measures;
 mod missed;
+mod model_keys;
 mod mtl;
 mod notes;
 mod numbers;

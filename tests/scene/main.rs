@@ -20,6 +20,7 @@ mod images;
 mod keys;
 mod lenient;
 mod limits;
+mod model_keys;
 mod places;
 mod recording;
 mod refused;

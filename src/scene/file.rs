@@ -16,13 +16,13 @@ use super::settings::{SECTIONS, Setting};
 use super::value::{Kind, Node, Origin, Section, unknown};
 use super::{
     Camera, Light, Material, Quality, Scene, Triangle, camera, fit, gltf, kinds, limits, model_keys, obj,
-    vertex_colours,
+    ply, stl, vertex_colours,
 };
 use crate::files::guarded;
 use crate::{Error, Result};
 
 impl Scene {
-    /// Loads a scene file, an OBJ or glTF file alone (with a chosen camera and light, if it has
+    /// Loads a scene file, a model alone (with a chosen camera and light, if it has
     /// none), or a built-in scene by name.
     ///
     /// Paths in a file are relative to that file. They stay in its folder or below it unless the
@@ -132,7 +132,7 @@ impl Source {
     fn open(spec: &str, options: &LoadOptions) -> Result<Self> {
         let extension = Path::new(spec).extension().map(|extension| extension.to_ascii_lowercase());
         let (files, file) = match extension.as_deref().and_then(|extension| extension.to_str()) {
-            Some("toml" | "obj" | "gltf" | "glb") => {
+            Some("toml" | "obj" | "gltf" | "glb" | "ply" | "stl") => {
                 (Files::from_options(Path::new(spec), options), PathBuf::from(spec))
             }
             _ if builtin::NAMES.contains(&spec) => (Files::Embedded, PathBuf::from(format!("{spec}.toml"))),
@@ -239,7 +239,7 @@ impl Source {
 
     fn load_model(&self, section: &Section, reading: &mut Reading, transform: &DAffine3) -> Result<Models> {
         refuse_triangles(section)?;
-        let name = section.need(section.text("file")?, "file", "path of an OBJ or glTF file")?;
+        let name = section.need(section.text("file")?, "file", "path of a glTF, OBJ, PLY or STL file")?;
         if let Some(what) = kinds::not_read(name) {
             return Err(section.fault_at("file", format!("{name:?} {what}")));
         }
@@ -264,6 +264,10 @@ impl Source {
             .as_deref()
         {
             Some("gltf" | "glb") => read_gltf(reading, &path, &bytes, transform),
+            Some("ply") => guarded("PLY", || ply::load(reading, &path, &bytes))
+                .map(of_one_mesh)
+                .map_err(|why| Error::input(&path, why)),
+            Some("stl") => stl::load(reading, &path, bytes).map(of_one_mesh),
             _ => read_obj(reading, &path, bytes),
         }
     }
@@ -339,6 +343,10 @@ fn read_gltf(reading: &mut Reading, path: &Path, bytes: &[u8], world_from_file: 
         cameras: cameras.iter().map(fit::file_camera_node).collect(),
         lights: lights.iter().map(fit::file_light_node).collect(),
     })
+}
+
+fn of_one_mesh((mesh, material): (Mesh, Material)) -> Models {
+    Models { meshes: vec![mesh], materials: vec![material], ..Models::default() }
 }
 
 /// What is wrong with a material that is used and not defined.

@@ -55,7 +55,7 @@ macro_rules! keys {
 
 keys! {
     "model" "" {
-        file: "text", "", "needed, or built_in", "Path of a model (`.obj`, `.gltf`, `.glb`), relative to the scene file", "\"m.obj\"", "";
+        file: "text", "", "needed, or built_in", "Path of a model (`.glb`, `.gltf`, `.obj`, `.ply`, `.stl`), relative to the scene file", "\"m.obj\"", "";
         built_in: "text", "box, atrium, room", "none", "A model of the program instead of a file", "\"room\"", "\"house\"";
         triangles: "integer", "10 000 to 20 000 000", "the model's", "Triangles of atrium or room, approximately", "10000", "9";
         translate: "3 numbers, m", "±1e12", "[0, 0, 0]", "Offset, applied last", "[1.0, 0.0, 0.0]", "[1e13, 0.0, 0.0]";

@@ -14,6 +14,7 @@ use super::mtl::{self, Definition};
 use super::obj_lines::{self, Contents, Corner, Group};
 use super::polygons::Triangulator;
 use super::reading::Reading;
+use super::smoothing::Smoothing;
 use super::value::excerpt;
 use super::vertex_colours::WHITE;
 use crate::{Error, Result};
@@ -165,12 +166,22 @@ fn meshes(
     definitions: &[Definition],
 ) -> Result<Vec<Mesh>> {
     let mut triangulator = Triangulator::default();
+    let (mut smoothing, mut smooth) = (Smoothing::default(), Vec::new());
     let groups = std::mem::take(&mut contents.groups).into_iter().filter(|group| !group.arities.is_empty());
-    let meshes = groups.map(|group| {
+    let meshes = groups.enumerate().map(|(index, group)| {
         let material = used[group.material];
-        mesh(&contents, group, (material as u32, &definitions[material]), &mut triangulator)
+        let mesh = mesh(&contents, &group, (material as u32, &definitions[material]), &mut triangulator);
+        if group.smoothing != 0 {
+            let vertices: Vec<usize> = group.corners.iter().map(|corner| corner[0]).collect();
+            smoothing.add(group.smoothing, &vertices, &mesh);
+            smooth.push((index, group.smoothing, vertices));
+        }
+        mesh
     });
-    let meshes: Vec<Mesh> = meshes.collect();
+    let mut meshes: Vec<Mesh> = meshes.collect();
+    for (index, group, vertices) in smooth {
+        meshes[index].normals = smoothing.normals(group, &vertices);
+    }
     if meshes.is_empty() {
         return Err(Error::input(path, "holds no face: an OBJ file with `v` and `f` lines was expected"));
     }
@@ -199,7 +210,7 @@ fn keep_last(definitions: &mut Vec<Definition>) {
 /// The mesh of a group, divided into triangles.
 fn mesh(
     contents: &Contents,
-    group: Group,
+    group: &Group,
     material: (u32, &Definition),
     triangulator: &mut Triangulator,
 ) -> Mesh {

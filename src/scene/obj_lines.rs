@@ -37,8 +37,10 @@ pub(super) struct Contents {
     triangles: usize,
     /// Index of the material in effect.
     material: Option<usize>,
-    /// Whether the last face had normals, and texture coordinates.
-    had: Option<[bool; 2]>,
+    /// Smoothing group in effect; 0 is none.
+    smoothing: u32,
+    /// Whether the last face had normals, and texture coordinates; its smoothing group.
+    had: Option<([bool; 2], u32)>,
     /// Counts of normals and texture coordinates in the whole file. `None` in the first pass.
     totals: Option<[usize; 2]>,
     /// The highest index of each kind and its line: a face may precede its vertices.
@@ -52,6 +54,8 @@ pub(super) type Corner = [usize; 3];
 pub(super) struct Group {
     /// Its index in [`Contents::used`].
     pub(super) material: usize,
+    /// Smoothing group of its faces; 0: they are flat, or have normals.
+    pub(super) smoothing: u32,
     /// Each corner once, in the order of their first use.
     pub(super) corners: Vec<Corner>,
     /// The faces' corners, one face after another.
@@ -69,10 +73,9 @@ const KINDS: [&str; 3] = ["vertices", "normals", "texture coordinates"];
 /// The index of a normal or of texture coordinates that the file lacks.
 const LACKING: usize = usize::MAX;
 
-/// Statements without an effect on the picture: names of parts, smoothing of surfaces that
-/// have normals, display.
-const SILENT: [&str; 12] =
-    ["", "o", "g", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "end"];
+/// Statements without an effect on the picture: names of parts, display.
+const SILENT: [&str; 11] =
+    ["", "o", "g", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "end"];
 
 /// Reads `text`, the contents of `path`. All indices of the result are in range.
 pub(super) fn read(path: &Path, text: &str) -> Result<Contents> {
@@ -107,6 +110,10 @@ fn read_with(path: &Path, text: &str, totals: Option<[usize; 2]>) -> Result<Cont
                 Ok(())
             }
             "mtllib" => contents.library(line, rest),
+            "s" => {
+                contents.smoothing = smoothing_group(rest);
+                Ok(())
+            }
             "usemtl" if rest.is_empty() => contents.material(line, NO_MATERIAL),
             "usemtl" => name(rest).and_then(|name| contents.material(line, name)),
             _ => {
@@ -129,6 +136,14 @@ pub(super) fn name(rest: &str) -> Checking<&str> {
         return Err(format!("{} is no printable name of at most {NAME_BYTES} bytes", excerpt(rest)));
     }
     Ok(rest)
+}
+
+/// The number of a smoothing group; `off` is 0, and `on` is a group of its own.
+fn smoothing_group(rest: &str) -> u32 {
+    match rest.split_whitespace().next() {
+        Some("on") => u32::MAX,
+        word => word.and_then(|word| word.parse().ok()).unwrap_or(0),
+    }
 }
 
 /// The keyword and the rest of a line.
@@ -267,7 +282,8 @@ impl Contents {
                 self.notes.add(&what, &place);
             }
         }
-        if self.had.replace(has).is_some_and(|had| had != has)
+        let kind = (has, if has[0] { 0 } else { self.smoothing });
+        if self.had.replace(kind) != Some(kind)
             && let Some(material) = self.material
         {
             self.start_group(material);
@@ -295,7 +311,9 @@ impl Contents {
     /// Starts a group, instead of the last one if that has no face.
     fn start_group(&mut self, material: usize) {
         self.groups.pop_if(|last| last.arities.is_empty());
-        self.groups.push(Group { material, corners: Vec::new(), indices: Vec::new(), arities: Vec::new() });
+        let smoothing = self.had.map_or(0, |(_, smoothing)| smoothing);
+        let (corners, indices, arities) = (Vec::new(), Vec::new(), Vec::new());
+        self.groups.push(Group { material, smoothing, corners, indices, arities });
         // Not cleared: that takes as long as the largest group, for each of many small ones.
         self.known = HashMap::new();
     }

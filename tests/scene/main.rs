@@ -25,6 +25,7 @@ mod places;
 mod recording;
 mod refused;
 mod save;
+mod scans;
 mod textures;
 mod vertex_colours;
 

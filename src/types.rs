@@ -283,8 +283,8 @@ gpu_struct! {
         /// Width in texels; 0: the material has no image.
         pub width: u32,
         pub height: u32,
-        /// 1: the outermost texels continue beyond the edges; 0: the image repeats;
-        /// [`CLAMPED_TO_TRIANGLE`].
+        /// 1: the outermost texels continue beyond the edges; 0: the image repeats. Or
+        /// [`CLAMPED_TO_TRIANGLE`] for vertex colours.
         pub is_clamped: u32,
     }
 }

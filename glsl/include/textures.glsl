@@ -3,8 +3,8 @@
 // (three a triangle), `Texture textures[]` (one a material), and `uint texels[]`: the decoded
 // values of the 256 codes as floats, then the images. Without HAS_TEXTURES none of them is read.
 
-// Value of `Texture.is_clamped`: triangles have texels of their own, and beyond a triangle its nearest
-// colour continues.
+// Value of `Texture.is_clamped`: triangles have texels of their own, and beyond a triangle its
+// nearest colour continues.
 const uint CLAMPED_TO_TRIANGLE = 2u;
 
 vec3 texel_at(Texture image, ivec2 place) {

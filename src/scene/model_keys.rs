@@ -10,8 +10,8 @@ use crate::Result;
 /// Range of scales, either sign.
 const SCALE: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
-/// The transform of a model: `matrix`, or else scale first, then rotation about x, then y, then z,
-/// then translation.
+/// The transform of a model: `matrix`, or else scale first, then rotation about x, y and z in this
+/// order, then translation.
 pub(super) fn transform(section: &Section) -> Result<DAffine3> {
     if let Some(rows) = section.matrix("matrix", COORDINATE)? {
         if let Some(key) = ["translate", "rotate", "scale"].into_iter().find(|key| section.get(key).is_some())

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
-use serde_ply::{ElementDef, PlyReader, PropertyType, ScalarType};
+use serde_ply::{ElementDef, PlyFormat, PlyReader, PropertyType, ScalarType};
 
 use super::geometry::{Mesh, too_many};
 use super::limits::TRIANGLES;
@@ -52,11 +52,13 @@ type Checking<T> = Result<T, String>;
 /// Reads the contents of `path`. Fails with a reason that follows the file's name.
 pub(super) fn load(reading: &mut Reading, path: &Path, bytes: &[u8]) -> Checking<(Mesh, Material)> {
     let fault = |error: serde_ply::DeserializeError| {
-        format!("is no readable PLY: {}", printable(&error.to_string().replace('\n', " ")))
+        format!("is no readable PLY: {}", printable(&error.0.to_string().replace('\n', " ")))
     };
+    let header = PlyReader::from_reader(bytes).map_err(fault)?.header().clone();
     // The last word of a text may lack the blank by which the crate finds its end.
-    let mut reader = PlyReader::from_reader(bytes.chain(&b"\n"[..])).map_err(fault)?;
-    if reader.header().comments.iter().any(|comment| comment.starts_with("TextureFile")) {
+    let end: &[u8] = if header.format == PlyFormat::Ascii { b"\n" } else { b"" };
+    let mut reader = PlyReader::from_reader(bytes.chain(end)).map_err(fault)?;
+    if header.comments.iter().any(|comment| comment.starts_with("TextureFile")) {
         reading.notes.add("images of PLY files are passed over", || shown(path));
     }
     let mut model = Model::default();

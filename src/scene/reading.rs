@@ -75,8 +75,8 @@ impl<'a> Reading<'a> {
         decoded
     }
 
-    /// Decodes an image once; the ending of `name` decides whether it may be a TGA. Fails with a reason
-    /// that follows the image's name.
+    /// Decodes an image once; the ending of `name` decides whether it may be a TGA. Fails with a
+    /// reason that follows the image's name.
     pub(super) fn decode(&mut self, name: &Path, bytes: &[u8]) -> Result<Decoded, String> {
         let hash = xxh3_128(bytes);
         if let Some(known) = self.images_by_hash.get(&hash) {

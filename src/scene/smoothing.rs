@@ -13,8 +13,8 @@ pub(super) struct Smoothing {
 }
 
 impl Smoothing {
-    /// Adds the faces of a mesh, whose positions are these vertices. Each face counts by its angle at
-    /// the vertex, so that a polygon counts the same however it is divided.
+    /// Adds the faces of a mesh, whose positions are these vertices. Each face counts by its angle
+    /// at the vertex, so that a polygon counts the same however it is divided.
     pub(super) fn add(&mut self, group: u32, vertices: &[usize], mesh: &Mesh) {
         for corners in mesh.indices.chunks_exact(3) {
             let corners = [corners[0], corners[1], corners[2]].map(|index| index as usize);

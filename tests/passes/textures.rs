@@ -70,7 +70,7 @@ fn colours(scene: &Scene) -> Vec<DVec3> {
     packed[..16].iter().copied().map(unpack_colour).collect()
 }
 
-/// Pixels beside an atlas triangle show its nearest colour, as the texels beside it belong to others.
+/// Pixels beside a triangle of an atlas show its nearest colour: other texels belong to others.
 #[test]
 fn an_atlas_ends_at_its_triangle() {
     let mut scene = square(Vec2::ZERO, true);

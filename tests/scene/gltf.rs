@@ -463,6 +463,7 @@ fn vertex_colours_multiply_the_base_colour() {
 fn what_is_not_read_is_named() {
     let mut file = square();
     file.root["meshes"][0]["primitives"][0]["material"] = json!(0);
+    file.root["meshes"][0]["primitives"][0]["attributes"]["_ID"] = json!(0);
     let lines = json!({ "attributes": file.root["meshes"][0]["primitives"][0]["attributes"], "mode": 1 });
     file.root["meshes"][0]["primitives"].as_array_mut().unwrap().push(lines);
     file.root["materials"] = json!([

@@ -51,7 +51,7 @@ fn smoothing_groups_share_normals_at_common_vertices() {
     let with = |first: &str, second: &str, more: &str| {
         let obj = format!("{vertices}{first}\nf 1 2 3 4\n{second}\nf 4 3 5 6\n{more}");
         let scene = load(obj.as_bytes(), &[]);
-        assert_eq!(scene.warnings, [""; 0]);
+        assert!(scene.warnings.iter().all(|said| said.contains("defined nowhere")), "{:?}", scene.warnings);
         scene
     };
     // Normals at the free and at the common edge of the first square.

@@ -10,6 +10,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use glam::{DAffine3, DMat4, DVec3};
+use gltf::json::validation::Checked;
 use gltf::khr_lights_punctual::Kind;
 use gltf::mesh::Mode;
 use gltf::{Document, Node, Primitive, Semantic};
@@ -166,6 +167,10 @@ fn parse(bytes: &[u8]) -> std::result::Result<(Document, Option<Vec<u8>>), Strin
     }
     // The validation refuses extensions that it does not know; they are judged here instead.
     root.extensions_used.append(&mut root.extensions_required);
+    // It also refuses attributes of applications, such as `_ID`.
+    for primitive in root.meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives) {
+        primitive.attributes.retain(|name, _| matches!(name, Checked::Valid(_)));
+    }
     Ok((Document::from_json(root).map_err(fault)?, binary))
 }
 

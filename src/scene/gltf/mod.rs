@@ -24,6 +24,7 @@ use super::texture;
 use super::value::{excerpt, printable};
 use super::vertex_colours::Codes;
 use crate::{Error, Result};
+use accessors::used;
 use buffers::Buffers;
 use materials::{Mapping, Materials};
 
@@ -382,22 +383,6 @@ impl Walk<'_, '_> {
 /// sRGB codes of a linear colour.
 fn codes(colour: DVec3) -> Codes {
     colour.as_vec3().to_array().map(texture::code)
-}
-
-/// The vertices out of `count` that a mesh uses, and its indices into them: primitives may share
-/// one long list.
-fn used(mut indices: Vec<u32>, count: usize) -> (Vec<u32>, Vec<u32>) {
-    if indices.len() >= count {
-        return ((0..count as u32).collect(), indices);
-    }
-    let (mut used, mut places) = (Vec::new(), HashMap::new());
-    for index in &mut indices {
-        *index = *places.entry(*index).or_insert_with(|| {
-            used.push(*index);
-            used.len() as u32 - 1
-        });
-    }
-    (used, indices)
 }
 
 /// A printable name that no other item has.

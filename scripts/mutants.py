@@ -112,7 +112,7 @@ CHOSEN = [
      "        if crate::mutant(ID) { self.caches.swap_remove(light); } else { self.caches.remove(light); }"),
     ("src/renderer/precompute_cache/key.rs", "words.extend([exponent.to_bits(),",
      "words.extend([if crate::mutant(ID) { 0 } else { exponent.to_bits() },"),
-    ("src/renderer/precompute_cache/key.rs", "u32::from(texture.is_clamped)", "u32::from(!crate::mutant(ID) && texture.is_clamped)"),
+    ("src/renderer/precompute_cache/key.rs", "texture.wrapping()", "if crate::mutant(ID) { 0 } else { texture.wrapping() }"),
     ("src/renderer/precompute_cache/key.rs", "points.iter().map(|point| point",
      "points.iter().take(if crate::mutant(ID) { 1 } else { usize::MAX }).map(|point| point"),
     ("src/renderer/lights.rs", "            gloss.sample_count = sample_count;",

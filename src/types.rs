@@ -273,6 +273,9 @@ pub const EDITABLE: u32 = 1;
 /// data for lobes.
 pub const MAY_BE_GLOSSY: u32 = 2;
 
+/// Value of [`Texture::is_clamped`]: beyond a triangle its nearest colour continues.
+pub const CLAMPED_TO_TRIANGLE: u32 = 2;
+
 gpu_struct! {
     /// Location and size of a material's image.
     pub struct Texture {
@@ -281,7 +284,8 @@ gpu_struct! {
         /// Width in texels; 0: the material has no image.
         pub width: u32,
         pub height: u32,
-        /// 1: the outermost texels continue beyond the edges; 0: the image repeats.
+        /// 1: the outermost texels continue beyond the edges; 0: the image repeats. Or
+        /// [`CLAMPED_TO_TRIANGLE`] for vertex colours.
         pub is_clamped: u32,
     }
 }

@@ -236,6 +236,9 @@ fn constants_have_one_value() {
         let line = format!("const uint {name} = {value}u;");
         assert!(shafts.contains(&line), "no `{line}` in shafts.glsl");
     }
+    let textures = read(&root().join("glsl/include/textures.glsl"));
+    let line = format!("const uint CLAMPED_TO_TRIANGLE = {}u;", lightpaths::types::CLAMPED_TO_TRIANGLE);
+    assert!(textures.contains(&line), "no `{line}` in textures.glsl");
     let lists = read(&root().join("glsl/include/lists.glsl"));
     let texels = [
         ("NODE_TEXELS", size_of::<Node>()),

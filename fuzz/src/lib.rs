@@ -139,9 +139,24 @@ pub fn obj(bytes: &[u8]) -> bool {
 
 /// A glTF model, as text or binary.
 pub fn gltf(bytes: &[u8]) -> bool {
-    let toml = TOML.replace("m.obj", "m.glb");
+    other_model("m.glb", bytes)
+}
+
+/// A PLY model, as text or binary.
+pub fn ply(bytes: &[u8]) -> bool {
+    other_model("m.ply", bytes)
+}
+
+/// An STL model, as text or binary.
+pub fn stl(bytes: &[u8]) -> bool {
+    other_model("m.stl", bytes)
+}
+
+/// A model in place of the good one, without its materials.
+fn other_model(name: &str, bytes: &[u8]) -> bool {
+    let toml = TOML.replace("m.obj", name);
     let toml = toml.split("[[material]]").next().unwrap_or_default();
-    scene(&[("s.toml", toml.as_bytes()), ("m.glb", bytes)]).is_some()
+    scene(&[("s.toml", toml.as_bytes()), (name, bytes)]).is_some()
 }
 
 /// Materials. Refused are unprintable names alone; what else is wrong is passed over.
@@ -149,7 +164,7 @@ pub fn mtl(bytes: &[u8]) -> bool {
     scene(&[("m.mtl", bytes)]).is_some()
 }
 
-/// An image of a material: a PNG, whose checksums are made right, a JPEG, a BMP, a GIF, or
+/// An image of a material: a PNG, whose checksums are made right, any other kind, or
 /// else a TGA.
 pub fn texture(bytes: &[u8]) -> bool {
     let mtl = "newmtl a\nmap_Kd i.tga\n";

@@ -3,6 +3,10 @@
 // (three a triangle), `Texture textures[]` (one a material), and `uint texels[]`: the decoded
 // values of the 256 codes as floats, then the images. Without HAS_TEXTURES none of them is read.
 
+// Value of `Texture.is_clamped`: triangles have texels of their own, and beyond a triangle its
+// nearest colour continues.
+const uint CLAMPED_TO_TRIANGLE = 2u;
+
 vec3 texel_at(Texture image, ivec2 place) {
     ivec2 size = ivec2(image.width, image.height);
     // `place` is at most one texel outside.
@@ -16,6 +20,10 @@ vec3 image_at(uint material, uint triangle, vec3 barycentric) {
     vec3 colour = vec3(1.0);
     Texture image = textures[material];
     if_any (image.width != 0u) {
+        if (image.is_clamped == CLAMPED_TO_TRIANGLE) {
+            barycentric = max(barycentric, 0.0);
+            barycentric /= barycentric.x + barycentric.y + barycentric.z;
+        }
         vec2 uv = barycentric.x * texture_coordinates[3u * triangle] + barycentric.y * texture_coordinates[3u * triangle + 1u]
                 + barycentric.z * texture_coordinates[3u * triangle + 2u];
         // Rows are stored from the top.

@@ -20,7 +20,7 @@ const MATERIALS: usize = 32;
 /// comments, so that all of them can be edited.
 #[derive(Debug, Args)]
 pub(super) struct Init {
-    /// A .glb, .gltf or .obj model, a .toml scene file, or a built-in scene
+    /// A .glb, .gltf, .obj, .ply or .stl model, a .toml scene file, or a built-in scene
     scene: String,
     /// The scene file to write; it must not exist [default: the model's name with .toml]
     #[arg(short, long, value_name = "FILE.toml")]

@@ -18,7 +18,7 @@ use crate::renderer::Renderer;
 /// of fresh light paths, to the bit.
 #[derive(Debug, Args)]
 pub(super) struct Precompute {
-    /// A .toml scene file, a .glb, .gltf or .obj model, or a built-in scene
+    /// A .toml scene file, a .glb, .gltf, .obj, .ply or .stl model, or a built-in scene
     #[arg(default_value = "box")]
     scene: String,
     /// The file to write

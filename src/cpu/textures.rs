@@ -25,6 +25,8 @@ impl Textures<'_> {
             return DVec3::ONE;
         }
         let Some(texture) = &self.materials[material as usize].texture else { return DVec3::ONE };
+        let inside = barycentric.max(DVec3::ZERO);
+        let barycentric = if texture.is_atlas { inside / inside.element_sum() } else { barycentric };
         let [a, b, c] = self.coordinates[triangle as usize].map(Vec2::as_dvec2);
         sample(texture, barycentric.x * a + barycentric.y * b + barycentric.z * c)
     }
@@ -35,12 +37,13 @@ impl Textures<'_> {
 pub fn sample(texture: &Texture, uv: DVec2) -> DVec3 {
     let size = DVec2::from(texture.image.size.map(f64::from));
     let place = DVec2::new(uv.x, 1.0 - uv.y);
-    let place = if texture.is_clamped { place.clamp(DVec2::ZERO, DVec2::ONE) } else { place };
+    let is_clamped = texture.wrapping() != 0;
+    let place = if is_clamped { place.clamp(DVec2::ZERO, DVec2::ONE) } else { place };
     let low = (place * size - 0.5).floor();
     let fraction = place * size - 0.5 - low;
     let texel = |across, down| {
         let place = low.as_ivec2() + IVec2::new(across, down);
-        let inside = |place: i32, size: u32| match texture.is_clamped {
+        let inside = |place: i32, size: u32| match is_clamped {
             true => place.clamp(0, size as i32 - 1),
             false => place.rem_euclid(size as i32),
         };

@@ -7,7 +7,7 @@ use crate::passes::GrowsWith;
 use crate::passes::{EmissionBuffers, TextureBuffers, loop_limit};
 use crate::scene::{Material, Scene, bvh::Bvh};
 use crate::types::{self, EDITABLE, MAY_BE_GLOSSY};
-use bytemuck::Pod;
+use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 
 /// Immutable geometry and the material table. Triangles and surfaces are in BVH leaf order.

@@ -44,7 +44,7 @@ impl TextureBuffers {
                     end += texture.image.codes.len();
                 }
                 let [width, height] = texture.image.size;
-                Texture { first: first as u32, width, height, is_clamped: u32::from(texture.is_clamped) }
+                Texture { first: first as u32, width, height, is_clamped: texture.wrapping() }
             }));
         }
         let limit = context.limits().storage_range_bytes;

@@ -91,7 +91,7 @@ pub(super) fn cut(
     coverages: &[Coverage],
     warnings: &mut Vec<String>,
 ) -> OpacityMaps {
-    let Assembled { triangles, coordinates, .. } = assembled;
+    let Assembled { triangles, coordinates, colours, .. } = assembled;
     let cutout = |triangle: usize| match &coverages[triangles[triangle].material as usize] {
         Coverage::Cutout(cutout) => Some(cutout),
         _ => None,
@@ -115,6 +115,9 @@ pub(super) fn cut(
         *triangles = order.iter().map(|&index| triangles[index as usize]).collect();
         if !coordinates.is_empty() {
             *coordinates = order.iter().map(|&index| coordinates[index as usize]).collect();
+        }
+        if !colours.is_empty() {
+            *colours = order.iter().map(|&index| colours[index as usize]).collect();
         }
         maps.reorder(&order);
     }

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 use super::builtin::{self, Files, utf8};
 use super::cutouts::{self, Coverage};
@@ -15,16 +15,16 @@ use super::load_options::LoadOptions;
 use super::material::{MAX_ALBEDO, Override, Sides};
 use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
-use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
+use super::value::{Kind, Node, Origin, Section, unknown};
 use super::{
     Camera, Emission, Light, LightKind, Material, OpacityMaps, Quality, Scene, Triangle, camera, emission,
-    fit, gltf, kinds, limits, obj, sky,
+    fit, gltf, kinds, limits, model_keys, obj, ply, sky, stl, vertex_colours,
 };
 use crate::files::guarded;
 use crate::{Error, Result};
 
 impl Scene {
-    /// Loads a scene file, an OBJ or glTF file alone (with a chosen camera and light, if it has
+    /// Loads a scene file, a model alone (with a chosen camera and light, if it has
     /// none), or a built-in scene by name.
     ///
     /// Paths in a file are relative to that file. They stay in its folder or below it unless the
@@ -40,9 +40,13 @@ impl Scene {
         let mut models = source.load_models(&mut warnings, &mut inputs)?;
         source.take_views(std::mem::take(&mut models.cameras), std::mem::take(&mut models.lights));
         override_materials(&file, &source.root, &mut models, &mut warnings)?;
-        let (Assembled { mut triangles, mut coordinates, origin }, mut opacity) =
+        let (Assembled { mut triangles, mut coordinates, colours, origin }, mut opacity) =
             visible(&mut models, &mut warnings).map_err(|message| Error::input(&file, message))?;
         let (mut materials, of_models) = (models.materials, triangles.len());
+        drop(models.meshes);
+        let surface = vertex_colours::Surface { triangles: &triangles, colours: &colours };
+        let folded = surface.colour(&mut materials, &mut coordinates);
+        warnings.extend(counted(folded.first(), folded.len()));
         let emits = materials.iter().any(|material| material.emission != Vec3::ZERO);
         source.complete(|| fit::View::new(&triangles, origin), emits, &mut warnings)?;
         source.change(&others, options)?;
@@ -143,7 +147,7 @@ impl Source {
     fn open(spec: &str, options: &LoadOptions) -> Result<Self> {
         let extension = Path::new(spec).extension().map(|extension| extension.to_ascii_lowercase());
         let (files, file) = match extension.as_deref().and_then(|extension| extension.to_str()) {
-            Some("toml" | "obj" | "gltf" | "glb") => {
+            Some("toml" | "obj" | "gltf" | "glb" | "ply" | "stl") => {
                 (Files::from_options(Path::new(spec), options), PathBuf::from(spec))
             }
             _ if builtin::NAMES.contains(&spec) => (Files::Embedded, PathBuf::from(format!("{spec}.toml"))),
@@ -211,12 +215,19 @@ impl Source {
         let mut reading = Reading::new(self.files.clone(), warnings, inputs);
         for section in &sections {
             section.only(&keys::names("model", None))?;
-            let transform = read_transform(section)?;
-            let Models { meshes, materials, mut coverages, undefined, cameras, lights } =
+            let transform = model_keys::transform(section)?;
+            let Models { mut meshes, mut materials, mut coverages, mut undefined, cameras, lights } =
                 match section.text("built_in")? {
                     Some(name) => built_in(section, name, &mut reading)?,
                     None => self.load_model(section, &mut reading, &transform)?,
                 };
+            if let Some(name) = section.text("material")? {
+                undefined.clear();
+                if !model_keys::take_material(&mut meshes, (&mut materials, &mut coverages), name) {
+                    let fault = section.fault_at("material", format!("{name:?} {NOWHERE}"));
+                    undefined.push((0, fault.to_string()));
+                }
+            }
             all.cameras.extend(cameras);
             all.lights.extend(lights);
             // Checked before the next model is read.
@@ -245,7 +256,7 @@ impl Source {
 
     fn load_model(&self, section: &Section, reading: &mut Reading, transform: &DAffine3) -> Result<Models> {
         refuse_triangles(section)?;
-        let name = section.need(section.text("file")?, "file", "path of an OBJ or glTF file")?;
+        let name = section.need(section.text("file")?, "file", "path of a glTF, OBJ, PLY or STL file")?;
         if let Some(what) = kinds::not_read(name) {
             return Err(section.fault_at("file", format!("{name:?} {what}")));
         }
@@ -270,6 +281,10 @@ impl Source {
             .as_deref()
         {
             Some("gltf" | "glb") => read_gltf(reading, &path, &bytes, transform),
+            Some("ply") => guarded("PLY", || ply::load(reading, &path, &bytes))
+                .map(of_one_mesh)
+                .map_err(|why| Error::input(&path, why)),
+            Some("stl") => stl::load(reading, &path, bytes).map(of_one_mesh),
             _ => read_obj(reading, &path, bytes),
         }
     }
@@ -394,11 +409,18 @@ fn read_gltf(reading: &mut Reading, path: &Path, bytes: &[u8], world_from_file: 
     })
 }
 
+fn of_one_mesh((mesh, material): (Mesh, Material)) -> Models {
+    Models { meshes: vec![mesh], materials: vec![material], ..Models::default() }
+}
+
+/// What is wrong with a material that is used and not defined.
+const NOWHERE: &str = "is defined nowhere: taken as grey";
+
 fn read_obj(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result<Models> {
     let obj::Model { meshes, materials, coverages, undefined } = obj::load(reading, path, bytes)?;
     let undefined = undefined.into_iter().map(|(index, line)| {
         let name = &materials[index].name;
-        (index, format!("{}:{line}: material {name:?} is defined nowhere: taken as grey", path.display()))
+        (index, format!("{}:{line}: material {name:?} {NOWHERE}", path.display()))
     });
     Ok(Models { undefined: undefined.collect(), meshes, materials, coverages, ..Models::default() })
 }
@@ -432,23 +454,6 @@ fn refuse_triangles(section: &Section) -> Result<()> {
     let [atrium, room] = lightpaths_models::NAMES;
     let message = format!("only the built-in models {atrium} and {room} can be had as fine as asked");
     if section.get("triangles").is_some() { Err(section.fault_at("triangles", message)) } else { Ok(()) }
-}
-
-/// Scale first, then rotate about x, then y, then z, then translate.
-fn read_transform(section: &Section) -> Result<DAffine3> {
-    let translate = section.vector("translate", COORDINATE)?.unwrap_or_default();
-    let [x, y, z] =
-        section.vector("rotate", -360.0..=360.0)?.unwrap_or_default().to_array().map(f64::to_radians);
-    let scale = match section.get("scale") {
-        Some(Node { kind: Kind::Array(_), .. }) => section.vector("scale", -1e9..=1e9)?,
-        _ => section.number("scale", -1e9..=1e9)?.map(DVec3::splat),
-    };
-    let scale = scale.unwrap_or(DVec3::ONE);
-    if scale.abs().min_element() < 1e-9 {
-        return Err(section.fault_at("scale", "must not be smaller than 1e-9 along any axis"));
-    }
-    let rotate = DQuat::from_euler(EulerRot::ZYX, z, y, x);
-    Ok(DAffine3::from_scale_rotation_translation(scale, rotate, translate))
 }
 
 /// The triangles that are not hidden, and their holes. Fails with the reason if none is left.

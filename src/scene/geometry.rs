@@ -6,6 +6,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
 
 use super::Triangle;
 use super::limits::TRIANGLES;
+use super::vertex_colours::{Codes, WHITE};
 
 /// A triangle is dropped if twice its area is below this fraction of its longest edge squared: in
 /// f32 coordinates, such a sliver is a line.
@@ -22,6 +23,8 @@ pub(super) struct Mesh {
     pub(super) normals: Vec<DVec3>,
     /// Image coordinates, one per position; empty if the material has no image.
     pub(super) coordinates: Vec<DVec2>,
+    /// Colours as sRGB codes, one per position; empty if the model has none.
+    pub(super) colours: Vec<Codes>,
     /// Three per triangle.
     pub(super) indices: Vec<u32>,
     pub(super) material: u32,
@@ -54,6 +57,8 @@ pub(super) struct Assembled {
     pub(super) triangles: Vec<Triangle>,
     /// Image coordinates of each triangle's corners; empty if no mesh has any.
     pub(super) coordinates: Vec<[Vec2; 3]>,
+    /// Colours of each triangle's corners, white where a mesh has none; empty if no mesh has any.
+    pub(super) colours: Vec<[Codes; 3]>,
     /// Offset subtracted from all positions.
     pub(super) origin: DVec3,
 }
@@ -89,7 +94,8 @@ pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<As
     let mut seen = HashSet::with_capacity(count);
     let mut triangles = Vec::with_capacity(count);
     let has_coordinates = meshes.iter().any(|mesh| !mesh.coordinates.is_empty());
-    let mut coordinates = Vec::new();
+    let has_colours = meshes.iter().any(|mesh| !mesh.colours.is_empty());
+    let (mut coordinates, mut colours) = (Vec::new(), Vec::new());
     for mesh in meshes {
         for corners in mesh.indices.chunks_exact(3) {
             let corners = [corners[0], corners[1], corners[2]].map(|index| index as usize);
@@ -108,6 +114,9 @@ pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<As
                         |index: usize| mesh.coordinates.get(index).copied().unwrap_or_default().as_vec2();
                     coordinates.push(corners.map(place));
                 }
+                if has_colours {
+                    colours.push(corners.map(|index| mesh.colours.get(index).copied().unwrap_or(WHITE)));
+                }
             }
         }
     }
@@ -115,7 +124,7 @@ pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<As
     if triangles.is_empty() {
         return Err(format!("no triangle with an area is left of {count}"));
     }
-    Ok(Assembled { triangles, coordinates, origin })
+    Ok(Assembled { triangles, coordinates, colours, origin })
 }
 
 fn is_degenerate(positions: [Vec3; 3]) -> bool {

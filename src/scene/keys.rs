@@ -56,12 +56,14 @@ macro_rules! keys {
 
 keys! {
     "model" "" {
-        file: "text", "", "needed, or built_in", "Path of a model (`.obj`, `.gltf`, `.glb`), relative to the scene file", "\"m.obj\"", "";
+        file: "text", "", "needed, or built_in", "Path of a model (`.glb`, `.gltf`, `.obj`, `.ply`, `.stl`), relative to the scene file", "\"m.obj\"", "";
         built_in: "text", "box, atrium, room", "none", "A model of the program instead of a file", "\"room\"", "\"house\"";
         triangles: "integer", "10 000 to 20 000 000", "the model's", "Triangles of atrium or room, approximately", "10000", "9";
         translate: "3 numbers, m", "±1e12", "[0, 0, 0]", "Offset, applied last", "[1.0, 0.0, 0.0]", "[1e13, 0.0, 0.0]";
         rotate: "3 numbers, degrees", "±360", "[0, 0, 0]", "Rotation about x, then y, then z", "[0.0, 90.0, 0.0]", "[0.0, 400.0, 0.0]";
         scale: "1 or 3 numbers", "1e-9 to 1e9, either sign", "1", "Scale, applied first", "2.0", "0.0";
+        matrix: "4 rows of 4 numbers", "±1e12, invertible", "none", "Transform of column vectors instead of the three above; the last row is 0, 0, 0, 1", "[[1, 0, 0, 2], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]", "[[1, 0, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]";
+        material: "text", "", "the model's", "Material of all faces: of the model, or a [[material]] of the scene file", "\"wall\"", "\"\"";
     }
     "camera" "" {
         name: "text", "", "\"camera\"", "Name for --camera", "\"c\"", "";

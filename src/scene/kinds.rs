@@ -10,15 +10,14 @@ const BLENDER: &str = "export it as glTF, in Blender by File > Export > glTF 2.0
 const IMPORT: &str = "import it into Blender, and export it by File > Export > glTF 2.0";
 const PROGRAM: &str = "export it as glTF or OBJ from the program that wrote it";
 const CONVERT: &str = "convert it to glTF or OBJ";
+const MODEL: &str = "give a .toml, .glb, .gltf, .obj, .ply or .stl file";
 const UNPACK: &str = "unpack it, and give the .toml file or the model in it";
 
 /// File extensions in lower case, the format's description, and the advice.
-const KINDS: [(&[&str], &str, &str); 21] = [
+const KINDS: [(&[&str], &str, &str); 19] = [
     (&["blend", "blend1"], "a Blender file", BLENDER),
     (&["fbx"], "an FBX model", IMPORT),
     (&["usd", "usda", "usdc", "usdz"], "a USD scene", IMPORT),
-    (&["ply"], "a PLY model", IMPORT),
-    (&["stl"], "an STL model", IMPORT),
     (&["dae"], "a COLLADA model", IMPORT),
     (&["abc"], "an Alembic scene", IMPORT),
     (&["x3d", "wrl", "vrml"], "an X3D or VRML model", IMPORT),
@@ -36,13 +35,9 @@ const KINDS: [(&[&str], &str, &str); 21] = [
     ),
     (&["mtl"], "a list of materials", "give the .obj file that names it"),
     (&["zip", "gz", "tgz", "tar", "7z", "rar", "xz", "bz2", "zst"], "an archive", UNPACK),
-    (
-        &["png", "jpg", "jpeg", "exr", "hdr", "tga", "bmp", "gif", "tif", "tiff", "webp"],
-        "an image",
-        "give a .toml, .glb, .gltf or .obj file",
-    ),
+    (&["png", "jpg", "jpeg", "exr", "hdr", "tga", "bmp", "gif", "tif", "tiff", "webp"], "an image", MODEL),
     (&["json", "yaml", "yml"], "no scene file", "write it as TOML"),
-    (&["spv", "exe", "dll", "so"], "a program", "give a .toml, .glb, .gltf or .obj file"),
+    (&["spv", "exe", "dll", "so"], "a program", MODEL),
 ];
 
 fn ending(name: &str) -> Option<String> {
@@ -67,9 +62,9 @@ pub(super) fn no_scene(spec: &str) -> Error {
     let is_path = spec.contains(['/', '\\']) || ending(spec).is_some() || Path::new(spec).exists();
     let built_in = builtin::NAMES.join(", ");
     if is_path {
-        let known = "a .toml scene file, a .glb, .gltf or .obj model or a built-in scene";
+        let known = "a .toml scene file, a .glb, .gltf, .obj, .ply or .stl model or a built-in scene";
         return Error::Usage(format!("{} is no scene: {known} ({built_in}) was expected", excerpt(spec)));
     }
     let what = unknown("built-in scene", &builtin::NAMES, spec);
-    Error::Usage(format!("{what}; or give the path of a .toml, .glb, .gltf or .obj file"))
+    Error::Usage(format!("{what}; or give the path of a .toml, .glb, .gltf, .obj, .ply or .stl file"))
 }

@@ -36,5 +36,7 @@ pub const TEXELS: u64 = 1 << 29;
 /// Decoded bytes of an image per byte of its file: zlib's best ratio is 1032, and grey images of
 /// one bit a texel grow eightfold.
 pub const IMAGE_GROWTH: u64 = 8256;
+/// Decoded bytes that a WebP of any length may have: an image of one colour takes a few bytes.
+pub const WEBP_BYTES: u64 = 64 << 20;
 /// Scans of a JPEG; programs write 1 to 20. Each scan passes over the whole image.
 pub const JPEG_SCANS: usize = 32;

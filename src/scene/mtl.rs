@@ -16,7 +16,7 @@ use super::material_names::{NO_MATERIAL, shown};
 use super::missed::{Missed, missed};
 use super::obj_lines::{Checking, name, statement};
 use super::reading::Reading;
-use super::texture::{Image, Texture};
+use super::texture::{BOUNDED, Image, Texture};
 use super::value::{excerpt, printable};
 use crate::{Error, Result};
 
@@ -28,11 +28,14 @@ pub(super) struct Definition {
     pub(super) scale: DVec2,
     /// Offset of image coordinates, see `scale`.
     pub(super) offset: DVec2,
+    /// Whether the file states a diffuse albedo or an image.
+    pub(super) states_colour: bool,
 }
 
 impl Definition {
     pub(super) fn new(material: Material) -> Self {
-        Self { material, coverage: Coverage::Full, scale: DVec2::ONE, offset: DVec2::ZERO }
+        let (scale, offset) = (DVec2::ONE, DVec2::ZERO);
+        Self { material, coverage: Coverage::Full, scale, offset, states_colour: false }
     }
 
     /// Whether triangles need texture coordinates.
@@ -217,7 +220,7 @@ impl Library<'_, '_> {
     fn colour_map(&mut self, rest: &str) {
         let what = "images that cannot be used are left out, `Kd` is taken instead";
         if let Some(((image, alpha), map)) = self.map("map_Kd", rest, what) {
-            let texture = Texture { image, is_clamped: map.is_clamped };
+            let texture = Texture { image, is_clamped: map.is_clamped, is_atlas: false };
             let line = self.line;
             self.draft().texture = Some((texture, [map.scale, map.offset]));
             self.draft().alpha = alpha.map(|_| line);
@@ -266,7 +269,7 @@ impl Library<'_, '_> {
             return self.note(&format!("`{keyword}` without the name of an image is passed over"));
         };
         match self.image(map.file) {
-            Ok(Some(image)) => {
+            Ok(Some((image, _))) => {
                 self.note("images of emission count by their mean colour");
                 self.draft().emission_colour = Some(image.mean());
             }
@@ -290,6 +293,9 @@ impl Library<'_, '_> {
         let picture = decoded.as_ref().ok().map(|decoded| (decoded.image.clone(), decoded.alpha.clone()));
         self.images.insert(file.clone(), picture.clone());
         let decoded = decoded?;
+        if decoded.is_bounded {
+            self.note(BOUNDED);
+        }
         if let Some(damage) = decoded.damage {
             let what = format!("{:?} {damage}", printable(&file.display().to_string()));
             self.note_named("images are damaged", &what);
@@ -353,6 +359,7 @@ impl Draft {
             (definition.scale, definition.offset) = (scale, offset);
             definition.coverage = Coverage::Cutout(cutout);
         }
+        definition.states_colour = self.diffuse.is_some() || self.texture.is_some();
         if let Some((texture, [scale, offset])) = self.texture {
             (definition.scale, definition.offset) = (scale, offset);
             definition.material.texture = Some(texture);

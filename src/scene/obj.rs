@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::cutouts::Coverage;
 use super::geometry::Mesh;
@@ -15,7 +15,9 @@ use super::mtl::{self, Definition};
 use super::obj_lines::{self, Contents, Corner, Group};
 use super::polygons::Triangulator;
 use super::reading::Reading;
+use super::smoothing::Smoothing;
 use super::value::excerpt;
+use super::vertex_colours::WHITE;
 use crate::{Error, Result};
 
 /// The contents of an OBJ file and its MTL files.
@@ -55,6 +57,11 @@ pub(super) fn load(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result
         definitions.len() - 1
     });
     let used: Vec<usize> = used.collect();
+    if contents.colours.iter().any(|colour| *colour != Vec3::ONE) {
+        // Colours stand alone where the material states none.
+        let uncoloured = definitions.iter_mut().filter(|definition| !definition.states_colour);
+        uncoloured.for_each(|definition| definition.material.diffuse = Vec3::ONE);
+    }
     reading.notes.absorb(std::mem::take(&mut contents.notes));
     let meshes = meshes(reading, path, contents, &used, &definitions)?;
     let of_definition = |definition: Definition| (definition.material, definition.coverage);
@@ -163,12 +170,22 @@ fn meshes(
     definitions: &[Definition],
 ) -> Result<Vec<Mesh>> {
     let mut triangulator = Triangulator::default();
+    let (mut smoothing, mut smooth) = (Smoothing::default(), Vec::new());
     let groups = std::mem::take(&mut contents.groups).into_iter().filter(|group| !group.arities.is_empty());
-    let meshes = groups.map(|group| {
+    let meshes = groups.enumerate().map(|(index, group)| {
         let material = used[group.material];
-        mesh(&contents, group, (material as u32, &definitions[material]), &mut triangulator)
+        let mesh = mesh(&contents, &group, (material as u32, &definitions[material]), &mut triangulator);
+        if group.smoothing != 0 {
+            let vertices: Vec<usize> = group.corners.iter().map(|corner| corner[0]).collect();
+            smoothing.add(group.smoothing, &vertices, &mesh);
+            smooth.push((index, group.smoothing, vertices));
+        }
+        mesh
     });
-    let meshes: Vec<Mesh> = meshes.collect();
+    let mut meshes: Vec<Mesh> = meshes.collect();
+    for (index, group, vertices) in smooth {
+        meshes[index].normals = smoothing.normals(group, &vertices);
+    }
     if meshes.is_empty() {
         return Err(Error::input(path, "holds no face: an OBJ file with `v` and `f` lines was expected"));
     }
@@ -196,7 +213,7 @@ fn keep_last(definitions: &mut Vec<Definition>) {
 /// The mesh of a group, divided into triangles.
 fn mesh(
     contents: &Contents,
-    group: Group,
+    group: &Group,
     material: (u32, &Definition),
     triangulator: &mut Triangulator,
 ) -> Mesh {
@@ -208,6 +225,11 @@ fn mesh(
         Some(definition.scale * contents.coordinates[corner[2].checked_sub(1)?] + definition.offset)
     };
     let has_image = definition.has_image();
+    let colour = |corner: &Corner| match contents.colours.get(corner[0] - 1) {
+        Some(colour) => colour.to_array().map(|value| (255.0 * value).round() as u8),
+        None => WHITE,
+    };
+    let has_colours = !contents.colours.is_empty();
     let mut triangles = Vec::with_capacity(group.indices.len());
     let mut rest = &group.indices[..];
     for &arity in &group.arities {
@@ -218,6 +240,7 @@ fn mesh(
     Mesh {
         coordinates: corners.iter().filter(|_| has_image).filter_map(place).collect(),
         normals: corners.iter().filter_map(normal).collect(),
+        colours: corners.iter().filter(|_| has_colours).map(colour).collect(),
         positions,
         indices: triangles,
         material: index,

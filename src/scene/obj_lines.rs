@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use super::geometry::too_many;
 use super::limits::{LIBRARIES, MATERIALS, NAME_BYTES, TRIANGLES};
@@ -19,6 +19,8 @@ pub(super) struct Contents {
     pub(super) positions: Vec<DVec3>,
     pub(super) normals: Vec<DVec3>,
     pub(super) coordinates: Vec<DVec2>,
+    /// Colours of positions, as sRGB values; shorter than the positions if the last ones have none.
+    pub(super) colours: Vec<Vec3>,
     /// All faces, in the order of the file.
     pub(super) groups: Vec<Group>,
     /// Names of MTL files, each with its line.
@@ -28,13 +30,17 @@ pub(super) struct Contents {
     pub(super) notes: Notes,
     /// Indices of the used materials by name.
     names: HashMap<String, usize>,
+    /// Colours in comments.
+    hidden: Vec<Vec3>,
     /// Indices of the last group's corners.
     known: HashMap<Corner, u32>,
     triangles: usize,
     /// Index of the material in effect.
     material: Option<usize>,
-    /// Whether the last face had normals, and texture coordinates.
-    had: Option<[bool; 2]>,
+    /// Smoothing group in effect; 0 is none.
+    smoothing: u32,
+    /// Whether the last face had normals, and texture coordinates; its smoothing group.
+    had: Option<([bool; 2], u32)>,
     /// Counts of normals and texture coordinates in the whole file. `None` in the first pass.
     totals: Option<[usize; 2]>,
     /// The highest index of each kind and its line: a face may precede its vertices.
@@ -48,6 +54,8 @@ pub(super) type Corner = [usize; 3];
 pub(super) struct Group {
     /// Its index in [`Contents::used`].
     pub(super) material: usize,
+    /// Smoothing group of its faces; 0: they are flat, or have normals.
+    pub(super) smoothing: u32,
     /// Each corner once, in the order of their first use.
     pub(super) corners: Vec<Corner>,
     /// The faces' corners, one face after another.
@@ -65,10 +73,9 @@ const KINDS: [&str; 3] = ["vertices", "normals", "texture coordinates"];
 /// The index of a normal or of texture coordinates that the file lacks.
 const LACKING: usize = usize::MAX;
 
-/// Statements without an effect on the picture: names of parts, smoothing of surfaces that
-/// have normals, display.
-const SILENT: [&str; 12] =
-    ["", "o", "g", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "end"];
+/// Statements without an effect on the picture: names of parts, display.
+const SILENT: [&str; 11] =
+    ["", "o", "g", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "end"];
 
 /// Reads `text`, the contents of `path`. All indices of the result are in range.
 pub(super) fn read(path: &Path, text: &str) -> Result<Contents> {
@@ -98,7 +105,15 @@ fn read_with(path: &Path, text: &str, totals: Option<[usize; 2]>) -> Result<Cont
             "vn" => contents.normal(rest),
             "vt" => contents.coordinates(rest, place),
             "f" => contents.face(line, rest, place),
+            "#MRGB" => {
+                contents.hidden_colours(rest);
+                Ok(())
+            }
             "mtllib" => contents.library(line, rest),
+            "s" => {
+                contents.smoothing = smoothing_group(rest);
+                Ok(())
+            }
             "usemtl" if rest.is_empty() => contents.material(line, NO_MATERIAL),
             "usemtl" => name(rest).and_then(|name| contents.material(line, name)),
             _ => {
@@ -108,6 +123,7 @@ fn read_with(path: &Path, text: &str, totals: Option<[usize; 2]>) -> Result<Cont
         };
         result.map_err(|message| Error::input_at(path, line, format!("{keyword}: {message}")))?;
     }
+    contents.finish_colours();
     Ok(contents)
 }
 
@@ -120,6 +136,14 @@ pub(super) fn name(rest: &str) -> Checking<&str> {
         return Err(format!("{} is no printable name of at most {NAME_BYTES} bytes", excerpt(rest)));
     }
     Ok(rest)
+}
+
+/// The number of a smoothing group; `off` is 0, and `on` is a group of its own.
+fn smoothing_group(rest: &str) -> u32 {
+    match rest.split_whitespace().next() {
+        Some("on") => u32::MAX,
+        word => word.and_then(|word| word.parse().ok()).unwrap_or(0),
+    }
 }
 
 /// The keyword and the rest of a line.
@@ -140,12 +164,40 @@ impl Contents {
         if ![x, y, z].into_iter().all(f64::is_finite) {
             return Err(format!("{} is not a finite position", excerpt(rest)));
         }
-        // A fourth number is a weight.
-        if words.take_while(|word| !word.starts_with('#')).count() >= 3 {
-            self.notes.add("colours of vertices are passed over", place);
+        // A single fourth number is a weight.
+        let rest = words.take_while(|word| !word.starts_with('#')).take(3);
+        let rest: Vec<f32> = rest.map(|word| word.parse().unwrap_or(f32::NAN)).collect();
+        if let &[red, green, blue] = &rest[..] {
+            if [red, green, blue].into_iter().all(|value| (0.0..=255.0).contains(&value)) {
+                self.colours.resize(self.positions.len(), Vec3::ONE);
+                self.colours.push(Vec3::new(red, green, blue));
+            } else {
+                self.notes.add("colours of vertices that are no numbers from 0 to 1 are white", place);
+            }
         }
         self.positions.push(DVec3::new(x, y, z));
         Ok(())
+    }
+
+    /// Colours of ZBrush: mask, red, green and blue of each vertex as two hexadecimal digits.
+    fn hidden_colours(&mut self, rest: &str) {
+        for vertex in rest.as_bytes().chunks_exact(8) {
+            let code =
+                |at: usize| u8::from_str_radix(std::str::from_utf8(&vertex[at..at + 2]).ok()?, 16).ok();
+            let codes = [2, 4, 6].map(|at| f32::from(code(at).unwrap_or(u8::MAX)));
+            self.hidden.push(Vec3::from(codes) / 255.0);
+        }
+    }
+
+    /// Colours of ZBrush count if the vertices have no others. Some programs write codes up to 255.
+    fn finish_colours(&mut self) {
+        let hidden = std::mem::take(&mut self.hidden);
+        if self.colours.is_empty() {
+            self.colours = hidden;
+        } else if self.colours.iter().any(|colour| colour.max_element() > 1.0) {
+            self.colours.iter_mut().for_each(|colour| *colour /= 255.0);
+        }
+        self.colours.truncate(self.positions.len());
     }
 
     /// An invalid normal is stored as NaN, and repaired and counted when a face uses it.
@@ -230,7 +282,8 @@ impl Contents {
                 self.notes.add(&what, &place);
             }
         }
-        if self.had.replace(has).is_some_and(|had| had != has)
+        let kind = (has, if has[0] { 0 } else { self.smoothing });
+        if self.had.replace(kind) != Some(kind)
             && let Some(material) = self.material
         {
             self.start_group(material);
@@ -258,7 +311,9 @@ impl Contents {
     /// Starts a group, instead of the last one if that has no face.
     fn start_group(&mut self, material: usize) {
         self.groups.pop_if(|last| last.arities.is_empty());
-        self.groups.push(Group { material, corners: Vec::new(), indices: Vec::new(), arities: Vec::new() });
+        let smoothing = self.had.map_or(0, |(_, smoothing)| smoothing);
+        let (corners, indices, arities) = (Vec::new(), Vec::new(), Vec::new());
+        self.groups.push(Group { material, smoothing, corners, indices, arities });
         // Not cleared: that takes as long as the largest group, for each of many small ones.
         self.known = HashMap::new();
     }

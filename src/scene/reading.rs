@@ -5,6 +5,8 @@ use std::ffi::OsString;
 use std::path::{Component, Path, PathBuf};
 use std::rc::Rc;
 
+use xxhash_rust::xxh3::xxh3_128;
+
 use super::builtin::Files;
 use super::limits;
 use super::lines::latin1;
@@ -23,6 +25,10 @@ pub(super) struct Reading<'a> {
     inputs: &'a mut Vec<PathBuf>,
     /// Texels of all images so far.
     texels: u64,
+    /// Images by file, with the reason if one cannot be used.
+    images: HashMap<PathBuf, Result<Decoded, String>>,
+    /// Images by their bytes: models embed the same image, and files are copies of each other.
+    images_by_hash: HashMap<u128, Decoded>,
     /// Names in the searched folders.
     listings: HashMap<PathBuf, Rc<Listing>>,
 }
@@ -32,7 +38,16 @@ type Listing = HashMap<String, OsString>;
 
 impl<'a> Reading<'a> {
     pub(super) fn new(files: Files, warnings: &'a mut Vec<String>, inputs: &'a mut Vec<PathBuf>) -> Self {
-        Self { files, warnings, notes: Notes::default(), inputs, texels: 0, listings: HashMap::new() }
+        Self {
+            files,
+            warnings,
+            notes: Notes::default(),
+            inputs,
+            texels: 0,
+            images: HashMap::new(),
+            images_by_hash: HashMap::new(),
+            listings: HashMap::new(),
+        }
     }
 
     /// Adds the notes to the warnings.
@@ -48,18 +63,29 @@ impl<'a> Reading<'a> {
         Ok(bytes)
     }
 
-    /// Reads an image. Fails with a reason that follows the file's name.
+    /// Reads an image once, however many models and materials name it. Fails with a reason that
+    /// follows the file's name.
     pub(super) fn image(&mut self, file: &Path) -> Result<Decoded, String> {
-        let bytes = self.read(file, limits::IMAGE_BYTES)?;
-        self.decode(file, &bytes)
+        if let Some(known) = self.images.get(file) {
+            return known.clone();
+        }
+        let bytes = self.read(file, limits::IMAGE_BYTES);
+        let decoded = bytes.and_then(|bytes| self.decode(file, &bytes));
+        self.images.insert(file.to_owned(), decoded.clone());
+        decoded
     }
 
-    /// Decodes an image; the ending of `name` decides whether it may be a TGA. Fails with a reason
-    /// that follows the image's name.
+    /// Decodes an image once; the ending of `name` decides whether it may be a TGA. Fails with a
+    /// reason that follows the image's name.
     pub(super) fn decode(&mut self, name: &Path, bytes: &[u8]) -> Result<Decoded, String> {
+        let hash = xxh3_128(bytes);
+        if let Some(known) = self.images_by_hash.get(&hash) {
+            return Ok(known.clone());
+        }
         let left = limits::TEXELS - self.texels;
         let decoded = guarded("images", || Image::decode(name, bytes, left))?;
         self.texels += decoded.image.codes.len() as u64;
+        self.images_by_hash.insert(hash, decoded.clone());
         Ok(decoded)
     }
 

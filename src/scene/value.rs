@@ -315,6 +315,18 @@ impl<'a> Section<'a> {
         Ok(Some(DVec3::from_slice(&numbers)))
     }
 
+    /// Four rows of four finite numbers, each in `range`.
+    pub(super) fn matrix(&self, key: &str, range: RangeInclusive<f64>) -> Result<Option<[[f64; 4]; 4]>> {
+        let Some(node) = self.get(key) else { return Ok(None) };
+        let Some(rows) = four(node, |row| four(row, Node::as_number)) else {
+            return Err(self.expected(key, "a list of four rows of four numbers", node));
+        };
+        for number in rows.into_iter().flatten() {
+            self.check_range(key, number, &range)?;
+        }
+        Ok(Some(rows))
+    }
+
     /// Width and height in pixels.
     pub(super) fn size(&self, key: &str, range: RangeInclusive<u32>) -> Result<Option<[u32; 2]>> {
         let Some(node) = self.get(key) else { return Ok(None) };
@@ -359,6 +371,13 @@ impl<'a> Section<'a> {
         let Some(vector) = self.vector(key, COORDINATE)? else { return Ok(None) };
         unit(vector).map(Some).ok_or_else(|| self.fault_at(key, "a direction must not be zero"))
     }
+}
+
+/// The elements of a list of four. `None` if it is another value, or an element is.
+fn four<T>(node: &Node, read: impl Fn(&Node) -> Option<T>) -> Option<[T; 4]> {
+    let Kind::Array(elements) = &node.kind else { return None };
+    let elements: Option<Vec<T>> = elements.iter().map(read).collect();
+    elements?.try_into().ok()
 }
 
 /// The direction of three numbers. `None` if all are zero.

@@ -44,7 +44,7 @@ pub(crate) fn textured(mut scene: Scene) -> Scene {
         (0..16).map(|texel| if (texel + texel / 4) % 2 == 0 { [250, 40, 90] } else { [30, 200, 220] });
     let image = Arc::new(Image { size: [4, 4], codes: codes.collect() });
     for material in scene.materials.iter_mut().step_by(2) {
-        material.texture = Some(Texture { image: image.clone(), is_clamped: false });
+        material.texture = Some(Texture { image: image.clone(), is_clamped: false, is_atlas: false });
     }
     let corner = |p: Vec3| Vec2::new(p.x + 0.3 * p.y, p.z - 0.2 * p.y);
     scene.texture_coordinates = scene.triangles.iter().map(|t| t.positions.map(corner)).collect();

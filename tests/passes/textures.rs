@@ -2,8 +2,8 @@
 
 use crate::common::{assert_silent, context};
 use crate::world::World;
-use glam::{DVec3, Vec2, Vec3};
-use lightpaths::cpu::textures::{linear, unpack_colour};
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use lightpaths::cpu::textures::{linear, sample, unpack_colour};
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::TextureBuffers;
 use lightpaths::passes::frame::pixel_colours::{PixelColours, PixelColoursPush};
@@ -27,7 +27,7 @@ fn image(size: [u32; 2]) -> Arc<Image> {
 fn square(shift: Vec2, is_clamped: bool) -> Scene {
     let mut scene = shapes::facing_squares(1.0, 0.0, 0.5);
     scene.triangles.truncate(2);
-    scene.materials[0].texture = Some(Texture { image: image([SIDE; 2]), is_clamped });
+    scene.materials[0].texture = Some(Texture { image: image([SIDE; 2]), is_clamped, is_atlas: false });
     let place = |p: Vec3| Vec2::new(0.5 + p.x, 0.5 - p.z) + shift;
     scene.texture_coordinates = scene.triangles.iter().map(|t| t.positions.map(place)).collect();
     scene
@@ -70,6 +70,35 @@ fn colours(scene: &Scene) -> Vec<DVec3> {
     packed[..16].iter().copied().map(unpack_colour).collect()
 }
 
+/// Pixels beside a triangle of an atlas show its nearest colour: other texels belong to others.
+#[test]
+fn an_atlas_ends_at_its_triangle() {
+    let mut scene = square(Vec2::ZERO, true);
+    scene.triangles.truncate(1);
+    scene.texture_coordinates.truncate(1);
+    let atlas = Texture { is_atlas: true, ..scene.materials[0].texture.clone().unwrap() };
+    scene.materials[0].texture = Some(atlas.clone());
+    let [a, b, c] = scene.triangles[0].positions.map(Vec3::as_dvec3);
+    let places = scene.texture_coordinates[0].map(Vec2::as_dvec2);
+    let found = colours(&scene);
+    let mut beyond = 0;
+    for (index, colour) in (0..15).zip(found) {
+        let at = (DVec2::new(f64::from(index % SIDE), f64::from(index / SIDE)) + 0.5) / f64::from(SIDE) - 0.5;
+        let at = DVec3::new(at.x, a.y, at.y);
+        let normal = (b - a).cross(c - a);
+        let weight = |p: DVec3, q: DVec3| (p - at).cross(q - at).dot(normal) / normal.length_squared();
+        let weights = [weight(b, c), weight(c, a), weight(a, b)];
+        beyond += usize::from(weights.iter().any(|weight| *weight < -0.01));
+        let inside = weights.map(|weight| weight.max(0.0));
+        let sum: f64 = inside.iter().sum();
+        let place = inside.iter().zip(places).map(|(weight, place)| *weight / sum * place).sum::<DVec2>();
+        let expected = sample(&atlas, place);
+        let error = (colour - expected).abs().max_element();
+        assert!(error < 1.1e-3, "pixel {index}: {colour}, {expected} expected");
+    }
+    assert_eq!(beyond, 5);
+}
+
 #[test]
 fn texels_show_in_their_middles_and_halfway_between() {
     let texel = |x: u32, y: u32| DVec3::from(code(x, y).map(linear));
@@ -97,7 +126,7 @@ fn texels_show_in_their_middles_and_halfway_between() {
 fn each_image_is_stored_once_and_none_beyond_the_binding() {
     let context = context();
     let material = |image: &Arc<Image>| {
-        let texture = Some(Texture { image: image.clone(), is_clamped: false });
+        let texture = Some(Texture { image: image.clone(), is_clamped: false, is_atlas: false });
         Material { texture, ..shapes::closed_box(Vec3::ONE, 0.5).materials[0].clone() }
     };
     let (small, other) = (image([4, 3]), image([4, 3]));

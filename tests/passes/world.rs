@@ -270,7 +270,8 @@ pub(crate) fn textured(mut scene: Scene) -> Scene {
     for (index, material) in scene.materials.iter_mut().enumerate().filter(|(index, _)| index % 3 != 1) {
         let size = [[5, 3], [2, 8]][index % 2];
         let codes = (0..size[0] * size[1]).map(|_| [0; 3].map(|_| random.word() as u8)).collect();
-        material.texture = Some(Texture { image: Arc::new(Image { size, codes }), is_clamped: index == 2 });
+        material.texture =
+            Some(Texture { image: Arc::new(Image { size, codes }), is_clamped: index == 2, is_atlas: false });
     }
     let mut corner = || 2.0 * random.cube().truncate();
     scene.texture_coordinates = scene.triangles.iter().map(|_| [corner(), corner(), corner()]).collect();

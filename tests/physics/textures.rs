@@ -14,7 +14,7 @@ use lightpaths::types::Record;
 use std::sync::Arc;
 
 fn image(size: [u32; 2], codes: Vec<[u8; 3]>) -> Option<Texture> {
-    Some(Texture { image: Arc::new(Image { size, codes }), is_clamped: false })
+    Some(Texture { image: Arc::new(Image { size, codes }), is_clamped: false, is_atlas: false })
 }
 
 const TINT: Vec3 = Vec3::new(0.9, 0.8, 0.95);

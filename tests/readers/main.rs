@@ -111,6 +111,12 @@ fn gltf_models() {
 }
 
 #[test]
+fn scans() {
+    hold("ply", readers::ply, 500, any, TEXTS, 100..800);
+    hold("stl", readers::stl, 500, any, TEXTS, 100..900);
+}
+
+#[test]
 fn materials() {
     let make = |random: &mut Random, corpus: &[(String, Vec<u8>)]| match random.below(2) {
         0 => any(random, corpus),
@@ -169,6 +175,10 @@ fn make_corpus() {
     let picture = RgbImage::from_fn(9, 7, |x, y| image::Rgb([20 * x as u8, 30 * y as u8, 90]));
     picture.save_with_format(folder.join("texture/good.jpeg"), ImageFormat::Jpeg).unwrap();
     picture.save_with_format(folder.join("texture/good.bmp"), ImageFormat::Bmp).unwrap();
+    picture.save_with_format(folder.join("texture/good.tiff"), ImageFormat::Tiff).unwrap();
+    let floats = image::DynamicImage::ImageRgb8(picture.clone()).into_rgb32f();
+    floats.save_with_format(folder.join("texture/good.hdr"), ImageFormat::Hdr).unwrap();
+    floats.save_with_format(folder.join("texture/good.exr"), ImageFormat::OpenExr).unwrap();
     let picture = image::DynamicImage::ImageRgb8(picture).into_rgba8();
     picture.save_with_format(folder.join("texture/good.gif"), ImageFormat::Gif).unwrap();
     let pixels: Vec<[f32; 3]> = (0..15).map(|i| [i as f32, 1.0, 0.25]).collect();

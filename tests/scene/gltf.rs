@@ -9,6 +9,7 @@ use lightpaths::scene::{LightKind, LoadOptions, Scene};
 use serde_json::{Value, json};
 
 use super::refused::message;
+use super::vertex_colours::difference;
 use super::{CAMERA, LIGHT, close, load_files};
 
 const FLOAT: u32 = 5126;
@@ -426,12 +427,43 @@ fn an_edited_model_is_saved_with_all_its_cameras_and_lights() {
     }
 }
 
+/// Colours of vertices are linear, of any component type, and multiply the base colour.
+#[test]
+fn vertex_colours_multiply_the_base_colour() {
+    let corners = [[0.0, 0.5, 1.0], [0.2, 0.4, 1.0], [0.2, 0.6, 0.8], [1.0, 1.0, 1.0]];
+    let flat: Vec<f32> = corners.iter().flatten().copied().collect();
+    for component in [FLOAT, U16, U8] {
+        let mut file = square();
+        let most = if component == U8 { 255.0 } else { 65535.0 };
+        let (kind, bytes): (_, Vec<u8>) = match component {
+            FLOAT => ("VEC3", flat.iter().flat_map(|number| number.to_le_bytes()).collect()),
+            _ => {
+                let rgba = corners.iter().flat_map(|&[r, g, b]| [r, g, b, 1.0]);
+                let codes = rgba.map(|number: f32| (most * number).round() as u16);
+                let bytes = |code: u16| code.to_le_bytes()[..if component == U8 { 1 } else { 2 }].to_vec();
+                ("VEC4", codes.flat_map(bytes).collect())
+            }
+        };
+        let colours = file.list(kind, component, 4, &bytes);
+        file.root["accessors"][colours]["normalized"] = json!(component != FLOAT);
+        file.root["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colours);
+        file.root["meshes"][0]["primitives"][0]["material"] = json!(0);
+        file.root["materials"] = json!([{ "pbrMetallicRoughness": { "baseColorFactor": [0.5, 0.25, 0.125, 1],
+            "metallicFactor": 0 } }]);
+        let scene = load(&file);
+        let expected = [0, 1, 2].map(|index| Vec3::from(corners[index]).as_dvec3());
+        let error = difference(&scene, 0, expected);
+        assert!(error < 5e-3, "{component}: {error}");
+        let diffuse = scene.materials[0].diffuse;
+        assert!(close(diffuse, 0.96 * Vec3::new(0.5, 0.25, 0.125) + 0.04), "{diffuse}");
+    }
+}
+
 #[test]
 fn what_is_not_read_is_named() {
     let mut file = square();
-    let colours = file.list("VEC4", FLOAT, 4, &[0; 64]);
-    file.root["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colours);
     file.root["meshes"][0]["primitives"][0]["material"] = json!(0);
+    file.root["meshes"][0]["primitives"][0]["attributes"]["_ID"] = json!(0);
     let lines = json!({ "attributes": file.root["meshes"][0]["primitives"][0]["attributes"], "mode": 1 });
     file.root["meshes"][0]["primitives"].as_array_mut().unwrap().push(lines);
     file.root["materials"] = json!([
@@ -446,7 +478,6 @@ fn what_is_not_read_is_named() {
         "extensions that are not read: \"KHR_materials_clearcoat\"; \"EXT_unheard_of\"",
         "transparency is passed over: surfaces are opaque (opacity 0.25): pane",
         "light of surfaces (`emissiveFactor`) is passed over: pane",
-        "vertex colours are passed over",
         "points and lines are left out",
         "of several scenes the default one is read",
     ] {

@@ -17,7 +17,8 @@ fn file(kind: &str, change: Option<(&Key, &str)>) -> String {
         for key in KEYS.iter().filter(|key| key.belongs_to(section, Some(kind))) {
             let changed = change.filter(|(other, _)| std::ptr::eq(*other, key));
             let is_left_out = match key.name {
-                "built_in" | "triangles" | "tint" => changed.is_none(),
+                "built_in" | "triangles" | "tint" | "matrix" => changed.is_none(),
+                "translate" | "rotate" | "scale" => change.is_some_and(|(other, _)| other.name == "matrix"),
                 "diffuse" => change.is_some_and(|(other, _)| other.name == "tint"),
                 "file" => change.is_some_and(|(other, _)| ["built_in", "triangles"].contains(&other.name)),
                 _ => false,
@@ -43,7 +44,7 @@ fn the_reader_takes_every_key_that_is_listed_and_refuses_what_is_out_of_range() 
     for kind in KINDS {
         load(&file(kind, None), OBJ).unwrap_or_else(|error| panic!("{kind}: {error}"));
         for key in KEYS.iter().filter(|key| key.belongs_to(key.section, Some(kind))) {
-            if ["built_in", "triangles", "tint"].contains(&key.name) && !key.example.is_empty() {
+            if ["built_in", "triangles", "tint", "matrix"].contains(&key.name) && !key.example.is_empty() {
                 load(&file(kind, Some((key, key.example))), OBJ)
                     .unwrap_or_else(|error| panic!("{}: {error}", key.name));
             }

@@ -44,6 +44,49 @@ fn faces_without_normals_borrow_none() {
     assert_eq!((scene.triangles.len(), tilted), (4, 1));
 }
 
+/// Two squares that meet at a right angle, without normals.
+#[test]
+fn smoothing_groups_share_normals_at_common_vertices() {
+    let vertices = "v 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nv 1 1 -1\nv 0 1 -1\n";
+    let with = |first: &str, second: &str, more: &str| {
+        let obj = format!("{vertices}{first}\nf 1 2 3 4\n{second}\nf 4 3 5 6\n{more}");
+        let scene = load(obj.as_bytes(), &[]);
+        assert!(scene.warnings.iter().all(|said| said.contains("defined nowhere")), "{:?}", scene.warnings);
+        scene
+    };
+    // Normals at the free and at the common edge of the first square.
+    let normals = |scene: &Scene| {
+        let at = |z: f64| {
+            let triangle = &scene.triangles[0];
+            let is_there =
+                |&corner: &usize| (f64::from(triangle.positions[corner].z) + scene.origin.z - z).abs() < 1e-6;
+            triangle.normals[(0..3).find(is_there).unwrap()]
+        };
+        [at(0.0), at(-1.0)]
+    };
+    let between = Vec3::new(0.0, 1.0, 1.0).normalize();
+    for (first, second, common) in [
+        ("s 1", "", between),
+        ("s 1", "usemtl other", between),
+        ("s on", "s on", between),
+        ("s 1", "s 2", Vec3::Y),
+        ("s 1", "s off", Vec3::Y),
+        ("s 0", "s 0", Vec3::Y),
+        ("", "", Vec3::Y),
+    ] {
+        let [free, found] = normals(&with(first, second, ""));
+        assert!(close(free, Vec3::Y) && close(found, common), "{first}, {second}: {found}");
+    }
+    // A polygon counts by its angle, however many triangles it has.
+    let fan = with("s 1", "", "v 2 0 -0.5\nf 2 7 3\n");
+    assert!(close(normals(&fan)[1].normalize() * Vec3::new(0.0, 1.0, 1.0), normals(&fan)[1]));
+    // Stated normals take precedence.
+    let stated = format!("{vertices}vn 0 1 0.2\ns 1\nf 1//1 2//1 3//1 4//1\nf 4 3 5 6\n");
+    let scene = load(stated.as_bytes(), &[]);
+    assert!(close(scene.triangles[0].normals[0], Vec3::new(0.0, 1.0, 0.2).normalize()));
+    assert!(scene.triangles[2..].iter().all(|triangle| close(triangle.normals[0], Vec3::Z)));
+}
+
 #[test]
 fn faces_lack_what_the_file_does_not_have() {
     // The first face has a normal that comes later, the second a normal that does not exist, the
@@ -67,7 +110,7 @@ fn faces_lack_what_the_file_does_not_have() {
 
 #[test]
 fn trifles_of_obj_files_are_one_warning_a_kind() {
-    let mut obj = SQUARE.replace("v 1 0 0\n", "v 1 0 0 0.5 0.5 0.5\n").replace("v 1 0 -1\n", "v 1 0 -1 1\n");
+    let mut obj = SQUARE.replace("v 1 0 0\n", "v 1 0 0 1 1 1\n").replace("v 1 0 -1\n", "v 1 0 -1 1\n");
     obj +=
         &"f 1 2\nvt x\nvt nan nan\nl 1 2\np 1\ncurv 0 1 2\nusemtl\ng\no\ns\nmtllib\nvn 1\nend\n".repeat(700);
     let scene = load(obj.as_bytes(), &[]);
@@ -75,7 +118,6 @@ fn trifles_of_obj_files_are_one_warning_a_kind() {
     assert_eq!(
         scene.warnings,
         [
-            "m.obj:2: colours of vertices are passed over",
             "m.obj:6: faces with fewer than 3 corners are passed over (700 in all, this is the first)",
             "m.obj:7: texture coordinates that are no numbers, or beyond 1e6, are taken as 0: \"x\"; \"nan nan\" (1400 in all, this is the first)",
             "m.obj:9: lines and points have no surface, and are passed over (1400 in all, this is the first)",
@@ -290,14 +332,12 @@ fn files_of_other_kinds_are_named() {
         ("a.blend", "a.blend: is a Blender file, which is not read: export it as glTF"),
         ("a.fbx", "is an FBX model"),
         ("a.usdz", "is a USD scene"),
-        ("a.ply", "is a PLY model"),
-        ("a.stl", "is an STL model"),
         ("a.dae", "is a COLLADA model"),
         ("a.obj.gz", "is an archive, which is not read: unpack it"),
         ("a.mtl", "is a list of materials, which is not read: give the .obj file"),
         (
             "a.foo",
-            "\"a.foo\" is no scene: a .toml scene file, a .glb, .gltf or .obj model or a built-in scene (box, atrium, room) was expected",
+            "\"a.foo\" is no scene: a .toml scene file, a .glb, .gltf, .obj, .ply or .stl model or a built-in scene (box, atrium, room) was expected",
         ),
         ("models/a", "\"models/a\" is no scene"),
         ("bos", "unknown built-in scene `bos`: did you mean `box`?"),

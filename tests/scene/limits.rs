@@ -189,7 +189,9 @@ fn images_are_not_too_large_together() {
     let obj = "mtllib m.mtl\nusemtl a0\nvt 0 0\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nf 1/1 2/1 3/1\n";
     let names: Vec<String> = (0..9).map(|number| format!("i{number}.png")).collect();
     let mut files = vec![("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes())];
-    files.extend(names.iter().map(|name| (name.as_str(), image.as_slice())));
+    // The same bytes would be read once.
+    let images: Vec<Vec<u8>> = (0..9).map(|number| [&image[..], &[number]].concat()).collect();
+    files.extend(names.iter().zip(&images).map(|(name, image)| (name.as_str(), image.as_slice())));
     let found = load_files(&files, "m.obj", &LoadOptions::default()).unwrap().warnings.swap_remove(0);
     let expected =
         "i8.png\" is 8192×8192 texels large, and the scene's images may have 0 more at most: scale them";
@@ -271,6 +273,7 @@ fn the_page_states_the_limits() {
         ("IMAGE_SIDE", format!("{} texels", count(IMAGE_SIDE.into()))),
         ("TEXELS", count(limits::TEXELS)),
         ("IMAGE_GROWTH", count(limits::IMAGE_GROWTH)),
+        ("WEBP_BYTES", mib(limits::WEBP_BYTES)),
         ("JPEG_SCANS", count(limits::JPEG_SCANS as u64)),
         ("FOLDER_NAMES", count(limits::FOLDER_NAMES as u64)),
     ] {

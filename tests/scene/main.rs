@@ -17,14 +17,18 @@ mod confined;
 mod cutouts;
 mod film;
 mod gltf;
+mod images;
 mod keys;
 mod lenient;
 mod limits;
+mod model_keys;
 mod places;
 mod recording;
 mod refused;
 mod save;
+mod scans;
 mod textures;
+mod vertex_colours;
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nf 1 2 3 4\n";
 const HEAD: &str = "[[model]]\nfile = \"m.obj\"\n";

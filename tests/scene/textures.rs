@@ -15,12 +15,12 @@ use super::{good_toml, load_files, set};
 /// A unit square whose corners lie at the corners of its image.
 pub(super) const SQUARE: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
 usemtl wall\nf 1/1 2/2 3/3 4/4\n";
-const MTL: &str = "newmtl wall\nmap_Kd a.png\n";
+pub(super) const MTL: &str = "newmtl wall\nmap_Kd a.png\n";
 
 /// Two texels beside each other, and two below them.
-const CODES: [[u8; 3]; 4] = [[252, 0, 0], [0, 252, 0], [0, 0, 252], [128, 64, 32]];
+pub(super) const CODES: [[u8; 3]; 4] = [[252, 0, 0], [0, 252, 0], [0, 0, 252], [128, 64, 32]];
 
-fn pixels() -> RgbImage {
+pub(super) fn pixels() -> RgbImage {
     RgbImage::from_fn(2, 2, |x, y| Rgb(CODES[(2 * y + x) as usize]))
 }
 
@@ -50,11 +50,11 @@ pub(super) fn load_with(
     load_files(&files, "s.toml", options)
 }
 
-fn load(obj: &str, mtl: &str, images: &[(&str, &[u8])]) -> Result<Scene> {
+pub(super) fn load(obj: &str, mtl: &str, images: &[(&str, &[u8])]) -> Result<Scene> {
     load_with(&good_toml(), obj, mtl, images, &LoadOptions::default())
 }
 
-fn texture(scene: &Scene) -> &Texture {
+pub(super) fn texture(scene: &Scene) -> &Texture {
     scene.materials[0].texture.as_ref().unwrap()
 }
 
@@ -194,10 +194,10 @@ fn images_that_cannot_be_used_are_named() {
     };
     leaves_out("b.png", &png, "\"b.png\" does not exist: check the path");
     leaves_out("a.png", &png[..60], "\"a.png\" is no readable Png: ");
-    leaves_out("a.png", b"", "\"a.png\" is no PNG, JPEG, BMP, GIF or TGA: convert it");
+    leaves_out("a.png", b"", "\"a.png\" is no PNG, JPEG, WebP, TIFF, TGA, BMP, GIF, HDR or EXR: convert it");
     leaves_out("a.png", b"GIF89a......", "\"a.png\" is no readable Gif: ");
     leaves_out("a.png", b"BM............", "\"a.png\" is no readable Bmp: ");
-    leaves_out("a.png", b"RIFF....WEBPVP8L", "\"a.png\" is a WebP image, which is not read: ");
+    leaves_out("a.png", b"DDS ............", "\"a.png\" is a DDS image, which is not read: ");
     leaves_out("a.tga", b"0123456789", "\"a.tga\" is no readable Tga: ");
     let wide = encoded(RgbImage::new(8193, 1), ImageFormat::Png);
     leaves_out(
@@ -264,7 +264,7 @@ fn an_image_is_a_bilinear_function_of_decoded_codes() {
     let image = Arc::new(Image { size: [2, 2], codes: CODES.to_vec() });
     let [a, b, c, d] = CODES.map(|codes| DVec3::from(codes.map(linear)));
     for is_clamped in [false, true] {
-        let texture = Texture { image: image.clone(), is_clamped };
+        let texture = Texture { image: image.clone(), is_clamped, is_atlas: false };
         let at = |u: f64, v: f64| sample(&texture, DVec2::new(u, v));
         let is = |found: DVec3, expected: DVec3| {
             assert!((found - expected).abs().max_element() < 1e-12, "{is_clamped}: {found} {expected}");

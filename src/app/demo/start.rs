@@ -16,7 +16,7 @@ use crate::scene::Scene;
 /// Direct light is shown at once, all light when the light paths are traced. F1 lists the keys.
 #[derive(Debug, Args)]
 pub(in crate::app) struct Demo {
-    /// A .toml scene file, a .glb, .gltf or .obj model, or a built-in scene
+    /// A .toml scene file, a .glb, .gltf, .obj, .ply or .stl model, or a built-in scene
     #[arg(default_value = "box")]
     pub(super) scene: String,
     /// Fills the screen

@@ -21,7 +21,7 @@ use crate::reference::{PathTracer, PhotonMapper};
 /// files hold linear radiance (W/m²/sr) in 32-bit floats, Rec.709.
 #[derive(Debug, Args)]
 pub(super) struct Render {
-    /// A .toml scene file, a .glb, .gltf or .obj model, or a built-in scene
+    /// A .toml scene file, a .glb, .gltf, .obj, .ply or .stl model, or a built-in scene
     #[arg(default_value = "box")]
     scene: String,
     /// The image to write: .exr or .png

@@ -25,7 +25,7 @@ use trials::{Quantity, Sizes, Trial, measure};
 /// which time and memory grow; writes scale.json and plots (SVG).
 #[derive(Debug, Args)]
 pub(super) struct Scale {
-    /// A .toml scene file, a .glb, .gltf or .obj model, or a built-in scene
+    /// A .toml scene file, a .glb, .gltf, .obj, .ply or .stl model, or a built-in scene
     #[arg(default_value = "room")]
     scene: String,
     /// Folder for the results; created if it is not there

@@ -215,7 +215,7 @@ mod tests {
         changed(&|scene| scene.materials[0].diffuse.x *= 0.999);
         let image = |code| {
             let image = Image { size: [1, 1], codes: vec![[code; 3]] };
-            Some(Texture { image: Arc::new(image), is_clamped: false })
+            Some(Texture { image: Arc::new(image), is_clamped: false, is_atlas: false })
         };
         changed(&|scene| scene.materials[0].texture = image(1));
         changed(&|scene| scene.materials[0].texture = image(2));

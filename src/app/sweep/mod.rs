@@ -47,7 +47,7 @@ const DEFAULT_SECONDS: f32 = 10.0;
 /// time. Writes report.html, sweep.json, plots (SVG) and pictures (PNG).
 #[derive(Debug, Args)]
 pub(super) struct Sweep {
-    /// A .toml scene file, a .glb, .gltf or .obj model, or a built-in scene
+    /// A .toml scene file, a .glb, .gltf, .obj, .ply or .stl model, or a built-in scene
     #[arg(default_value = "box")]
     scene: String,
     /// Folder for the report; created if it is not there

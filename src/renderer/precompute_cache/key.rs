@@ -65,7 +65,7 @@ fn materials(materials: &[Material]) -> [u64; 2] {
             words.push(0);
             continue;
         };
-        words.extend([1, u32::from(texture.is_clamped)]);
+        words.extend([1, texture.wrapping()]);
         words.extend(texture.image.size);
         words.extend(texture.image.codes.iter().flatten().map(|&code| u32::from(code)));
     }
@@ -92,7 +92,7 @@ mod tests {
         Material {
             name: "paper".to_owned(),
             diffuse: Vec3::splat(0.5),
-            texture: Some(Texture { image, is_clamped: false }),
+            texture: Some(Texture { image, is_clamped: false, is_atlas: false }),
             specular: Vec3::splat(0.2),
             exponent: 20.0,
             editable: false,
@@ -110,13 +110,14 @@ mod tests {
         };
         let same = hash(&|_| {});
         assert_eq!(same, hash(&|material| material.name.clear()));
-        let changes: [&dyn Fn(&mut Material); 7] = [
+        let changes: [&dyn Fn(&mut Material); 8] = [
             &|material| material.diffuse.x = 0.4,
             &|material| material.specular.z = 0.1,
             &|material| material.exponent = 21.0,
             &|material| material.editable = true,
             &|material| material.texture = None,
             &|material| material.texture.as_mut().unwrap().is_clamped = true,
+            &|material| material.texture.as_mut().unwrap().is_atlas = true,
             &|material| {
                 let image = Arc::new(Image { size: [2, 1], codes: vec![[1, 2, 3], [4, 5, 6]] });
                 material.texture.as_mut().unwrap().image = image;

@@ -111,7 +111,10 @@ fn scene_spec(top: &Section, files: &Files, file: &Path, name: &str) -> Result<S
     let extension = Path::new(name).extension().map(|extension| extension.to_ascii_lowercase());
     if !extension.is_some_and(|extension| extension == "toml" || extension == "obj") {
         let what = unknown("built-in scene", &scenes::NAMES, name);
-        return Err(top.fault_at("scene", format!("{what}; or give the path of a .toml or .obj file")));
+        return Err(top.fault_at(
+            "scene",
+            format!("{what}; or give the path of a .toml, .glb, .gltf, .obj, .ply or .stl file"),
+        ));
     }
     let path = file.with_file_name(name);
     let known = files.locate(&path).and_then(|found| match files {

@@ -1,5 +1,7 @@
 //! Lists of a glTF file: any component type, normalised or not, with sparse changes.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 use gltf::Accessor;
 use gltf::accessor::sparse::IndexType;
@@ -121,4 +123,20 @@ fn number(bytes: &[u8], kind: DataType, is_normalised: bool) -> f64 {
         }
     };
     if is_normalised { (value / most).max(-1.0) } else { value }
+}
+
+/// The vertices out of `count` that a mesh uses, and its indices into them: primitives may share
+/// one long list.
+pub(super) fn used(mut indices: Vec<u32>, count: usize) -> (Vec<u32>, Vec<u32>) {
+    if indices.len() >= count {
+        return ((0..count as u32).collect(), indices);
+    }
+    let (mut used, mut places) = (Vec::new(), HashMap::new());
+    for index in &mut indices {
+        *index = *places.entry(*index).or_insert_with(|| {
+            used.push(*index);
+            used.len() as u32 - 1
+        });
+    }
+    (used, indices)
 }

@@ -220,7 +220,7 @@ impl Images<'_, '_> {
         }
         let Some(info) = material.emissive_texture() else { return factor };
         self.note_named("images of emission count by their mean colour", name);
-        self.image(&info.texture(), name).map_or(factor, |image| factor * image.mean())
+        self.image(&info.texture(), name).map_or(factor, |(image, _)| factor * image.mean())
     }
 
     fn note_unread(&mut self, material: &gltf::Material, name: &str) {
@@ -243,7 +243,7 @@ impl Images<'_, '_> {
         }
         let is_clamped = modes == [WrappingMode::ClampToEdge; 2];
         let (image, alpha) = self.image(&info.texture(), name)?;
-        Some((texture::Texture { image, is_clamped }, alpha, info.clone()))
+        Some((texture::Texture { image, is_clamped, is_atlas: false }, alpha, info.clone()))
     }
 
     fn image(&mut self, texture: &Texture, name: &str) -> Option<Picture> {
@@ -257,6 +257,9 @@ impl Images<'_, '_> {
         }
         let read = match self.decode(source.source()) {
             Ok(decoded) => {
+                if decoded.is_bounded {
+                    self.note_named(texture::BOUNDED, name);
+                }
                 if let Some(damage) = decoded.damage {
                     self.note_named(&format!("images that are not whole: image {index} {damage}"), name);
                 }

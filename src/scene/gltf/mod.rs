@@ -10,6 +10,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use glam::{DAffine3, DMat4, DVec3};
+use gltf::json::validation::Checked;
 use gltf::khr_lights_punctual::Kind;
 use gltf::mesh::Mode;
 use gltf::{Document, Node, Primitive, Semantic};
@@ -19,8 +20,11 @@ use super::limits::{MATERIALS, TRIANGLES};
 use super::material::Material;
 use super::material_names::shown;
 use super::reading::Reading;
+use super::texture;
 use super::value::{excerpt, printable};
+use super::vertex_colours::Codes;
 use crate::{Error, Result};
+use accessors::used;
 use buffers::Buffers;
 use materials::{Mapping, Materials};
 
@@ -171,6 +175,10 @@ fn parse(bytes: &[u8]) -> std::result::Result<(Document, Option<Vec<u8>>), Strin
     }
     // The validation refuses extensions that it does not know; they are judged here instead.
     root.extensions_used.append(&mut root.extensions_required);
+    // It also refuses attributes of applications, such as `_ID`.
+    for primitive in root.meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives) {
+        primitive.attributes.retain(|name, _| matches!(name, Checked::Valid(_)));
+    }
     Ok((Document::from_json(root).map_err(fault)?, binary))
 }
 
@@ -328,22 +336,17 @@ impl Walk<'_, '_> {
             return Ok(());
         }
         self.note_attributes(primitive);
-        let normals = match primitive.get(&Semantic::Normals) {
-            Some(normals) => self.list(&normals)?,
-            None => Rc::default(),
-        };
+        let normals = self.list_of(primitive.get(&Semantic::Normals))?;
+        let colours = self.list_of(primitive.get(&Semantic::Colors(0)))?;
         let index = primitive.material().index().unwrap_or(usize::MAX);
         let mapping = self.mappings.get(&index).ok_or("names a material that does not exist")?;
-        let coordinates = match mapping.set.and_then(|set| primitive.get(&Semantic::TexCoords(set))) {
-            Some(coordinates) => self.list(&coordinates)?,
-            None => Rc::default(),
-        };
+        let coordinates =
+            self.list_of(mapping.set.and_then(|set| primitive.get(&Semantic::TexCoords(set))))?;
         if mapping.set.is_some() && coordinates.is_empty() {
             self.note("meshes of materials with an image have no texture coordinates");
         }
-        if !normals.is_empty() && normals.len() != positions.len()
-            || !coordinates.is_empty() && coordinates.len() != positions.len()
-        {
+        let is_good = |list: &[DVec3]| list.is_empty() || list.len() == positions.len();
+        if !is_good(&normals) || !is_good(&coordinates) || !is_good(&colours) {
             return Err("has attributes of different lengths in one mesh".to_owned());
         }
         let (used, indices) = used(indices, positions.len());
@@ -354,12 +357,18 @@ impl Walk<'_, '_> {
             positions: of_used(&positions),
             normals: of_used(&normals),
             coordinates: used.iter().filter_map(place).collect(),
+            colours: of_used(&colours).into_iter().map(codes).collect(),
             indices,
             material: mapping.material,
         };
         mesh.transform(to_file);
         self.model.meshes.push(mesh);
         Ok(())
+    }
+
+    /// Empty if there is no accessor.
+    fn list_of(&mut self, accessor: Option<gltf::Accessor>) -> Checking<Rc<Vec<DVec3>>> {
+        accessor.map_or(Ok(Rc::default()), |accessor| self.list(&accessor))
     }
 
     fn list(&mut self, accessor: &gltf::Accessor) -> Checking<Rc<Vec<DVec3>>> {
@@ -372,29 +381,15 @@ impl Walk<'_, '_> {
     }
 
     fn note_attributes(&mut self, primitive: &Primitive) {
-        if primitive.get(&Semantic::Colors(0)).is_some() {
-            self.note("vertex colours are passed over");
-        }
         if primitive.morph_targets().len() > 0 {
             self.note("morph targets are passed over: meshes have their first shape");
         }
     }
 }
 
-/// The vertices out of `count` that a mesh uses, and its indices into them: primitives may share
-/// one long list.
-fn used(mut indices: Vec<u32>, count: usize) -> (Vec<u32>, Vec<u32>) {
-    if indices.len() >= count {
-        return ((0..count as u32).collect(), indices);
-    }
-    let (mut used, mut places) = (Vec::new(), HashMap::new());
-    for index in &mut indices {
-        *index = *places.entry(*index).or_insert_with(|| {
-            used.push(*index);
-            used.len() as u32 - 1
-        });
-    }
-    (used, indices)
+/// sRGB codes of a linear colour.
+fn codes(colour: DVec3) -> Codes {
+    colour.as_vec3().to_array().map(texture::code)
 }
 
 /// A printable name that no other item has.

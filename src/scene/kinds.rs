@@ -45,6 +45,12 @@ const KINDS: [(&[&str], &str, &str); 21] = [
     (&["spv", "exe", "dll", "so"], "a program", "give a .toml, .glb, .gltf or .obj file"),
 ];
 
+/// Whether the name of a scene is that of a model's file, and not of a scene file or a built-in
+/// scene.
+pub fn is_model(spec: &str) -> bool {
+    ending(spec).is_some_and(|ending| ending != "toml")
+}
+
 fn ending(name: &str) -> Option<String> {
     // Also handles paths of other systems.
     let ending = Path::new(name).extension()?.to_str()?.to_ascii_lowercase();

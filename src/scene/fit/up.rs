@@ -71,6 +71,8 @@ fn resting(probe: &Probe, up: Up) -> f32 {
 fn support(probe: &Probe, up: Up, is_top: bool) -> f32 {
     /// A model that is thinner has no width to compare.
     const THIN: f32 = 0.1;
+    /// Allowed distance of the middle from what supports it.
+    const LEAN: f32 = 0.02;
     let axis = up.axis();
     let end = if is_top { probe.high } else { probe.low }[axis];
     let band = CONTACT * probe.size()[axis] + 1e-6;
@@ -84,7 +86,7 @@ fn support(probe: &Probe, up: Up, is_top: bool) -> f32 {
     });
     let middle = moments / area;
     let across = [0, 3 - axis];
-    if !across.iter().all(|&a| (low[a] - THIN..=high[a] + THIN).contains(&middle[a])) {
+    if !across.iter().all(|&a| (low[a] - LEAN..=high[a] + LEAN).contains(&middle[a])) {
         return 0.0;
     }
     let covered: f32 =

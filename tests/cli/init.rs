@@ -10,8 +10,8 @@ fn the_scene_file_of_a_model_gives_its_picture() {
     let text = fs::read_to_string(folder.path().join("a.toml")).unwrap();
     for expected in [
         "# cube.obj: keys, units and ranges are in `lightpaths help scene`.\n",
-        "# cube.obj has no camera: one was placed outside at ",
-        "# cube.obj has no light: a sun of ",
+        "# cube.obj has no camera: one was placed inside at ",
+        "# cube.obj has no light: a lamp of ",
         "--exposure auto",
         "file = \"cube.obj\"",
         "\n# [[material]]\n# name = ",
@@ -56,10 +56,10 @@ fn the_scene_file_of_a_model_gives_its_picture() {
     assert!(render("b.toml", "b.exr").is_empty());
 
     // The file states what flags decide.
-    let made = run(&folder, &["init", "cube.obj", "--inside", "--up", "z", "-o", "z.toml"]);
+    let made = run(&folder, &["init", "cube.obj", "--outside", "--up", "z", "-o", "z.toml"]);
     assert!(made.status.success(), "{made:?}");
     let text = fs::read_to_string(folder.path().join("z.toml")).unwrap();
-    assert!(text.contains("placed inside at ") && text.contains("up = [0.0, 0.0, 1.0]"), "{text}");
+    assert!(text.contains("placed outside at ") && text.contains("up = [0.0, 0.0, 1.0]"), "{text}");
     let refused = run(&folder, &["init", "cube.obj", "--inside", "--outside", "-o", "y.toml"]);
     assert_refused(&refused, 2, &["--inside", "--outside"]);
 

@@ -67,6 +67,8 @@ pub(super) struct Session {
     pub(super) exposure_stops: f32,
     /// The exposure that the next frame's picture replaces. `None` once it is measured.
     unmetered: Option<f32>,
+    /// The line about the measured exposure, until it is printed.
+    pub(super) metered: Option<String>,
     /// Weights of direct and indirect light.
     pub(super) weights: [f32; 2],
     /// Passes wait for each other, so that the panel can show the time of each.
@@ -125,6 +127,7 @@ impl Session {
             camera: scene.cameras[0].clone(),
             exposure_stops,
             unmetered,
+            metered: None,
             weights: [1.0, 1.0],
             times_passes: false,
             said: scene.warnings.clone(),
@@ -332,7 +335,7 @@ impl Session {
     fn meter(&mut self, pixels: &[[f32; 3]]) {
         if self.unmetered == Some(self.exposure_stops) {
             let (stops, said) = Exposure::Auto.stops(pixels);
-            self.said.extend(said);
+            self.metered = said;
             (self.exposure_stops, self.unmetered) = (stops, Some(stops));
         }
     }

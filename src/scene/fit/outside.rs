@@ -13,7 +13,7 @@ const FOV_Y: f32 = 40.0;
 /// The picture's half height in half heights of the model.
 const MARGIN: f32 = 1.08;
 /// Rays along a side of a candidate's picture.
-const SIDE: usize = 20;
+const SIDE: usize = 32;
 /// Elevations of the candidates, degrees, with the factor of each one's score. Models are shown
 /// slightly from above; from below only if nothing else shows a front.
 const ELEVATIONS: [(f32, f32); 7] =

@@ -1,13 +1,16 @@
 //! A model scaled to the unit sphere, with rays on the host: the rules that choose a camera and a
 //! light ask it which sides of which surfaces they meet.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec3Swizzles};
 
 use crate::Result;
 use crate::scene::bvh::Bvh;
 use crate::scene::host_bvh::HostBvh;
 use crate::scene::{Camera, Triangle};
 
+/// Most triangles that a ray may be expected to test. The corners of a fan's thousands of slivers
+/// bound nearly all of it, and a tree over them takes minutes to build.
+const MOST_TESTS: f32 = 1000.0;
 /// Rays leave a surface by this much, in radii of the model.
 const OFFSET: f32 = 1e-4;
 
@@ -56,17 +59,21 @@ impl Probe {
         let middle = 0.5 * (low.as_dvec3() + high.as_dvec3());
         let radius_m = 0.5 * (high.as_dvec3() - low.as_dvec3()).length();
         let scaled = |p: Vec3| ((p.as_dvec3() - middle) / radius_m).as_vec3();
-        let scaled_triangles: Vec<_> = triangles
+        let [low, high] = [low, high].map(scaled);
+        let mut triangles: Vec<_> = triangles
             .iter()
             .map(|triangle| Triangle { positions: triangle.positions.map(scaled), ..*triangle })
             .collect();
-        let bvh = Bvh::build(&scaled_triangles)?;
-        let triangles: Vec<_> = bvh.order.iter().map(|&index| scaled_triangles[index as usize]).collect();
+        if expected_tests(&triangles, high - low) > MOST_TESTS {
+            triangles = bounding_box(low, high);
+        }
+        let bvh = Bvh::build(&triangles)?;
+        let triangles: Vec<_> = bvh.order.iter().map(|&index| triangles[index as usize]).collect();
         Ok(Self {
             tree: HostBvh::new(&bvh, &triangles),
             triangles,
-            low: scaled(low),
-            high: scaled(high),
+            low,
+            high,
             middle,
             radius_m,
             is_inverted: false,
@@ -134,6 +141,28 @@ impl Probe {
     }
 }
 
+/// Least number of triangles that a ray through the model tests: a ray meets a convex body inside of
+/// another in proportion to their surfaces.
+fn expected_tests(triangles: &[Triangle], size: Vec3) -> f32 {
+    let surface = |size: Vec3| size.dot(size.zxy());
+    let bounds = triangles.iter().map(|triangle| {
+        let [a, b, c] = triangle.positions;
+        surface(a.max(b).max(c) - a.min(b).min(c))
+    });
+    bounds.sum::<f32>() / surface(size).max(f32::MIN_POSITIVE)
+}
+
+/// Two triangles for each side of the bounds that has an area.
+fn bounding_box(low: Vec3, high: Vec3) -> Vec<Triangle> {
+    let corner = |bits: usize| Vec3::from_array([0, 1, 2].map(|axis| [low, high][bits >> axis & 1][axis]));
+    let sides: [[usize; 4]; 6] =
+        [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    let triangle =
+        |corners: [usize; 3]| Triangle { positions: corners.map(corner), normals: [Vec3::Y; 3], material: 0 };
+    triangles.map(triangle).filter(|triangle| triangle.area_m2() > 0.0).collect()
+}
+
 /// Unit directions, spread evenly over the sphere (a Fibonacci spiral). None is along an axis,
 /// where rays pass between the triangles of a model's middle edges.
 pub(super) fn sphere(count: usize) -> impl Iterator<Item = Vec3> {
@@ -144,4 +173,20 @@ pub(super) fn sphere(count: usize) -> impl Iterator<Item = Vec3> {
         let radius = (1.0 - height * height).sqrt();
         Vec3::new(radius * cos, height, radius * sin)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_box_of_slow_models_has_its_fronts_outside() {
+        let sides = bounding_box(Vec3::new(-1.0, -2.0, -3.0), Vec3::ONE);
+        assert_eq!(sides.len(), 12);
+        let volume: f64 = sides.iter().map(|side| side.cross().dot(side.positions[0].as_dvec3())).sum();
+        assert!((volume / 6.0 - 24.0).abs() < 1e-9, "{volume}");
+        assert_eq!(bounding_box(Vec3::ZERO, Vec3::new(1.0, 0.0, 1.0)).len(), 4, "a plate has two sides");
+        let cost = expected_tests(&sides, Vec3::new(2.0, 3.0, 4.0));
+        assert!((cost - 2.0).abs() < 1e-6, "{cost}");
+    }
 }

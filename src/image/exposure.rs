@@ -8,8 +8,7 @@ const BRIGHTEST: f64 = 0.01;
 const DARKEST: f64 = 1e-3;
 
 /// Stops that bring the log-average luminance of a picture (linear Rec.709) to middle grey, in
-/// hundredths. Black pixels are background and do not count; zero stops if all are black.
-/// [Reinhard 2002]
+/// hundredths [Reinhard 2002]. Black pixels do not count. Zero if all are black.
 pub fn automatic_stops(pixels: &[[f32; 3]]) -> f32 {
     let luminance =
         |[r, g, b]: &[f32; 3]| 0.2126 * f64::from(*r) + 0.7152 * f64::from(*g) + 0.0722 * f64::from(*b);

@@ -45,8 +45,7 @@ const KINDS: [(&[&str], &str, &str); 21] = [
     (&["spv", "exe", "dll", "so"], "a program", "give a .toml, .glb, .gltf or .obj file"),
 ];
 
-/// Whether the name of a scene is that of a model's file, and not of a scene file or a built-in
-/// scene.
+/// Whether a scene is named by a model's file: neither a scene file nor a built-in scene.
 pub fn is_model(spec: &str) -> bool {
     ending(spec).is_some_and(|ending| ending != "toml")
 }

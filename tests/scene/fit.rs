@@ -159,7 +159,7 @@ fn an_open_room_is_looked_into() {
             assert!(-sign * forward[axis] > 0.6, "{missing}: {forward}");
         }
     }
-    // Nobody looks up through the ground.
+    // A camera below the ground sees no furniture.
     let (position, _) = seen_from(&furnished(&[2]).load());
     assert!(position.y > 0.0, "{position}");
 }

@@ -6,7 +6,6 @@ use rayon::prelude::*;
 use super::probe::{Hit, Probe};
 use super::room::Room;
 use super::up::Up;
-use super::view;
 use crate::scene::Camera;
 
 /// Vertical field of view, degrees.
@@ -43,7 +42,7 @@ pub(super) fn best(probe: &Probe, up: Up, room: &Room) -> Camera {
         .flat_map(|place| {
             let directions =
                 (0..360).step_by(AZIMUTH_STEP).map(|azimuth| up.direction(azimuth as f32, ELEVATION));
-            directions.map(move |direction| view(place, place + direction, up, FOV_Y))
+            directions.map(move |direction| up.camera(place, place + direction, FOV_Y))
         })
         .collect();
     let length = 2.0 * (half * (Vec3::ONE - above.abs())).length();

@@ -35,7 +35,7 @@ struct Candidate<T> {
 pub(super) fn choose(probe: &Probe, up: Up, room: &Room, camera: &Camera) -> Vec<Light> {
     let seen: Vec<Hit> = probe.picture(camera, SIDE).into_iter().flatten().collect();
     let sun = sun(probe, up, camera, &seen);
-    if room.is_room(probe, up) {
+    if room.is_room(probe, up.vector()) {
         let lamps = lamps(probe, up, room, &seen);
         // A file's camera may look at a house from outside.
         if lamps.score > 0.0 && lamps.score >= 0.5 * sun.score {

@@ -22,16 +22,8 @@ use room::Room;
 
 pub(super) use nodes::{camera_node, file_camera_node, file_light_node, light_node, list};
 pub use up::Up;
+pub use wish::Place;
 pub(super) use wish::Wish;
-
-/// Where a chosen camera stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    /// In the model, a room.
-    Inside,
-    /// Around the model.
-    Outside,
-}
 
 /// A camera and lights, recentred, with a line about each choice.
 pub(super) struct Chosen {
@@ -45,11 +37,10 @@ const OPEN_FRONTS: f32 = 0.95;
 /// Least fraction of directions that leave a room that is looked into from outside.
 const OPEN: f32 = 0.07;
 
-/// Chooses a camera and lights for recentred triangles. If the file has a camera, the lights suit
-/// that one.
+/// Chooses a camera and lights for recentred triangles. Lights suit the file's `own` camera, if any.
 ///
 /// # Errors
-/// As [`Bvh::build`](super::bvh::Bvh::build).
+/// The tree of the triangles is too deep, as for [`Bvh::build`](super::bvh::Bvh::build).
 pub(super) fn choose(
     triangles: &[Triangle],
     origin: DVec3,
@@ -59,7 +50,7 @@ pub(super) fn choose(
     let mut probe = Probe::new(triangles)?;
     let room = Room::new(&probe);
     let up = wish.up.unwrap_or_else(|| Up::guess(&probe, &room));
-    probe.is_inverted = room.is_inverted(&probe, up);
+    probe.is_inverted = room.is_inverted(&probe, up.vector());
     let (place, camera) = match own {
         Some(camera) => (None, camera.clone()),
         None => {
@@ -91,8 +82,8 @@ fn world(probe: &Probe, point: Vec3, origin: DVec3) -> DVec3 {
 
 /// Inside of a room, unless the best camera outside looks into it.
 fn camera(probe: &Probe, up: Up, room: &Room, wish: Option<Place>) -> (Place, Camera) {
-    let is_room = room.is_room(probe, up);
-    if wish == Some(Place::Inside) || wish.is_none() && is_room && room.openness() < OPEN {
+    let is_room = room.is_room(probe, up.vector());
+    if wish == Some(Place::Inside) || wish.is_none() && is_room && room.open_fraction() < OPEN {
         return (Place::Inside, inside::best(probe, up, room));
     }
     let outside = Outside::best(probe, up);
@@ -100,11 +91,6 @@ fn camera(probe: &Probe, up: Up, room: &Room, wish: Option<Place>) -> (Place, Ca
         return (Place::Inside, inside::best(probe, up, room));
     }
     (Place::Outside, outside.camera)
-}
-
-/// A camera of a square picture.
-fn view(position: Vec3, target: Vec3, up: Up, fov_y_degrees: f32) -> Camera {
-    Camera { name: "camera".to_owned(), position, target, up: up.vector(), fov_y_degrees, size: [1, 1] }
 }
 
 /// A world position with few digits: to a thousandth of the model's radius or finer.
@@ -136,7 +122,7 @@ fn describe(light: &Light, origin: DVec3) -> String {
     let (name, emission) = (&light.name, light.kind.emission().x);
     match light.kind {
         LightKind::Directional { direction, .. } => {
-            format!("a {name} of {emission} W/m² shines along {direction:.2}")
+            format!("a {name} of {emission} W/m² comes along {direction:.2}")
         }
         _ => {
             let position = light.kind.position().unwrap_or_default().as_dvec3() + origin;

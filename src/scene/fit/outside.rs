@@ -5,7 +5,6 @@ use rayon::prelude::*;
 
 use super::probe::{Hit, Probe, sphere};
 use super::up::Up;
-use super::view;
 use crate::scene::Camera;
 
 /// Vertical field of view, degrees.
@@ -89,7 +88,7 @@ fn hull(probe: &Probe) -> Vec<Vec3> {
 /// The camera in a direction from the model whose picture the points just fill.
 fn framing(points: &[Vec3], direction: Vec3, up: Up) -> Camera {
     let tan = (0.5 * FOV_Y).to_radians().tan() / MARGIN;
-    let mut camera = view(direction, Vec3::ZERO, up, FOV_Y);
+    let mut camera = up.camera(direction, Vec3::ZERO, FOV_Y);
     let [right, above, _] = camera.frame();
     let (mut middle, mut distance) = (Vec3::ZERO, 0.0);
     // Moving the middle changes the perspective, which converges within a few steps.

@@ -141,8 +141,8 @@ impl Probe {
     }
 }
 
-/// Least number of triangles that a ray through the model tests: a ray meets a convex body inside of
-/// another in proportion to their surfaces.
+/// Least number of triangles that a ray through the model tests. The probability that it meets the
+/// bounds of one is the ratio of their surfaces.
 fn expected_tests(triangles: &[Triangle], size: Vec3) -> f32 {
     let surface = |size: Vec3| size.dot(size.zxy());
     let bounds = triangles.iter().map(|triangle| {

@@ -4,7 +4,6 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::probe::{Hit, Probe, Surroundings, sphere};
-use super::up::Up;
 use crate::scene::Triangle;
 
 /// Points along the longer sides of the bounds.
@@ -50,19 +49,19 @@ impl Room {
     }
 
     /// Whether the model is a room: closed all around, and above by a ceiling. A cup has none.
-    pub(super) fn is_room(&self, probe: &Probe, up: Up) -> bool {
-        self.is_closed && self.is_closed_along(probe, up.vector()) && !probe.is_inverted
+    pub(super) fn is_room(&self, probe: &Probe, up: Vec3) -> bool {
+        self.is_closed && self.is_closed_along(probe, up) && !probe.is_inverted
     }
 
     /// Fraction of the rays that leave through what is missing or open.
-    pub(super) fn openness(&self) -> f32 {
+    pub(super) fn open_fraction(&self) -> f32 {
         let open = self.points.iter().map(|(_, around)| 1.0 - around.fronts - around.backs);
         open.sum::<f32>() / self.points.len().max(1) as f32
     }
 
     /// Whether the faces are the wrong way round: no front is seen from outside, and what is hidden
     /// is no furniture. An empty room is the same but for its shape, a box.
-    pub(super) fn is_inverted(&self, probe: &Probe, up: Up) -> bool {
+    pub(super) fn is_inverted(&self, probe: &Probe, up: Vec3) -> bool {
         let Faces { exposed_fronts, solids } = Faces::new(probe);
         let is_box = self.fill >= 0.6 && boxy(probe, up) > 0.95;
         exposed_fronts < 0.05 && solids < 0.05 && !is_box
@@ -118,17 +117,16 @@ fn samples(probe: &Probe) -> Vec<(Vec3, Vec3)> {
     samples
 }
 
-/// Fraction of the surface that is horizontal, or vertical along one of two directions at right
-/// angles.
-fn boxy(probe: &Probe, up: Up) -> f32 {
+/// Fraction of the surface that is horizontal or parallel to one of two perpendicular walls.
+fn boxy(probe: &Probe, up: Vec3) -> f32 {
     let (mut straight, mut area) = (0.0, 0.0);
     let largest = probe
         .triangles
         .iter()
-        .filter(|triangle| triangle.geometric_normal()[up.axis()].abs() < 0.02)
+        .filter(|triangle| triangle.geometric_normal().dot(up).abs() < 0.02)
         .max_by(|a, b| a.area_m2().total_cmp(&b.area_m2()));
     let wall = largest.map_or(Vec3::X, Triangle::geometric_normal);
-    let axes = [up.vector(), wall, up.vector().cross(wall)];
+    let axes = [up, wall, up.cross(wall)];
     for triangle in &probe.triangles {
         let (own, normal) = (triangle.area_m2() as f32, triangle.geometric_normal());
         area += own;

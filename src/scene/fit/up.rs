@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::probe::Probe;
 use super::room::Room;
+use crate::scene::Camera;
 
 /// The axis that points up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +53,12 @@ impl Up {
         cos_e * (sin_a * right + cos_a * front) + sin_e * up
     }
 
+    /// A camera of a square picture.
+    pub(super) fn camera(self, position: Vec3, target: Vec3, fov_y_degrees: f32) -> Camera {
+        let up = self.vector();
+        Camera { name: "camera".to_owned(), position, target, up, fov_y_degrees, size: [1, 1] }
+    }
+
     /// The axis that the shape suggests.
     pub(super) fn guess(probe: &Probe, room: &Room) -> Self {
         let score = |up| resting(probe, up) + 0.3 * round_walls(probe, up);
@@ -67,7 +74,7 @@ fn resting(probe: &Probe, up: Up) -> f32 {
     lower + 0.5 * (lower - upper)
 }
 
-/// How large the bounds of what touches the ground are, 0.3 to 1; zero if the model would fall over.
+/// Size of the bounds of what touches the ground, 0.3 to 1. Zero if the model would fall over.
 fn support(probe: &Probe, up: Up, is_top: bool) -> f32 {
     /// A model that is thinner has no width to compare.
     const THIN: f32 = 0.1;
@@ -108,9 +115,8 @@ fn round_walls(probe: &Probe, up: Up) -> f32 {
     2.0 * walls[0].min(walls[1]) / area
 }
 
-/// Evidence for a ground: an open surface that faces one way on the whole. 1: it faces +Z, -1: it
-/// faces +Y. A curtain, a sign or a shelf faces +Z, too, but a ground is low, and has slopes or walls
-/// all around whose top is no rim.
+/// Evidence for a ground, an open surface that faces one way: 1 for +Z, -1 for +Y. A curtain, a sign
+/// or a shelf faces +Z, too. A ground is low, and has slopes or walls on all sides and no rim.
 fn ground(probe: &Probe) -> f32 {
     let (mut facing, mut squares, mut area) = (Vec3::ZERO, Vec3::ZERO, 0.0);
     for triangle in &probe.triangles {

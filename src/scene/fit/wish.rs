@@ -2,9 +2,18 @@
 
 use std::path::Path;
 
-use super::{Place, Up};
+use super::up::Up;
 use crate::scene::value::{Kind, Node};
 use crate::{Error, Result};
+
+/// Where a chosen camera stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// In the model, a room.
+    Inside,
+    /// Around the model.
+    Outside,
+}
 
 /// Decisions about a chosen camera. `None`: rays decide.
 #[derive(Clone, Copy, Debug, Default)]

@@ -37,7 +37,7 @@ const OPEN_FRONTS: f32 = 0.95;
 /// Least fraction of directions that leave a room that is looked into from outside.
 const OPEN: f32 = 0.07;
 
-/// Chooses a camera and lights for recentred triangles. Lights suit the file's `own` camera, if any.
+/// Chooses a camera and lights for recentred triangles. Lights suit the `own` camera, if any.
 ///
 /// # Errors
 /// The tree of the triangles is too deep, as for [`Bvh::build`](super::bvh::Bvh::build).

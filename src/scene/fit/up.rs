@@ -115,8 +115,8 @@ fn round_walls(probe: &Probe, up: Up) -> f32 {
     2.0 * walls[0].min(walls[1]) / area
 }
 
-/// Evidence for a ground, an open surface that faces one way: 1 for +Z, -1 for +Y. A curtain, a sign
-/// or a shelf faces +Z, too. A ground is low, and has slopes or walls on all sides and no rim.
+/// Evidence for a ground, an open surface that faces one way: 1 for +Z, -1 for +Y. A curtain, a
+/// sign or a shelf faces +Z, too. A ground is low, and has slopes or walls on all sides and no rim.
 fn ground(probe: &Probe) -> f32 {
     let (mut facing, mut squares, mut area) = (Vec3::ZERO, Vec3::ZERO, 0.0);
     for triangle in &probe.triangles {

@@ -128,7 +128,9 @@ fn a_model_alone_is_exposed_when_all_its_light_is_there() {
     let settings = ["entry_points=2000", "cache_points=200", "gather_rays=16", "cells=8"];
     let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
     command.args(["demo", "room.obj", "--size", SIZE]).current_dir(folder.path());
-    settings.iter().for_each(|setting| drop(command.args(["--set", &format!("quality.{setting}")])));
+    for setting in settings {
+        command.args(["--set", &format!("quality.{setting}")]);
+    }
     let demo = Demo::run(Some(&display), command);
     let line = demo.wait_for_line("lightpaths: exposed by ", READY);
     let stops = line.rsplit(' ').next().and_then(|stops| stops.parse::<f32>().ok());

@@ -65,7 +65,7 @@ impl Probe {
             .map(|triangle| Triangle { positions: triangle.positions.map(scaled), ..*triangle })
             .collect();
         if expected_tests(&triangles, high - low) > MOST_TESTS {
-            // Rays cannot tell the two sides of a flat box apart.
+            // The two sides of a flat box would coincide.
             triangles = bounding_box(low - 1e-3, high + 1e-3);
         }
         let bvh = Bvh::build(&triangles)?;

@@ -59,14 +59,15 @@ impl Probe {
         let middle = 0.5 * (low.as_dvec3() + high.as_dvec3());
         let radius_m = 0.5 * (high.as_dvec3() - low.as_dvec3()).length();
         let scaled = |p: Vec3| ((p.as_dvec3() - middle) / radius_m).as_vec3();
-        let [low, high] = [low, high].map(scaled);
+        let [mut low, mut high] = [low, high].map(scaled);
         let mut triangles: Vec<_> = triangles
             .iter()
             .map(|triangle| Triangle { positions: triangle.positions.map(scaled), ..*triangle })
             .collect();
         if expected_tests(&triangles, high - low) > MOST_TESTS {
             // The two sides of a flat box would coincide.
-            triangles = bounding_box(low - 1e-3, high + 1e-3);
+            (low, high) = (low - 1e-3, high + 1e-3);
+            triangles = bounding_box(low, high);
         }
         let bvh = Bvh::build(&triangles)?;
         let triangles: Vec<_> = bvh.order.iter().map(|&index| triangles[index as usize]).collect();

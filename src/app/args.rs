@@ -10,7 +10,7 @@ use crate::cache_file::{Folder, misnamed};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, ContextOptions};
 use crate::renderer::{Progress, Renderer, Store};
-use crate::scene::{LoadOptions, Quality, Scene};
+use crate::scene::{LoadOptions, Place, Quality, Scene, Up};
 
 /// Largest image side in pixels; the device may hold less.
 const SIZE_MAX: u32 = 16_384;
@@ -30,6 +30,15 @@ pub(super) struct SceneArgs {
     /// Camera by name [default: the scene's first]
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
+    /// Places the camera inside of a scene without one, a room [default: rays decide]
+    #[arg(long, conflicts_with = "outside")]
+    inside: bool,
+    /// Places the camera outside of a scene without one [default: rays decide]
+    #[arg(long)]
+    outside: bool,
+    /// Which way is up for that camera: y or z [default: the model's shape decides]
+    #[arg(long, value_name = "AXIS", value_parser = parse_up)]
+    up: Option<Up>,
     /// Overrides one key of the scene file, as in --set quality.cache_points=8000; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -119,18 +128,25 @@ impl SceneArgs {
 
     /// The scene changes that the arguments request.
     pub(super) fn options(&self) -> LoadOptions {
-        let Self { preset, size, camera, set, allow_outside, strict: _ } = self.clone();
-        LoadOptions { set, preset, size, camera, allow_outside, memory: None }
+        let Self { preset, size, camera, inside, outside, up, set, allow_outside, strict: _ } = self.clone();
+        let place = inside.then_some(Place::Inside).or(outside.then_some(Place::Outside));
+        LoadOptions { set, preset, size, camera, allow_outside, place, up, memory: None }
     }
 
     /// These arguments as typed, each after a blank.
     pub(super) fn typed(&self) -> String {
         let size = self.size.map(|[width, height]| format!("{width}x{height}"));
-        let once = [("preset", &self.preset), ("size", &size), ("camera", &self.camera)];
+        let up = self.up.map(|up| format!("{up:?}").to_lowercase());
+        let once = [("preset", &self.preset), ("size", &size), ("camera", &self.camera), ("up", &up)];
         let once = once.into_iter().filter_map(|(flag, value)| value.as_ref().map(|value| (flag, value)));
         let all = once.chain(self.set.iter().map(|value| ("set", value)));
         let all = all.map(|(flag, value)| format!(" --{flag} {}", shell_word(value)));
-        let switches = [("allow-outside", self.allow_outside), ("strict", self.strict)];
+        let switches = [
+            ("inside", self.inside),
+            ("outside", self.outside),
+            ("allow-outside", self.allow_outside),
+            ("strict", self.strict),
+        ];
         let switches = switches.into_iter().filter(|(_, is_on)| *is_on);
         all.chain(switches.map(|(flag, _)| format!(" --{flag}"))).collect()
     }
@@ -214,6 +230,14 @@ fn parse_preset(name: &str) -> std::result::Result<String, String> {
     match Quality::preset(name) {
         Some(quality) => Ok(quality.preset.to_owned()),
         None => Err("expected draft, paper or high".to_owned()),
+    }
+}
+
+fn parse_up(axis: &str) -> std::result::Result<Up, String> {
+    match axis {
+        "y" | "Y" => Ok(Up::Y),
+        "z" | "Z" => Ok(Up::Z),
+        _ => Err("expected y or z".to_owned()),
     }
 }
 

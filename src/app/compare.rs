@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::numbers::{parse_bound, parse_finite};
+use super::exposure::Exposure;
+use super::numbers::parse_bound;
 use super::output::OutputFile;
 use super::{heatmap, overlap};
 use crate::cpu::tonemap::display_value;
@@ -44,9 +45,10 @@ pub(super) struct Compare {
     /// Layer of the reference, where it differs from --layer
     #[arg(long, value_name = "NAME")]
     reference_layer: Option<String>,
-    /// Brightens EXR files by this many stops for FLIP [default: 0]
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_finite)]
-    exposure: Option<f32>,
+    /// Brightens EXR files by this many stops for FLIP; auto: the mean of the reference, or else of
+    /// the image, becomes middle grey [default: 0]
+    #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = Exposure::parse)]
+    exposure: Option<Exposure>,
     /// Sets the difference of each value in relation to the noise that both images state
     #[arg(long)]
     z_test: bool,
@@ -74,7 +76,11 @@ impl Compare {
         let reference = read_finite(&self.reference, reference_layer)?;
         same_window((&self.image, &image), (&self.reference, &reference))?;
 
-        let stops = self.exposure.unwrap_or(0.0);
+        // A PNG is taken as it is.
+        let exposed = [&reference, &image].into_iter().find(|picture| picture.display.is_none());
+        let exposure = self.exposure.unwrap_or(Exposure::Stops(0.0));
+        let (stops, said) = exposed.map_or((0.0, None), |picture| exposure.stops(&picture.pixels));
+        said.iter().for_each(|line| super::note(&format!("lightpaths: {line}")));
         let [shown, shown_reference] = [&image, &reference].map(|picture| display(picture, stops));
         let flip = metrics::flip_map(&shown, &shown_reference, image.size, PIXELS_PER_DEGREE);
         let (v, r) = (&image.pixels, &reference.pixels);

@@ -9,7 +9,7 @@ use super::args::{DeviceArgs, SceneArgs};
 use super::output::OutputFile;
 use crate::error::{Error, Result};
 use crate::scene::save::{Edited, SceneText, leads_outside};
-use crate::scene::{Material, Scene};
+use crate::scene::{Material, Scene, is_model};
 
 /// Materials that the file lists; models may have thousands.
 const MATERIALS: usize = 32;
@@ -58,6 +58,9 @@ fn commented(spec: &str, scene: &Scene, text: &str) -> String {
     let mut all = format!("# {}: keys, units and ranges are in `lightpaths help scene`.\n", one_line(spec));
     for warning in &scene.warnings {
         let _ = writeln!(all, "# {}", one_line(warning));
+    }
+    if is_model(spec) {
+        all += "# A model alone is exposed automatically: render PNG files with --exposure auto.\n";
     }
     all += "\n";
     all += text.trim_start();

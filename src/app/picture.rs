@@ -1,8 +1,13 @@
 //! Writes rendered pictures for all commands, and refuses values that are not finite.
 
+use std::sync::Arc;
+
 use super::output::OutputFile;
 use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Context};
 use crate::image::{self, ExrLayer};
+use crate::passes::GrowsWith;
+use crate::passes::frame::tonemap::Tonemap;
 
 /// The layer that is infinite where a camera ray leaves the scene.
 const DEPTH: &str = "depth";
@@ -26,6 +31,21 @@ fn refuse(size: [u32; 2], layer: &str, pixels: &[[f32; 3]], is_good: impl Fn(f32
         first: [first % width, first / width],
         value: pixels[first],
     })
+}
+
+/// The sRGB codes of a picture, by the kernel that frames use.
+///
+/// # Errors
+/// The device lacks memory or failed.
+pub(super) fn tone_mapped(
+    context: &Arc<Context>,
+    pixels: &[[f32; 3]],
+    exposure_stops: f32,
+) -> Result<Vec<[u8; 4]>> {
+    let tonemap = Tonemap::new(context, pixels.len() as u32)?;
+    let radiance = Buffer::from_slice(context, GrowsWith::Pixels.named("radiance"), pixels)?;
+    context.run(|rec| tonemap.record(rec, &radiance, exposure_stops))?;
+    tonemap.display.read()
 }
 
 /// Writes a PNG of sRGB codes; `radiance` is their linear source.

@@ -3,10 +3,12 @@
 //! Pixels are linear Rec.709, row-major from the top left. The same pixels always give
 //! the same bytes.
 
+mod exposure;
 mod layers;
 mod picture;
 mod read;
 
+pub use exposure::automatic_stops;
 pub use picture::Picture;
 pub use read::{parse, read};
 

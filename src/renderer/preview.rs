@@ -97,6 +97,14 @@ impl Preview {
         self.buffers.refuse_truncated_loops("preview", 0)
     }
 
+    /// The radiance of the last frame, row by row from the top, linear Rec.709.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn radiance(&self) -> Result<Vec<[f32; 3]>> {
+        self.image.compose.radiance.read()
+    }
+
     /// The displayed picture of the last frame: sRGB codes R, G, B, 255, row by row from the top.
     pub fn display(&self) -> &Buffer {
         &self.image.tonemap.display

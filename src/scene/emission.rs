@@ -4,12 +4,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::emitters::{self, Emitter};
 use super::environment::{Beam, Cell, Environment};
 use super::material::Sides;
-use super::{Light, LightKind, Material, Triangle, fit};
+use super::{Light, LightKind, Material, Triangle};
 
 /// What emits besides the lights of a scene file.
 #[derive(Clone, Debug, Default)]
@@ -101,8 +101,7 @@ pub(super) fn choose_sides(triangles: &[Triangle], materials: &mut [Material]) {
         for triangle in own.into_iter().step_by(step) {
             let [p0, p1, p2] = triangle.positions.map(Vec3::as_dvec3);
             let (middle, normal) = ((p0 + p1 + p2) / 3.0, triangle.geometric_normal().as_dvec3());
-            let free =
-                |direction| fit::nearest(triangles, middle, direction).map_or(f64::INFINITY, |hit| hit.0);
+            let free = |direction| nearest(triangles, middle, direction);
             let [above, below] = [free(normal), free(-normal)];
             let area = triangle.area_m2();
             front += if below < COVERED * above { area } else { 0.0 };
@@ -116,4 +115,22 @@ pub(super) fn choose_sides(triangles: &[Triangle], materials: &mut [Material]) {
             _ => Sides::Both,
         });
     }
+}
+
+/// Distance to the nearest triangle along a unit direction; infinite if there is none.
+fn nearest(triangles: &[Triangle], from: DVec3, direction: DVec3) -> f64 {
+    let hit = |triangle: &Triangle| {
+        let [p0, p1, p2] = triangle.positions.map(|point| point.as_dvec3() - from);
+        let (e1, e2) = (p1 - p0, p2 - p0);
+        let determinant = e1.dot(direction.cross(e2));
+        let u = -p0.dot(direction.cross(e2)) / determinant;
+        let across = (-p0).cross(e1);
+        let v = direction.dot(across) / determinant;
+        let distance = e2.dot(across) / determinant;
+        // Comparisons with the NaN of a parallel triangle fail. The triangle of the point itself
+        // is at a distance of rounding errors.
+        let is_hit = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 1e-6 * e1.length().max(e2.length());
+        is_hit.then_some(distance)
+    };
+    triangles.iter().filter_map(hit).fold(f64::INFINITY, f64::min)
 }

@@ -48,7 +48,12 @@ impl Scene {
         let folded = surface.colour(&mut materials, &mut coordinates);
         warnings.extend(counted(folded.first(), folded.len()));
         let emits = materials.iter().any(|material| material.emission != Vec3::ZERO);
-        source.complete(|| fit::View::new(&triangles, origin), emits, &mut warnings)?;
+        let wish = fit::Wish { place: options.place, up: options.up };
+        if !is_empty(source.root.get("camera")) {
+            wish.refuse_for(&file)?;
+        }
+        let wish = wish.for_models(&source.root);
+        source.complete(origin, |own| fit::choose(&triangles, origin, wish, own), emits, &mut warnings)?;
         source.change(&others, options)?;
 
         let root = &source.root;
@@ -60,7 +65,7 @@ impl Scene {
         show_lights(&file, root, &mut lights, &mut materials, (&mut triangles, &mut coordinates))?;
         opacity.add_full(triangles.len() - of_models);
         emission::choose_sides(&triangles, &mut materials);
-        let stated = sky::read(&source, &mut inputs)?;
+        let stated = sky::read((&file, root), &source.files, &mut inputs)?;
         let (sky, placing) = stated.map_or((None, None), |stated| (Some(stated.sky), Some(stated.placing)));
         let emission = Emission::new(&triangles, &materials, sky);
         lights.extend(emission.lights(&materials, placing, &lights));
@@ -153,8 +158,7 @@ impl Source {
             _ if builtin::NAMES.contains(&spec) => (Files::Embedded, PathBuf::from(format!("{spec}.toml"))),
             _ => return Err(kinds::no_scene(spec)),
         };
-        let is_model_only =
-            extension.is_some_and(|extension| extension != "toml") && !matches!(files, Files::Embedded);
+        let is_model_only = kinds::is_model(spec) && !matches!(files, Files::Embedded);
         let text = if is_model_only {
             let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
             format!("[[model]]\nfile = {}\n", toml_edit::Value::from(name))
@@ -306,10 +310,12 @@ impl Source {
         }
     }
 
-    /// Adds a fitting camera if there is none. Adds a light if a model was loaded alone.
+    /// Adds a fitting camera if there is none. Adds lights if a model was loaded alone. `choose`
+    /// takes the scene's own camera.
     pub(super) fn complete(
         &mut self,
-        view: impl FnOnce() -> fit::View,
+        origin: DVec3,
+        choose: impl FnOnce(Option<&Camera>) -> Result<fit::Chosen>,
         emits: bool,
         warnings: &mut Vec<String>,
     ) -> Result<()> {
@@ -324,19 +330,17 @@ impl Source {
         if !no_camera && !no_light {
             return Ok(());
         }
-        let (view, name) = (view(), self.file.display());
+        let own = if no_camera { Vec::new() } else { read_cameras(&self.file, &self.root, origin)? };
+        let fit::Chosen { camera, lights, said: [about_camera, about_lights] } = choose(own.first())?;
+        let name = self.file.display();
         if no_camera {
-            let [position, target] = view.camera();
-            warnings.push(format!(
-                "{name} has no camera: one was placed at {position:.3}, looking at {target:.3}"
-            ));
-            self.root.set("camera", fit::camera_node([position, target]));
+            warnings.push(format!("{name} has no camera: {about_camera}"));
+            self.root.set("camera", fit::camera_node(&camera, origin));
         }
         if no_light {
-            let (position, intensity) = view.light();
-            warnings
-                .push(format!("{name} has no light: one of {intensity:.3} W/sr was placed at {position:.3}"));
-            self.root.set("light", fit::light_node((position, intensity)));
+            warnings.push(format!("{name} has no light: {about_lights}"));
+            let nodes = lights.iter().map(|light| fit::light_node(light, origin));
+            self.root.set("light", fit::list(nodes.collect()));
         }
         Ok(())
     }

@@ -6,7 +6,11 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
 
 use super::Triangle;
 use super::limits::TRIANGLES;
-use super::vertex_colours::{Codes, WHITE};
+
+/// An sRGB code for each channel.
+pub(super) type Codes = [u8; 3];
+
+pub(super) const WHITE: Codes = [u8::MAX; 3];
 
 /// A triangle is dropped if twice its area is below this fraction of its longest edge squared: in
 /// f32 coordinates, such a sliver is a line.

@@ -24,6 +24,11 @@ impl HostBvh {
     pub fn new(bvh: &Bvh, scene: &Scene) -> Self {
         let Scene { triangles, opacity, .. } = scene;
         let copy = || Holes { triangles: triangles.clone(), maps: opacity.clone() };
+        Self { holes: (!opacity.is_empty()).then(copy), ..Self::without_holes(bvh, triangles) }
+    }
+
+    /// The tree of triangles in its order, all of them without holes.
+    pub(super) fn without_holes(bvh: &Bvh, triangles: &[Triangle]) -> Self {
         let triangle = |triangle: &Triangle| {
             let [a, b, c] = triangle.positions.map(Vec3A::from);
             RtTriangle::new(a, b, c)
@@ -33,7 +38,7 @@ impl HostBvh {
         Self {
             tree: CwBvh { nodes, primitive_indices, ..CwBvh::default() },
             triangles: triangles.iter().map(triangle).collect(),
-            holes: (!opacity.is_empty()).then(copy),
+            holes: None,
         }
     }
 

@@ -40,6 +40,11 @@ const KINDS: [(&[&str], &str, &str); 19] = [
     (&["spv", "exe", "dll", "so"], "a program", MODEL),
 ];
 
+/// Whether a scene is named by a model's file: neither a scene file nor a built-in scene.
+pub fn is_model(spec: &str) -> bool {
+    ending(spec).is_some_and(|ending| ending != "toml")
+}
+
 fn ending(name: &str) -> Option<String> {
     // Also handles paths of other systems.
     let ending = Path::new(name).extension()?.to_str()?.to_ascii_lowercase();

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::fit::{Place, Up};
+
 /// Files by path that are read instead of the disk's.
 pub type Memory = Arc<BTreeMap<PathBuf, Vec<u8>>>;
 
@@ -22,6 +24,10 @@ pub struct LoadOptions {
     /// Whether a file may name files outside of the folder of the user's file. Paths in `set`
     /// may lie anywhere.
     pub allow_outside: bool,
+    /// Where a camera is placed if the scene has none [default: chosen by rays].
+    pub place: Option<Place>,
+    /// Which way is up for such a camera [default: chosen by the model's shape].
+    pub up: Option<Up>,
     /// Files that are read instead of the disk's.
     pub memory: Option<Memory>,
 }

@@ -69,6 +69,8 @@ mod words;
 pub use camera::Camera;
 pub use emission::Emission;
 pub use film::Film;
+pub use fit::{Place, Up};
+pub use kinds::is_model;
 pub use light::{Light, LightKind};
 pub use load_options::LoadOptions;
 pub use load_options::Memory;

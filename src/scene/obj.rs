@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::{DVec3, Vec3};
 
 use super::cutouts::Coverage;
-use super::geometry::Mesh;
+use super::geometry::{Mesh, WHITE};
 use super::limits::{LIBRARIES, MATERIALS, MTL_BYTES};
 use super::lines::decode;
 use super::material::Material;
@@ -17,7 +17,6 @@ use super::polygons::Triangulator;
 use super::reading::Reading;
 use super::smoothing::Smoothing;
 use super::value::excerpt;
-use super::vertex_colours::WHITE;
 use crate::{Error, Result};
 
 /// The contents of an OBJ file and its MTL files.

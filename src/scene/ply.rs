@@ -7,14 +7,13 @@ use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use serde_ply::{ElementDef, PlyFormat, PlyReader, PropertyType, ScalarType};
 
-use super::geometry::{Mesh, too_many};
+use super::geometry::{Codes, Mesh, WHITE, too_many};
 use super::limits::TRIANGLES;
 use super::material::Material;
 use super::material_names::{NO_MATERIAL, shown};
 use super::polygons::Triangulator;
 use super::reading::Reading;
 use super::value::{excerpt, printable};
-use super::vertex_colours::{Codes, WHITE};
 
 /// A row of the element `vertex`.
 #[derive(Deserialize)]

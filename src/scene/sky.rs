@@ -1,17 +1,17 @@
 //! The `[environment]` of a scene file: light from all directions around the scene.
 
 use std::io::Cursor;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
 use image::{ImageReader, Limits};
 
+use super::builtin::Files;
 use super::emission::Sky;
 use super::environment::Environment;
-use super::file::Source;
 use super::texture::linear;
-use super::value::{POWER, Section};
+use super::value::{Node, POWER, Section};
 use super::{keys, limits};
 use crate::Result;
 use crate::files::guarded;
@@ -29,17 +29,21 @@ pub(super) struct Stated {
 }
 
 /// Reads the section. `None` if there is none.
-pub(super) fn read(source: &Source, inputs: &mut Vec<PathBuf>) -> Result<Option<Stated>> {
-    let Some(node) = source.root.get("environment") else { return Ok(None) };
-    let section = Section::new(&source.file, "environment", node)?;
+pub(super) fn read(
+    (file, root): (&Path, &Node),
+    files: &Files,
+    inputs: &mut Vec<PathBuf>,
+) -> Result<Option<Stated>> {
+    let Some(node) = root.get("environment") else { return Ok(None) };
+    let section = Section::new(file, "environment", node)?;
     section.only(&keys::names("environment", None))?;
     let samples = section.integer("samples", 1..=1024)?.unwrap_or(SAMPLES);
     let environment = match section.text("image")? {
         Some(name) => {
-            let path = source.file.with_file_name(name);
+            let path = file.with_file_name(name);
             let fault = |why: String| section.fault_at("image", format!("{name:?} {why}"));
-            let bytes = source.files.read(&path, limits::IMAGE_BYTES).map_err(fault)?;
-            inputs.extend(source.files.on_disk(&path));
+            let bytes = files.read(&path, limits::IMAGE_BYTES).map_err(fault)?;
+            inputs.extend(files.on_disk(&path));
             Arc::new(guarded("image", || decode(&bytes)).map_err(fault)?)
         }
         None => Environment::constant(),

@@ -10,14 +10,10 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3, Vec2};
 
 use super::Triangle;
+use super::geometry::{Codes, WHITE};
 use super::limits::IMAGE_SIDE;
 use super::material::Material;
 use super::texture::{self, Image, Texture};
-
-/// An sRGB code for each channel.
-pub(super) type Codes = [u8; 3];
-
-pub(super) const WHITE: Codes = [u8::MAX; 3];
 
 /// Texels a side of a block. The largest that fits is used: it halves the error of bounded texels,
 /// and costs nothing where colours repeat.

@@ -69,6 +69,11 @@ fn figures_are_the_closed_forms() {
     // Black against white, as in FLIP's own tests; the exposure of an EXR does not apply.
     let codes = figures(&folder, "white.png black.png --exposure 3");
     assert!((codes["flip"].as_f64().unwrap() - 0.9674).abs() < 1e-4 && codes["rmse"] == 1.0);
+    // The automatic exposure is the reference's.
+    let automatic = run(&folder, &["compare", "a.exr", "b.exr", "--json", "--exposure", "auto"]);
+    let stops = stderr(&automatic).trim().rsplit(' ').next().unwrap().to_owned();
+    let fixed = run(&folder, &["compare", "a.exr", "b.exr", "--json", "--exposure", &stops]);
+    assert_eq!(stdout(&automatic), stdout(&fixed));
     assert!(codes["energy_ratio"].is_null(), "there is no number for it");
 }
 

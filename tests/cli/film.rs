@@ -182,6 +182,7 @@ fn what_cannot_be_filmed_is_refused() {
         ("film walk.toml -o out --frames 1-3", &["--frames", "0..48"]),
         ("film walk.toml -o out --format jpg", &["--format", "png"]),
         ("film walk.toml -o out --format exr --exposure 1", &["--exposure"]),
+        ("film walk.toml -o out --exposure auto", &["--exposure", "flicker"]),
         ("film walk.toml -o out --format exr --video mp4", &["--video"]),
         ("film walk.toml -o out --video avi", &["--video", "webm"]),
         ("film walk.toml -o out --size 0x4", &["--size"]),

@@ -155,7 +155,7 @@ fn edited_scenes_come_back() {
         let text = [(0.0, 0.0), (1.0, 0.0), (1.1, -1.0), (0.0, -1.0)].map(|(x, z)| corner(x, z)).concat();
         std::fs::write(&obj, format!("{text}usemtl some\nf 1 2 3 4\n")).unwrap();
         let options =
-            if number == 0 { LoadOptions::default() } else { set(&["light.light.intensity=[1,2,3]"]) };
+            if number == 0 { LoadOptions::default() } else { set(&["light.sun.irradiance=[1,2,3]"]) };
         edit_often(obj.to_str().unwrap(), &options, 20);
     }
 }

@@ -121,6 +121,23 @@ fn lights(path: &Path) -> usize {
 }
 
 #[test]
+fn a_model_alone_is_exposed_when_all_its_light_is_there() {
+    let display = Display::start();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("room.obj"), ROOM).unwrap();
+    let settings = ["entry_points=2000", "cache_points=200", "gather_rays=16", "cells=8"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
+    command.args(["demo", "room.obj", "--size", SIZE]).current_dir(folder.path());
+    for setting in settings {
+        command.args(["--set", &format!("quality.{setting}")]);
+    }
+    let demo = Demo::run(Some(&display), command);
+    let line = demo.wait_for_line("lightpaths: exposed by ", READY);
+    let stops = line.rsplit(' ').next().and_then(|stops| stops.parse::<f32>().ok());
+    assert!(stops.is_some_and(|stops| stops != 0.0), "{line}");
+}
+
+#[test]
 fn a_scene_without_edits_is_loaded_again_and_that_can_be_taken_back() {
     let display = Display::start();
     let desk = Desk::open(&display);

@@ -26,6 +26,7 @@ mod window_state;
 
 use winit::event_loop::EventLoop;
 
+use crate::app::exposure::Exposure;
 use crate::error::Result;
 use crate::scene::LoadOptions;
 use session::Source;
@@ -46,7 +47,8 @@ impl Demo {
             EventLoop::<WakeUp>::with_user_event().build().map_err(|error| no_display(&error.to_string()))?;
         // The window sets the size of pictures.
         let options = LoadOptions { size: None, ..self.scene_args.options() };
-        let source = Source { spec: self.scene.clone(), options, store };
+        let exposure = self.exposure.unwrap_or_else(|| Exposure::of_scene(&self.scene));
+        let source = Source { spec: self.scene.clone(), options, store, exposure };
         keep_edits(events.create_proxy());
         let mut app = App::new(self, (source, scene, watch), shaders, events.create_proxy());
         let ended = events.run_app(&mut app);

@@ -9,10 +9,11 @@ use super::rebase::Rebase;
 use super::stage::{Preparing, Progressed, Ready, Wake};
 use super::view_request::ViewRequest;
 use super::watch::Watch;
+use crate::app::exposure::Exposure;
 use crate::error::{Error, Result};
 use crate::gpu::window::Verdict;
 use crate::gpu::{Buffer, Context, InFlight, PassTiming, Recorder};
-use crate::renderer::{Columns, FrameReport, RecordedFrame, Renderer, Store, Work};
+use crate::renderer::{Columns, FrameReport, Layer, RecordedFrame, Renderer, Store, Work};
 use crate::scene::{Camera, LoadOptions, Scene, save::SceneText};
 
 /// Frames whose times are kept.
@@ -25,6 +26,8 @@ pub(super) struct Source {
     pub(super) options: LoadOptions,
     /// The precompute cache, if enabled.
     pub(super) store: Option<Store>,
+    /// The exposure at the start.
+    pub(super) exposure: Exposure,
 }
 
 /// The cost of a frame.
@@ -62,6 +65,10 @@ pub(super) struct Session {
     /// The view and the size of the picture.
     pub(super) camera: Camera,
     pub(super) exposure_stops: f32,
+    /// The exposure that the next frame's picture replaces. `None` once it is measured.
+    unmetered: Option<f32>,
+    /// The line about the measured exposure, until it is printed.
+    pub(super) metered: Option<String>,
     /// Weights of direct and indirect light.
     pub(super) weights: [f32; 2],
     /// Passes wait for each other, so that the panel can show the time of each.
@@ -107,6 +114,10 @@ impl Session {
         wake: Wake,
     ) -> Result<Self> {
         let document = Document::from_scene(&scene);
+        let (exposure_stops, unmetered) = match source.exposure {
+            Exposure::Stops(stops) => (stops, None),
+            Exposure::Auto => (0.0, Some(0.0)),
+        };
         Ok(Self {
             history: History::new(&document),
             saved: document.clone(),
@@ -114,7 +125,9 @@ impl Session {
             is_asked: false,
             document,
             camera: scene.cameras[0].clone(),
-            exposure_stops: 0.0,
+            exposure_stops,
+            unmetered,
+            metered: None,
             weights: [1.0, 1.0],
             times_passes: false,
             said: scene.warnings.clone(),
@@ -289,9 +302,22 @@ impl Session {
 
     fn end_frame(&mut self, frame: Option<RecordedFrame>, timings: Vec<PassTiming>) -> Result<()> {
         match (&mut self.stage, frame) {
-            (Preparation::Preparing(preparing), None) => preparing.preview.end_frame(),
+            (Preparation::Preparing(preparing), None) => {
+                preparing.preview.end_frame()?;
+                // Once, because an exposure that follows the camera flickers.
+                if self.unmetered == Some(0.0) {
+                    let pixels = preparing.preview.radiance()?;
+                    self.meter(&pixels);
+                }
+                Ok(())
+            }
             (Preparation::Ready(ready), Some(frame)) => {
                 let report = ready.renderer.end_frame(&frame, timings)?;
+                if self.unmetered.is_some() {
+                    let pixels = ready.renderer.layer(Layer::Beauty)?;
+                    self.meter(&pixels);
+                    self.unmetered = None;
+                }
                 if self.costs.len() == FRAMES {
                     self.costs.pop_front();
                 }
@@ -302,6 +328,15 @@ impl Session {
             }
             // Another scene or the full renderer has taken the place of the frame's own.
             _ => Ok(()),
+        }
+    }
+
+    /// Exposes the picture by its mean, unless the user has changed the exposure.
+    fn meter(&mut self, pixels: &[[f32; 3]]) {
+        if self.unmetered == Some(self.exposure_stops) {
+            let (stops, said) = Exposure::Auto.stops(pixels);
+            self.metered = said;
+            (self.exposure_stops, self.unmetered) = (stops, Some(stops));
         }
     }
 
@@ -450,8 +485,9 @@ impl Session {
         let next = Self::new(&self.context, self.source.clone(), scene, watch, self.wake.clone())?;
         let before = std::mem::replace(self, next);
         self.camera = rebase.camera(&before.camera);
-        (self.exposure_stops, self.version, self.alarm, self.times_passes) =
-            (before.exposure_stops, before.version, before.alarm.clone(), before.times_passes);
+        (self.exposure_stops, self.unmetered) = (before.exposure_stops, before.unmetered);
+        (self.version, self.alarm, self.times_passes) =
+            (before.version, before.alarm.clone(), before.times_passes);
         let new = std::mem::replace(&mut self.said, before.said.clone());
         self.said.extend(new.into_iter().filter(|line| !before.said.contains(line)));
         Ok(())

@@ -8,6 +8,7 @@ use clap::Args;
 use super::session::Source;
 use super::watch::Watch;
 use crate::app::args::{CacheArgs, DeviceArgs, SceneArgs};
+use crate::app::exposure::Exposure;
 use crate::error::Error;
 use crate::scene::Scene;
 
@@ -19,6 +20,10 @@ pub(in crate::app) struct Demo {
     /// A .toml scene file, a .glb, .gltf, .obj, .ply or .stl model, or a built-in scene
     #[arg(default_value = "box")]
     pub(super) scene: String,
+    /// Brightens the picture by this many stops; auto: its mean becomes middle grey once all light
+    /// is there [default: 0; for a model alone: auto]
+    #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = Exposure::parse)]
+    pub(super) exposure: Option<Exposure>,
     /// Fills the screen
     #[arg(long)]
     pub(super) fullscreen: bool,

@@ -10,7 +10,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 
 use super::args::{CacheArgs, DeviceArgs, SceneArgs, device_label};
-use super::numbers::parse_finite;
+use super::exposure::parse_fixed;
 use super::output::{OutputFile, create_folder};
 use super::{overlap, picture};
 use crate::error::{Error, Result};
@@ -43,7 +43,7 @@ pub(super) struct Film {
     #[arg(long, value_enum)]
     video: Option<Video>,
     /// Brightens PNG frames by this many stops [default: 0]
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_finite)]
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_fixed)]
     exposure: Option<f32>,
     #[command(flatten, next_help_heading = "Scene")]
     scene_args: SceneArgs,

@@ -19,7 +19,6 @@ pub(super) struct Job<'a> {
     /// Whether light paths are traced.
     pub(super) with_indirect: bool,
     pub(super) aovs: &'a [Aov],
-    pub(super) exposure_stops: f32,
     /// Stage that its exact reference replaces.
     pub(super) exact: Option<ExactStage>,
     /// Disables the culling of work that cannot change the picture.
@@ -39,14 +38,13 @@ pub(super) fn render(
     job: Job<'_>,
     device_args: &DeviceArgs,
 ) -> Result<Rendered> {
-    let Job { with_indirect, aovs, exposure_stops, exact, no_skip, times_passes, capture, store } = job;
+    let Job { with_indirect, aovs, exact, no_skip, times_passes, capture, store } = job;
     let capture = capture.map(capture::attach).transpose()?;
     if !with_indirect {
         // Direct light alone needs no light paths and no records.
         (scene.quality.entry_points, scene.quality.cache_points) = (0, 0);
     }
     let mut renderer = device_args.renderer_from(store, context, scene)?;
-    renderer.set_exposure(exposure_stops);
     renderer.set_skipping(!no_skip);
     renderer.set_serialised(times_passes);
     let frame = match capture {
@@ -84,7 +82,7 @@ pub(super) fn render(
     let statistics = renderer.statistics()?;
     Ok(Rendered {
         size: renderer.size(),
-        display: renderer.display()?,
+        display: Vec::new(),
         layers,
         line: format!(
             "precompute {:.2} s, frame {:.1} ms, {}",

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use super::args::{CacheArgs, DeviceArgs, SceneArgs};
-use super::numbers::{parse_finite, parse_seconds, whole};
+use super::exposure::Exposure;
+use super::numbers::{parse_seconds, whole};
 use super::output::OutputFile;
 use super::{capture, overlap, picture};
 use crate::error::{Error, Result};
@@ -47,9 +48,10 @@ pub(super) struct Render {
     /// variance (of the mean)
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', help_heading = "Output")]
     aov: Vec<Aov>,
-    /// Brightens a PNG by this many stops [default: 0]
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_finite, help_heading = "Output")]
-    exposure: Option<f32>,
+    /// Brightens a PNG by this many stops; auto: its mean becomes middle grey [default: 0; for a
+    /// model alone: auto]
+    #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = Exposure::parse, help_heading = "Output")]
+    exposure: Option<Exposure>,
     /// Does work that cannot change the picture, too: the picture is the same to the bit
     #[arg(long, help_heading = "Method")]
     no_skip: bool,
@@ -121,7 +123,7 @@ struct Rendered {
     size: [u32; 2],
     /// All layers, the main one first.
     layers: Vec<Layer>,
-    /// sRGB codes R, G, B, 255.
+    /// sRGB codes R, G, B, 255 of a PNG; empty for an EXR.
     display: Vec<[u8; 4]>,
     /// Summary line for the user.
     line: String,
@@ -160,7 +162,7 @@ impl Render {
         let stats = self.stats.as_deref().map(OutputFile::check).transpose()?;
         self.capture.as_deref().map_or(Ok(()), capture::check_template)?;
 
-        let rendered = self.render()?;
+        let rendered = self.render(format)?;
         Self::write_image(&rendered, format, &output)?;
         if let Some(stats) = stats {
             let text = format!("{:#}\n", rendered.document);
@@ -170,17 +172,16 @@ impl Render {
         super::print_line(&format!("{}: {width}x{height}, {line}", output.path().display()))
     }
 
-    fn render(&self) -> Result<Rendered> {
+    fn render(&self, format: Format) -> Result<Rendered> {
         let scene = self.scene_args.load(&self.scene)?;
         overlap::refuse_inputs(self.outputs(), &scene.inputs)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let store = self.cache_args.store()?;
         let context = self.device_args.open()?;
-        let exposure = self.exposure.unwrap_or(0.0);
         // In the order of the file, without repetition.
         let aovs: Vec<Aov> =
             Aov::value_variants().iter().copied().filter(|aov| self.aov.contains(aov)).collect();
-        let rendered = match self.method {
+        let mut rendered = match self.method {
             Method::Path | Method::Photon => {
                 let mut progress = self.device_args.progress();
                 let progress = progress.as_mut();
@@ -188,10 +189,10 @@ impl Render {
                 let method = self.method.name();
                 if self.method == Method::Path {
                     let renderer = PathTracer::new(&context, scene, progress)?;
-                    sampled::render(renderer, &method, budget, &aovs, exposure, progress)
+                    sampled::render(renderer, &method, budget, &aovs, progress)
                 } else {
                     let renderer = PhotonMapper::new(&context, scene, progress)?;
-                    sampled::render(renderer, &method, budget, &aovs, exposure, progress)
+                    sampled::render(renderer, &method, budget, &aovs, progress)
                 }
             }
             Method::Lightpaths | Method::Direct => {
@@ -199,7 +200,6 @@ impl Render {
                 let job = lightpaths::Job {
                     with_indirect,
                     aovs: &aovs,
-                    exposure_stops: exposure,
                     exact: self.exact,
                     no_skip: self.no_skip,
                     times_passes: self.stats.is_some() || self.capture.is_some(),
@@ -209,6 +209,13 @@ impl Render {
                 lightpaths::render(&context, scene, job, &self.device_args)
             }
         }?;
+        if format == Format::Png {
+            let pixels = &rendered.layers[0].pixels;
+            let exposure = self.exposure.unwrap_or_else(|| Exposure::of_scene(&self.scene));
+            let (stops, said) = exposure.stops(pixels);
+            said.iter().for_each(|line| self.device_args.say(line));
+            rendered.display = picture::tone_mapped(&context, pixels, stops)?;
+        }
         self.device_args.report_validation(&context);
         Ok(rendered)
     }

@@ -5,10 +5,7 @@ use std::time::{Duration, Instant};
 use super::{Aov, Rendered, layer};
 use crate::app::args::device_label;
 use crate::error::Result;
-use crate::gpu::Buffer;
-use crate::passes::GrowsWith;
-use crate::passes::frame::tonemap::Tonemap;
-use crate::reference::{FirstHits, Picture, Progressive};
+use crate::reference::{FirstHits, Progressive};
 use crate::renderer::Progress;
 
 /// Default samples of a pixel, without `--spp` and `--seconds`.
@@ -35,7 +32,6 @@ pub(super) fn render(
     method: &str,
     budget: Budget,
     aovs: &[Aov],
-    exposure_stops: f32,
     progress: &mut dyn Progress,
 ) -> Result<Rendered> {
     // The variance needs a few samples, however long they take.
@@ -65,7 +61,7 @@ pub(super) fn render(
     let label = device_label(&renderer.traced_scene().context);
     Ok(Rendered {
         size: picture.size,
-        display: display(&renderer, &picture, exposure_stops)?,
+        display: Vec::new(),
         layers,
         line: format!("{} samples a pixel in {seconds:.2} s, {stated}{label}", renderer.samples()),
         document: document(&renderer, method, seconds, noise)?,
@@ -101,15 +97,6 @@ pub(in crate::app) fn spend(
     }
     progress.finish();
     Ok(elapsed)
-}
-
-/// The tone-mapped picture.
-fn display(renderer: &impl Progressive, picture: &Picture, exposure_stops: f32) -> Result<Vec<[u8; 4]>> {
-    let context = &renderer.traced_scene().context;
-    let tonemap = Tonemap::new(context, picture.beauty.len() as u32)?;
-    let radiance = Buffer::from_slice(context, GrowsWith::Pixels.named("radiance"), &picture.beauty)?;
-    context.run(|rec| tonemap.record(rec, &radiance, exposure_stops))?;
-    tonemap.display.read()
 }
 
 /// The JSON document of `--stats`.

@@ -15,14 +15,13 @@ use gltf::khr_lights_punctual::Kind;
 use gltf::mesh::Mode;
 use gltf::{Document, Node, Primitive, Semantic};
 
-use super::geometry::{Mesh, too_many};
+use super::geometry::{Codes, Mesh, too_many};
 use super::limits::{MATERIALS, TRIANGLES};
 use super::material::Material;
 use super::material_names::shown;
 use super::reading::Reading;
 use super::texture;
 use super::value::{excerpt, printable};
-use super::vertex_colours::Codes;
 use crate::{Error, Result};
 use accessors::used;
 use buffers::Buffers;

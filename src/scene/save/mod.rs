@@ -60,8 +60,10 @@ impl SceneText {
     pub fn new(spec: &str, options: &LoadOptions, scene: &Scene) -> Result<Self> {
         let (mut source, others) = Source::prepare(spec, options)?;
         source.take_cameras(scene);
-        let emits = scene.lights.iter().any(|light| light.kind.is_fixed());
-        source.complete(|| fit::View::new(&scene.triangles, scene.origin), emits, &mut Vec::new())?;
+        let (camera, lights) = (scene.cameras[0].clone(), scene.lights.clone());
+        let emits = lights.iter().any(|light| light.kind.is_fixed());
+        let chosen = fit::Chosen { camera, lights, said: [const { String::new() }; 2] };
+        source.complete(scene.origin, |_| Ok(chosen), emits, &mut Vec::new())?;
         source.change(&others, options)?;
         let names = read_cameras(&source.file, &source.root, scene.origin)?;
         let chosen = options.camera.as_ref();

@@ -196,6 +196,14 @@ impl WindowState {
             // The panel shows the frame's cost.
             self.window.request_redraw();
         }
+        if self.was_ready
+            && let Some(line) = self.session.metered.take()
+        {
+            if !self.is_quiet {
+                note(&format!("lightpaths: {line}"));
+            }
+            self.session.said.push(line);
+        }
         if self.session.is_computing() {
             next = next.min(now + DEVICE);
         }

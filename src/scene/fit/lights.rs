@@ -1,0 +1,160 @@
+//! Lights that suit a view: lamps under a room's ceiling, or a sun beside the camera with a fill
+//! from its other side.
+
+use std::f64::consts::PI;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::probe::{Hit, Probe};
+use super::room::Room;
+use super::up::Up;
+use crate::scene::{Camera, Light, LightKind, Triangle};
+
+/// Mean direct irradiance of a lamp, W/m².
+const LAMP_IRRADIANCE: f64 = 1.0;
+/// Irradiance of the sun and of its fill, W/m².
+const SUN: f32 = 3.0;
+const FILL: f32 = 0.75;
+/// Rays along a side of the picture that the light is chosen for.
+const SIDE: usize = 20;
+/// Height of a lamp, as a fraction of the room's.
+const LAMP_HEIGHT: f32 = 0.8;
+
+/// Most lamps of a room, and the least part of the light that a further one adds.
+const LAMPS: usize = 4;
+const GAIN: f32 = 0.25;
+
+/// Lights and how well they light what the camera sees, 0 to 1.
+struct Candidate<T> {
+    light: T,
+    score: f32,
+}
+
+/// The lights for a camera's view. A sky would be chosen here.
+pub(super) fn choose(probe: &Probe, up: Up, room: &Room, camera: &Camera) -> Vec<Light> {
+    let seen: Vec<Hit> = probe.picture(camera, SIDE).into_iter().flatten().collect();
+    let sun = sun(probe, up, camera, &seen);
+    if room.is_room(probe, up.vector()) {
+        let lamps = lamps(probe, up, room, &seen);
+        // A file's camera may look at a house from outside.
+        if lamps.score > 0.0 && lamps.score >= 0.5 * sun.score {
+            return point_lights(probe, &lamps.light);
+        }
+    }
+    let fill = fill(probe, up, camera, &seen, sun.light);
+    vec![directional("sun", sun.light, SUN), directional("fill", fill, FILL)]
+}
+
+fn named(name: &str, kind: LightKind) -> Light {
+    Light { name: name.to_owned(), kind, is_on: true }
+}
+
+/// `towards` points to the light.
+fn directional(name: &str, towards: Vec3, irradiance: f32) -> Light {
+    named(name, LightKind::Directional { direction: -towards, irradiance: Vec3::splat(irradiance) })
+}
+
+fn point_lights(probe: &Probe, places: &[Vec3]) -> Vec<Light> {
+    let area: f64 = probe.triangles.iter().map(Triangle::area_m2).sum();
+    let power = LAMP_IRRADIANCE * area * probe.radius_m.powi(2) / places.len() as f64;
+    let intensity = Vec3::splat((power / (4.0 * PI)) as f32);
+    let light = |(number, &place): (usize, &Vec3)| {
+        let name = if number == 1 { "lamp".to_owned() } else { format!("lamp {number}") };
+        let position = probe.scene_from_unit(place).as_vec3();
+        named(&name, LightKind::Point { position, intensity })
+    };
+    (1..).zip(places).map(light).collect()
+}
+
+/// The places under the ceiling that light most of what is seen; several in a long room.
+fn lamps(probe: &Probe, up: Up, room: &Room, seen: &[Hit]) -> Candidate<Vec<Vec3>> {
+    let tilt = 0.01 * Vec3::new(0.7, 0.4, 0.5);
+    let places = room.points.par_iter().filter_map(|(point, _)| {
+        let ceiling = probe.cast(*point, (up.vector() + tilt).normalize()).filter(|hit| hit.is_front)?;
+        let below = probe.cast(*point, (tilt - up.vector()).normalize()).map_or(0.0, |hit| hit.distance);
+        let height = ceiling.distance + below;
+        let place = *point + (ceiling.distance - (1.0 - LAMP_HEIGHT) * height) * up.vector();
+        let around = probe.surroundings(place, 32);
+        let is_free = around.backs < 0.2 && around.nearest > 0.1 * height;
+        is_free.then(|| (place, irradiances(probe, seen, place, height)))
+    });
+    let places: Vec<_> = places.collect();
+    let mut chosen = Candidate { light: Vec::new(), score: 0.0 };
+    let mut sum = vec![0.0; seen.len()];
+    while chosen.light.len() < LAMPS {
+        let added = |(place, own): &(Vec3, Vec<f32>)| {
+            let sum: Vec<f32> = sum.iter().zip(own).map(|(sum, own)| sum + own).collect();
+            Candidate { score: evenness(&sum), light: (*place, sum) }
+        };
+        let Some(next) = best(places.iter().map(added).collect()) else { break };
+        if next.score <= (1.0 + GAIN) * chosen.score {
+            break;
+        }
+        chosen.light.push(next.light.0);
+        (chosen.score, sum) = (next.score, next.light.1);
+    }
+    chosen
+}
+
+/// Irradiance of what is seen from a lamp, in relation to that of the floor below it.
+fn irradiances(probe: &Probe, seen: &[Hit], place: Vec3, height: f32) -> Vec<f32> {
+    let irradiance = |hit: &Hit| {
+        let to_lamp = place - hit.point;
+        let cosine = hit.normal.dot(to_lamp.normalize_or_zero());
+        let is_lit = cosine > 0.0 && probe.sees(hit, place);
+        if is_lit { cosine * height * height / to_lamp.length_squared() } else { 0.0 }
+    };
+    seen.iter().map(irradiance).collect()
+}
+
+/// Mean of `E / (E + E₀)`: a bright spot does not replace light everywhere.
+fn evenness(irradiances: &[f32]) -> f32 {
+    const HALF: f32 = 0.2;
+    let limited = irradiances.iter().map(|irradiance| irradiance / (irradiance + HALF));
+    limited.sum::<f32>() / irradiances.len().max(1) as f32
+}
+
+/// Directions of the sun: beside the camera and above it, and as the last resort the camera's.
+fn around_camera(up: Up, camera: &Camera) -> Vec<(Vec3, f32)> {
+    let back = (camera.position - camera.target).normalize();
+    let [right, above, front] = up.frame();
+    let azimuth = back.dot(right).atan2(back.dot(front)).to_degrees();
+    let elevation = back.dot(above).clamp(-1.0, 1.0).asin().to_degrees();
+    let beside =
+        [(-50.0, 1.0), (-30.0, 0.97), (-70.0, 0.9), (50.0, 0.98), (30.0, 0.95), (70.0, 0.88), (0.0, 0.8)];
+    let heights = [(40.0, 1.0), (55.0, 0.97), (25.0, 0.9), (70.0, 0.8), (elevation, 0.7)];
+    let both = beside.iter().flat_map(|&(turn, worth)| {
+        heights.map(|(height, factor)| (up.direction(azimuth + turn, height), worth * factor))
+    });
+    both.chain([(back, 0.5)]).collect()
+}
+
+fn sun(probe: &Probe, up: Up, camera: &Camera, seen: &[Hit]) -> Candidate<Vec3> {
+    let candidates = around_camera(up, camera).into_par_iter().map(|(towards, worth)| {
+        let lit: f32 = seen.iter().map(|hit| lit_by_sun(probe, hit, towards)).sum();
+        Candidate { light: towards, score: worth * lit / seen.len().max(1) as f32 }
+    });
+    best(candidates.collect()).expect("there are candidates")
+}
+
+/// The fill: it lights what the sun leaves dark.
+fn fill(probe: &Probe, up: Up, camera: &Camera, seen: &[Hit], sun: Vec3) -> Vec3 {
+    let dark: Vec<(&Hit, f32)> = seen.iter().map(|hit| (hit, 1.0 - lit_by_sun(probe, hit, sun))).collect();
+    let candidates = around_camera(up, camera).into_par_iter().map(|(towards, _)| {
+        let lit = dark.iter().map(|(hit, weight)| weight * lit_by_sun(probe, hit, towards));
+        // Light from the sun's side has the same shadows.
+        Candidate { light: towards, score: lit.sum::<f32>() * (2.0 - towards.dot(sun)) }
+    });
+    best(candidates.collect()).expect("there are candidates").light
+}
+
+/// The square root of a parallel light's irradiance: an even light is better than a bright spot.
+fn lit_by_sun(probe: &Probe, hit: &Hit, towards: Vec3) -> f32 {
+    let cosine = hit.normal.dot(towards);
+    if cosine > 0.0 && probe.leaves(hit, towards) { cosine.sqrt() } else { 0.0 }
+}
+
+fn best<T>(candidates: Vec<Candidate<T>>) -> Option<Candidate<T>> {
+    candidates.into_iter().reduce(|best, other| if other.score > best.score { other } else { best })
+}

@@ -113,7 +113,7 @@ float weighed(LightSource light, uint end, float found, vec3 position, vec3 shad
 // Factor of the sum over all parts of a sky for a receiver with that normal: the unoccluded
 // irradiance over the unoccluded sum. 1 for other lights and for other parts than the last. The
 // table follows the lights: an octahedral map of SKY_TABLE² values, bilinear.
-const int SKY_TABLE = 64;
+const int SKY_TABLE = 128;
 float sky_weight(LightSource light, vec3 normal) {
     uint first = uint(light.inner_angle);  // a whole number
     if (light.kind != LIGHT_DIRECTIONAL || first == 0u) return 1.0;

@@ -1,9 +1,10 @@
 //! The device's tables of lights: one for frames, in which each light is one or more parts with
 //! point samples, and one for path and photon tracing, which choose a point at random.
 
+use crate::scene::emission::Sky;
 use crate::scene::emitters::Part;
-use crate::scene::environment::{Cell, Environment};
-use crate::scene::{Emission, Light, LightKind};
+use crate::scene::environment::{Beam, Cell};
+use crate::scene::{Emission, Light, LightKind, octahedral};
 use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_GROUP, LIGHT_SKY, LIGHT_SPOT, LightSource};
 use glam::{DVec2, DVec3, Vec3};
 use std::ops::Range;
@@ -13,7 +14,7 @@ const SURFACE_SAMPLES: u32 = 32;
 /// Point samples of a part: one dispatch handles all of them.
 const MAX_PART_SAMPLES: u32 = super::one_light::SAMPLES_A_DISPATCH;
 /// Width of the octahedral map of a sky's weights; mirrors `SKY_TABLE` in `glsl/include/direct.glsl`.
-const SKY_TABLE: u32 = 64;
+const SKY_TABLE: u32 = 128;
 
 /// A table of lights.
 #[derive(Clone, Debug, Default)]
@@ -40,7 +41,7 @@ impl LightTable {
         for (light, rows) in lights.iter().zip(&table.lights) {
             if let (LightKind::Sky { turn, channel, .. }, Some(sky)) = (light.kind, &emission.sky) {
                 let rows = &mut table.rows[rows.start as usize..rows.end as usize];
-                table.sky_weights.extend(sky_weights(rows, &sky.cells, turn, channel));
+                table.sky_weights.extend(sky_weights(rows, sky, turn, channel));
                 // A whole number below 2^24, which a float holds. Its bits as an integer would be
                 // a denormal float, which devices may replace by zero.
                 rows[rows.len() - 1].inner_angle = place as f32;
@@ -133,7 +134,7 @@ fn parts(kind: &LightKind, emission: &Emission) -> Vec<LightSource> {
             parts.iter().map(|part| area_light(part, radiance, samples)).collect()
         }
         (LightKind::Sky { radiance, turn, channel }, Some(sky)) => {
-            let part = |beam: &crate::scene::environment::Beam| LightSource {
+            let part = |beam: &Beam| LightSource {
                 kind: LIGHT_DIRECTIONAL,
                 axis: -turned(beam.direction, turn).as_vec3(),
                 relative: of_channel(beam.irradiance, channel) as f32,
@@ -199,25 +200,15 @@ fn of_channel(colour: DVec3, channel: Option<u8>) -> f64 {
 
 /// For normals of an octahedral map: unoccluded irradiance from all of the sky over the sum over
 /// its parts. With these weights a receiver that sees all of its sky gets the exact irradiance.
-fn sky_weights(parts: &[LightSource], cells: &[Cell], turn: f32, channel: Option<u8>) -> Vec<f32> {
-    let weight = |index: u32| {
-        let [x, y] = [index % SKY_TABLE, index / SKY_TABLE]
-            .map(|place| 2.0 * f64::from(place) / f64::from(SKY_TABLE - 1) - 1.0);
-        let normal = from_octahedron(DVec2::new(x, y));
-        let sum = |part: &LightSource| f64::from(part.relative) * -part.axis.as_dvec3().dot(normal);
-        let found: f64 = parts.iter().map(|part| sum(part).max(0.0)).sum();
-        let exact = of_channel(Environment::irradiance(cells, turned(normal, -turn)), channel);
+fn sky_weights(parts: &[LightSource], sky: &Sky, turn: f32, channel: Option<u8>) -> Vec<f32> {
+    let lit: Vec<(DVec3, f64)> =
+        parts.iter().map(|part| (-part.axis.as_dvec3(), f64::from(part.relative))).collect();
+    let weight = |normal: DVec3| {
+        let found: f64 = lit.iter().map(|(axis, factor)| factor * axis.dot(normal).max(0.0)).sum();
+        let exact = of_channel(sky.irradiance.at(turned(normal, -turn)), channel);
         if found > 0.0 { (exact / found) as f32 } else { 1.0 }
     };
-    (0..SKY_TABLE * SKY_TABLE).map(weight).collect()
-}
-
-/// The direction at a place of the octahedral map, -1..=1: x and z in the plane, y up.
-fn from_octahedron(place: DVec2) -> DVec3 {
-    let height = 1.0 - place.x.abs() - place.y.abs();
-    let folded = (1.0 - DVec2::new(place.y, place.x).abs()) * DVec2::new(place.x.signum(), place.y.signum());
-    let [x, z] = if height >= 0.0 { place } else { folded }.to_array();
-    DVec3::new(x, height, z).normalize()
+    octahedral::directions(SKY_TABLE).into_iter().map(weight).collect()
 }
 
 /// Step and modulus of a lattice of `samples` points, with one in every row and every column. The
@@ -243,7 +234,7 @@ fn lattice(samples: u32) -> [u32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::emission::Sky;
+    use crate::scene::environment::Environment;
 
     fn sky(turn: f32) -> (Vec<Light>, Emission) {
         let emission = Emission { sky: Some(Sky::new(Environment::constant(), 64)), ..Emission::default() };

@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 use super::emitters::{self, Emitter};
 use super::environment::{Beam, Cell, Environment};
 use super::material::Sides;
+use super::octahedral::{self, OctahedralMap};
 use super::{Light, LightKind, Material, Triangle};
 
 /// What emits besides the lights of a scene file.
@@ -20,6 +21,9 @@ pub struct Emission {
     pub sky: Option<Sky>,
 }
 
+/// Side of the map of unoccluded irradiance.
+const IRRADIANCE_SIDE: u32 = 64;
+
 /// An environment, prepared as a light.
 #[derive(Clone, Debug)]
 pub struct Sky {
@@ -29,13 +33,17 @@ pub struct Sky {
     pub cells: Vec<Cell>,
     /// Directional lights that represent it in frames.
     pub beams: Vec<Beam>,
+    /// Irradiance of receivers that see all of their sky, by normal.
+    pub irradiance: OctahedralMap<DVec3>,
 }
 
 impl Sky {
     /// Prepares an environment, with `samples` directional lights.
     pub fn new(environment: Arc<Environment>, samples: u32) -> Self {
         let beams = environment.beams(samples as usize);
-        Self { cells: environment.cells().0, beams, environment }
+        let irradiances = environment.irradiances(&octahedral::directions(IRRADIANCE_SIDE));
+        let irradiance = OctahedralMap::new(IRRADIANCE_SIDE, irradiances);
+        Self { cells: environment.cells().0, beams, irradiance, environment }
     }
 }
 

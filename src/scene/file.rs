@@ -482,7 +482,7 @@ fn override_materials(
     models: &mut Models,
     warnings: &mut Vec<String>,
 ) -> Result<()> {
-    let Models { materials, coverages, undefined, .. } = models;
+    let Models { meshes, materials, coverages, undefined, .. } = models;
     let sections = Section::list(file, root, "material", limits::MATERIALS)?;
     let overrides = sections.iter().map(Override::read).collect::<Result<Vec<_>>>()?;
     refuse_repeated(&sections, overrides.iter().map(|change| change.name.as_str()))?;
@@ -497,6 +497,10 @@ fn override_materials(
         };
         for &index in found {
             change.apply(&mut materials[index], &mut coverages[index]);
+            if change.replaces_colour() {
+                let own = meshes.iter_mut().filter(|mesh| mesh.material as usize == index);
+                own.for_each(|mesh| mesh.colours.clear());
+            }
         }
     }
     let overridden: HashSet<&str> = overrides.iter().map(|change| change.name.as_str()).collect();

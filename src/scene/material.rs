@@ -162,6 +162,11 @@ impl Override {
         })
     }
 
+    /// Whether it replaces images and vertex colours.
+    pub(super) fn replaces_colour(&self) -> bool {
+        self.diffuse.is_some()
+    }
+
     pub(super) fn apply(&self, material: &mut Material, coverage: &mut Coverage) {
         match (self.hidden, &coverage) {
             (Some(true), _) => *coverage = Coverage::Hidden,

@@ -45,6 +45,7 @@ mod notes;
 mod numbers;
 mod obj;
 mod obj_lines;
+pub mod octahedral;
 pub mod opacity;
 mod ply;
 mod polygons;

@@ -44,6 +44,11 @@ impl Definition {
     }
 }
 
+/// Notes about images of emission: a light has one colour.
+pub(super) const EMISSION_BY_MEAN: &str = "images of emission count by their mean colour";
+pub(super) const EMISSION_LEFT_OUT: &str =
+    "images of emission that are dark but for small parts are left out: the surface does not emit";
+
 /// Upper bound of `Kd`, `Ks` and `Ns`.
 const LARGEST: f64 = 1e6;
 
@@ -270,8 +275,9 @@ impl Library<'_, '_> {
         };
         match self.image(map.file) {
             Ok(Some((image, _))) => {
-                self.note("images of emission count by their mean colour");
-                self.draft().emission_colour = Some(image.mean());
+                let colour = image.emission();
+                self.note(if colour.is_some() { EMISSION_BY_MEAN } else { EMISSION_LEFT_OUT });
+                self.draft().emission_colour = Some(colour.unwrap_or(Vec3::ZERO));
             }
             Ok(None) => (),
             Err(why) => {
@@ -316,7 +322,8 @@ impl Library<'_, '_> {
             if let Some(line) = draft.refraction.filter(|_| draft.is_transparent) {
                 reading.notes.add("`Ni` is passed over (refraction)", || at(line));
             }
-            if draft.emission_colour.is_some() && draft.emission.unwrap_or(Vec3::ZERO) == Vec3::ZERO {
+            let is_black = draft.emission.unwrap_or(Vec3::ZERO) == Vec3::ZERO;
+            if is_black && draft.emission_colour.is_some_and(|colour| colour != Vec3::ZERO) {
                 let place = || format!("{}: material {:?}", shown(path), draft.name);
                 reading.notes.add("does not emit: its image of emission is multiplied with a Ke of 0", place);
             }

@@ -87,6 +87,14 @@ impl Image {
         most.map(linear).into()
     }
 
+    /// The colour of a surface that emits as the image shows. `None` if the image is dark but for
+    /// small parts of it, which no mean describes.
+    pub(super) fn emission(&self) -> Option<Vec3> {
+        const MIN_MEAN: f32 = 0.25;
+        let mean = self.mean();
+        (mean.max_element() >= MIN_MEAN * self.brightest().max_element()).then_some(mean)
+    }
+
     /// The mean of all texels, linear.
     pub(super) fn mean(&self) -> Vec3 {
         let table: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(linear(code))).collect();

@@ -4,6 +4,7 @@ use base64::Engine;
 use glam::{Vec2, Vec3};
 use image::{ImageFormat, Rgb, RgbImage};
 use lightpaths::Result;
+use lightpaths::scene::material::Sides;
 use lightpaths::scene::save::{Edited, SceneText};
 use lightpaths::scene::{LightKind, LoadOptions, Scene};
 use serde_json::{Value, json};
@@ -468,7 +469,7 @@ fn what_is_not_read_is_named() {
     file.root["meshes"][0]["primitives"].as_array_mut().unwrap().push(lines);
     file.root["materials"] = json!([
         { "name": "pane", "alphaMode": "BLEND", "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 0.25] },
-          "emissiveFactor": [1, 1, 1], "extensions": { "KHR_materials_clearcoat": {} } },
+          "emissiveFactor": [1, 0.5, 0.25], "doubleSided": true, "extensions": { "KHR_materials_clearcoat": {} } },
         { "name": "leaf", "alphaMode": "MASK" },
     ]);
     file.root["extensionsUsed"] = json!(["KHR_materials_clearcoat", "EXT_unheard_of"]);
@@ -477,7 +478,6 @@ fn what_is_not_read_is_named() {
     for expected in [
         "extensions that are not read: \"KHR_materials_clearcoat\"; \"EXT_unheard_of\"",
         "transparency is passed over: surfaces are opaque (opacity 0.25): pane",
-        "light of surfaces (`emissiveFactor`) is passed over: pane",
         "points and lines are left out",
         "of several scenes the default one is read",
     ] {
@@ -528,4 +528,19 @@ fn damaged_and_foreign_files_are_refused_in_one_line() {
         let found = message(load_files(&[("m.glb", &glb[..length])], "m.glb", &LoadOptions::default()));
         assert!(found.contains("m.glb"), "{length} bytes: {found}");
     }
+}
+
+#[test]
+fn emission_makes_lights() {
+    let mut file = square();
+    file.root["meshes"][0]["primitives"][0]["material"] = json!(0);
+    file.root["materials"] = json!([{ "name": "screen", "emissiveFactor": [1, 0.5, 0.25],
+        "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 8.0 } } }]);
+    file.root["extensionsUsed"] = json!(["KHR_materials_emissive_strength"]);
+    let scene = load(&file);
+    let [light] = &scene.lights[..] else { panic!("{:?}", scene.lights) };
+    assert_eq!((light.name.as_str(), light.kind.word()), ("screen", "surface"));
+    assert_eq!(light.kind.emission(), Vec3::new(8.0, 4.0, 2.0));
+    assert_eq!(scene.materials[0].emitting_sides, Some(Sides::Front));
+    assert!(scene.warnings.iter().all(|warning| !warning.contains("emissive")), "{:?}", scene.warnings);
 }

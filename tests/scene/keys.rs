@@ -20,6 +20,8 @@ fn file(kind: &str, change: Option<(&Key, &str)>) -> String {
                 "built_in" | "triangles" | "tint" | "matrix" => changed.is_none(),
                 "translate" | "rotate" | "scale" => change.is_some_and(|(other, _)| other.name == "matrix"),
                 "diffuse" => change.is_some_and(|(other, _)| other.name == "tint"),
+                // No image is there.
+                "image" => true,
                 "file" => change.is_some_and(|(other, _)| ["built_in", "triangles"].contains(&other.name)),
                 _ => false,
             };

@@ -174,8 +174,6 @@ fn what_is_passed_over_in_mtl_files_is_named() {
         ),
         ("illum 7", "`illum` is passed over (transparency): surfaces are opaque"),
         ("illum 3", "`illum` is passed over (mirror reflections)"),
-        ("Ke 1 0 0", "`Ke` is passed over (light of surfaces)"),
-        ("map_Ke a.png", "`map_Ke` is passed over (light of surfaces)"),
         ("map_Bump -bm 0.2 a.png", "`map_Bump` is passed over (bumps)"),
         ("bump a.png", "`bump` is passed over (bumps)"),
         ("norm a.png", "`norm` is passed over (bumps)"),

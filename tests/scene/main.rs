@@ -15,6 +15,7 @@ use refused::message;
 mod box_model;
 mod confined;
 mod cutouts;
+mod emission;
 mod film;
 mod fit;
 mod gltf;

@@ -166,11 +166,11 @@ fn damaged_stl_files_are_refused_in_one_line() {
     }
 }
 
-/// A model alone gets a camera and a light.
+/// A model alone gets a camera and lights.
 #[test]
 fn scans_are_scenes_alone() {
     for (name, bytes) in [("a.ply", ply("ascii", false)), ("A.STL", binary_stl())] {
         let scene = load_files(&[(name, &bytes)], name, &LoadOptions::default()).unwrap();
-        assert_eq!((scene.cameras.len(), scene.lights.len()), (1, 1), "{name}");
+        assert!(scene.cameras.len() == 1 && !scene.lights.is_empty(), "{name}");
     }
 }

@@ -15,6 +15,7 @@ use super::super::cutouts::{CUT_AT_HALF, Coverage, Cutout};
 use super::super::limits::IMAGE_BYTES;
 use super::super::material::{Material, Sides};
 use super::super::material_names::{NO_MATERIAL, shown};
+use super::super::mtl::{EMISSION_BY_MEAN, EMISSION_LEFT_OUT};
 use super::super::reading::Reading;
 use super::super::texture::{self, Image};
 use super::super::value::printable;
@@ -212,15 +213,17 @@ impl Images<'_, '_> {
         Coverage::Hidden
     }
 
-    /// Emitted radiance. A light has one colour: an image counts by its mean.
+    /// Emitted radiance.
     fn emission(&mut self, material: &gltf::Material, name: &str) -> Vec3 {
         let factor = Vec3::from(material.emissive_factor()) * material.emissive_strength().unwrap_or(1.0);
         if factor == Vec3::ZERO {
             return factor;
         }
         let Some(info) = material.emissive_texture() else { return factor };
-        self.note_named("images of emission count by their mean colour", name);
-        self.image(&info.texture(), name).map_or(factor, |(image, _)| factor * image.mean())
+        let Some((image, _)) = self.image(&info.texture(), name) else { return factor };
+        let colour = image.emission();
+        self.note_named(if colour.is_some() { EMISSION_BY_MEAN } else { EMISSION_LEFT_OUT }, name);
+        factor * colour.unwrap_or(Vec3::ZERO)
     }
 
     fn note_unread(&mut self, material: &gltf::Material, name: &str) {

@@ -158,7 +158,8 @@ void main() {
     for (uint i = 0u; i < LANES; ++i) total += sums[gl_LocalInvocationIndex + i];
     bool starts = is_first(push.flags, push.first_sample);
     if (!is_edge) {
-        light_irradiance[index] = (starts ? 0.0 : light_irradiance[index]) + total.x / float(count);
+        float before_part = starts ? 0.0 : light_irradiance[index];
+        light_irradiance[index] = (before_part + total.x / float(count)) * sky_weight(light, own.normal);
         return;
     }
     for (uint i = 0u; i < slots; ++i) {

@@ -13,16 +13,16 @@ use std::ops::Range;
 const SURFACE_SAMPLES: u32 = 32;
 /// Point samples of a part: one dispatch handles all of them.
 const MAX_PART_SAMPLES: u32 = super::one_light::SAMPLES_A_DISPATCH;
-/// Width of the octahedral map of a sky's weights; mirrors `SKY_TABLE` in `glsl/include/direct.glsl`.
-const SKY_TABLE: u32 = 128;
+/// Width of the octahedral map of a sky's irradiances, odd so that the axes are nodes; mirrors `SKY_TABLE` in `glsl/include/direct.glsl`.
+const SKY_TABLE: u32 = 65;
 
 /// A table of lights.
 #[derive(Clone, Debug, Default)]
 pub struct LightTable {
     /// The rows; frames read one at a time.
     pub rows: Vec<LightSource>,
-    /// Weights of skies, which follow the rows.
-    pub sky_weights: Vec<f32>,
+    /// Irradiances from skies, which follow the rows.
+    pub sky_irradiances: Vec<f32>,
     /// Rows of each light.
     pub lights: Vec<Range<u32>>,
 }
@@ -36,15 +36,15 @@ impl LightTable {
             table.rows.extend(parts(&light.kind, emission));
             table.lights.push(first as u32..table.rows.len() as u32);
         }
-        // The weights start where the rows end.
+        // The irradiances start where the rows end.
         let mut place = table.rows.len() * size_of::<LightSource>() / 4;
         for (light, rows) in lights.iter().zip(&table.lights) {
             if let (LightKind::Sky { turn, channel, .. }, Some(sky)) = (light.kind, &emission.sky) {
-                let rows = &mut table.rows[rows.start as usize..rows.end as usize];
-                table.sky_weights.extend(sky_weights(rows, sky, turn, channel));
-                // A whole number below 2^24, which a float holds. Its bits as an integer would be
-                // a denormal float, which devices may replace by zero.
-                rows[rows.len() - 1].inner_angle = place as f32;
+                table.sky_irradiances.extend(sky_irradiances(sky, turn, channel));
+                // Whole numbers below 2^24, which a float holds. Their bits as integers would be
+                // denormal floats, which devices may replace by zero.
+                let last = &mut table.rows[rows.end as usize - 1];
+                (last.inner_angle, last.outer_angle) = (place as f32, rows.len() as f32);
                 place += (SKY_TABLE * SKY_TABLE) as usize;
             }
         }
@@ -198,17 +198,11 @@ fn of_channel(colour: DVec3, channel: Option<u8>) -> f64 {
     }
 }
 
-/// For normals of an octahedral map: unoccluded irradiance from all of the sky over the sum over
-/// its parts. With these weights a receiver that sees all of its sky gets the exact irradiance.
-fn sky_weights(parts: &[LightSource], sky: &Sky, turn: f32, channel: Option<u8>) -> Vec<f32> {
-    let lit: Vec<(DVec3, f64)> =
-        parts.iter().map(|part| (-part.axis.as_dvec3(), f64::from(part.relative))).collect();
-    let weight = |normal: DVec3| {
-        let found: f64 = lit.iter().map(|(axis, factor)| factor * axis.dot(normal).max(0.0)).sum();
-        let exact = of_channel(sky.irradiance.at(turned(normal, -turn)), channel);
-        if found > 0.0 { (exact / found) as f32 } else { 1.0 }
-    };
-    octahedral::directions(SKY_TABLE).into_iter().map(weight).collect()
+/// Irradiance from all of a sky, for normals of an octahedral map. A receiver that sees all of its
+/// sky gets exactly that, whatever the parts.
+fn sky_irradiances(sky: &Sky, turn: f32, channel: Option<u8>) -> impl Iterator<Item = f32> {
+    let normals = octahedral::directions(SKY_TABLE).into_iter();
+    normals.map(move |normal| of_channel(sky.irradiance.at(turned(normal, -turn)), channel) as f32)
 }
 
 /// Step and modulus of a lattice of `samples` points, with one in every row and every column. The
@@ -243,16 +237,15 @@ mod tests {
     }
 
     #[test]
-    fn a_sky_is_directional_parts_and_their_weights() {
+    fn a_sky_is_directional_parts_and_its_irradiances() {
         let (lights, emission) = sky(0.7);
         let table = LightTable::new(&lights, &emission);
         assert_eq!(table.lights, [0..64]);
         assert!(table.rows.iter().all(|row| row.kind == LIGHT_DIRECTIONAL && row.relative > 0.0));
-        assert_eq!(table.rows[63].inner_angle, (64 * 24) as f32);
-        assert_eq!(table.sky_weights.len(), (SKY_TABLE * SKY_TABLE) as usize);
-        let [low, high] =
-            [f32::min, f32::max].map(|of| table.sky_weights.iter().copied().reduce(of).unwrap_or(0.0));
-        assert!(low > 0.95 && high < 1.05, "{low} to {high}");
+        assert_eq!((table.rows[63].inner_angle, table.rows[63].outer_angle), ((64 * 24) as f32, 64.0));
+        assert_eq!(table.sky_irradiances.len(), (SKY_TABLE * SKY_TABLE) as usize);
+        let error = |irradiance: &f32| (irradiance / std::f32::consts::PI - 1.0).abs();
+        assert!(table.sky_irradiances.iter().map(error).fold(0.0, f32::max) < 1e-3);
     }
 
     #[test]

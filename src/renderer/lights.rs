@@ -56,7 +56,7 @@ pub(super) struct Lights {
     context: Arc<Context>,
     /// The device's copy of `rows`.
     table: Buffer,
-    /// Parts of the lights, and the weights of skies. Kernels of frames work per unit of emission:
+    /// Parts of the lights, and the irradiances from skies. Kernels of frames work per unit of emission:
     /// the colour reaches them in the sums over lights.
     rows: LightTable,
     /// First part of each light, with the emission of the light. A light that is off has a black
@@ -281,7 +281,7 @@ impl Lights {
                 }
             }
         }
-        let bytes = (size_of_val(&*rows.rows) + size_of_val(&*rows.sky_weights)) as u64;
+        let bytes = (size_of_val(&*rows.rows) + size_of_val(&*rows.sky_irradiances)) as u64;
         if bytes > self.table.bytes() {
             self.table = Buffer::storage(&self.context, "lights", bytes)?;
         }
@@ -304,7 +304,7 @@ impl Lights {
     /// Uploads the table. A transfer.
     pub(super) fn record_upload(&self, rec: &mut Recorder) {
         let mut words: Vec<u8> = bytemuck::cast_slice(&self.rows.rows).to_vec();
-        words.extend_from_slice(bytemuck::cast_slice(&self.rows.sky_weights));
+        words.extend_from_slice(bytemuck::cast_slice(&self.rows.sky_irradiances));
         rec.upload(&self.table, &words);
     }
 

@@ -21,8 +21,8 @@ pub struct Emission {
     pub sky: Option<Sky>,
 }
 
-/// Side of the map of unoccluded irradiance.
-const IRRADIANCE_SIDE: u32 = 64;
+/// Side of the map of unoccluded irradiance, odd so that the axes are nodes.
+const IRRADIANCE_SIDE: u32 = 129;
 
 /// An environment, prepared as a light.
 #[derive(Clone, Debug)]

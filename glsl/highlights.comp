@@ -1,8 +1,8 @@
 // Highlights: light of one light that the lobes of glossy pixels' samples reflect to the camera,
 // per unit of emission and of specular albedo. A shadow ray goes to each point sample inside the
-// lobe. If an area light looks larger than the lobe, directions sampled from the lobe replace the
-// shadow rays; so they do for the sky. Deterministic. One invocation = one sample. In: samples, a light. Out: the
-// highlights of the light (radiance).
+// lobe. If an area light looks larger than the lobe, and for the sky, directions sampled from the
+// lobe replace the shadow rays. Deterministic. One invocation = one sample. In: samples, a light.
+// Out: the highlights of the light (radiance).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

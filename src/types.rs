@@ -349,8 +349,8 @@ pub const LIGHT_AREA: u32 = 2;
 /// Directional light: parallel rays.
 pub const LIGHT_DIRECTIONAL: u32 = 3;
 /// Light of several parts, as path and photon tracing sample it: `stride` is the row of the first
-/// part, `modulus` the number of parts. Each part stores the cumulative probability up to its end
-/// in `inner_angle`.
+/// part, `modulus` the number of parts. Each part stores the cumulative probability up to its own
+/// end in `inner_angle`.
 pub const LIGHT_GROUP: u32 = 4;
 /// A part of the sky between two azimuths and two heights: `edge_u` holds the first azimuth, the
 /// difference of azimuths and the first height, `area` the solid angle, `outer_angle` the

@@ -110,10 +110,10 @@ float weighed(LightSource light, uint end, float found, vec3 position, vec3 shad
     return found;
 }
 
-// Factor of the sum over all parts of a sky for a receiver with that normal: the irradiance from all
-// of the sky over the sum, both unoccluded. 1 for other lights and for other parts than the last,
-// which is in row `push.light`. It stores the number of parts, and where the table of irradiances
-// starts: an octahedral map of SKY_TABLE² values, bilinear.
+// Factor of the sum over all parts of a sky for a receiver with that normal: the irradiance from
+// all of the sky over the sum, both unoccluded. 1 for other lights and for other parts than the
+// last, which is in row `push.light`. The last part stores the number of parts, and where the
+// table of irradiances starts: an octahedral map of SKY_TABLE² values, bilinear.
 const int SKY_TABLE = 65;
 float sky_weight(LightSource light, vec3 normal) {
     uint first = uint(light.inner_angle);  // whole numbers
@@ -148,8 +148,8 @@ float accumulated(LightSource light, uint flags, uint end, float before, float f
     return (before + light.relative * weighed(light, end, found, position, shading, area)) * sky_weight(light, shading);
 }
 
-// Whether a receiver is on the surface that emits. Rounding decides which side of it the receiver is
-// on, and one of them would be fully lit.
+// Whether a receiver is on the surface that emits. Rounding decides which side of it the receiver
+// is on, and one of them would be fully lit.
 bool is_on_light(LightSource light, vec3 position) {
     if ((light.shape & SHAPE_SURFACE) == 0u) return false;
     return abs(dot(light.axis, light.position - position)) <= 4.0 * clear_distance();

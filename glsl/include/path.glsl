@@ -1,7 +1,7 @@
 // Vertices of paths from the eye or a surface: their reflected light and the continuation of the
-// path. Include after bvh.glsl, lights.glsl, light_parts.glsl, brdf.glsl and textures.glsl. The including shader
-// binds the texels `Surfaces`, `Reflectance materials[]` and `LightSource lights[]`; its push block
-// `push` has `light_count`.
+// path. Include after bvh.glsl, lights.glsl, light_parts.glsl, brdf.glsl and textures.glsl. The
+// including shader binds the texels `Surfaces`, `Reflectance materials[]` and `LightSource
+// lights[]`; its push block `push` has `light_count`.
 
 struct Vertex {
     vec3 position;

@@ -13,7 +13,7 @@ pub struct LitScene<'a> {
     pub geometry: Geometry<'a>,
     /// Reflectances of its materials.
     pub materials: &'a [Reflectance],
-    /// Lights of the scene, then the parts of those that have several.
+    /// Lights of the scene, then the parts of lights of several parts.
     pub lights: &'a [LightSource],
 }
 

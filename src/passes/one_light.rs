@@ -67,9 +67,8 @@ impl<'a> OneLight<'a> {
         self.part_count * self.samples
     }
 
-    /// Point samples that share a beam at an entry point that may be glossy. Parts are stored in
-    /// an order that keeps neighbours together, so that samples of one beam have similar
-    /// directions.
+    /// Point samples that share a beam at an entry point that may be glossy. Neighbouring parts are
+    /// stored together, so that samples of one beam have similar directions.
     pub fn samples_per_beam(&self) -> u32 {
         if self.part_count == 1 { 1 } else { self.sample_count().div_ceil(MAX_BEAMS) }
     }

@@ -56,11 +56,10 @@ pub(super) struct Lights {
     context: Arc<Context>,
     /// The device's copy of `rows`.
     table: Buffer,
-    /// Parts of the lights, and the irradiances from skies. Kernels of frames work per unit of emission:
-    /// the colour reaches them in the sums over lights.
+    /// Parts of the lights, and the irradiances from skies. Kernels of frames work per unit of
+    /// emission: the colour reaches them in the sums over lights.
     rows: LightTable,
-    /// First part of each light, with the emission of the light. A light that is off has a black
-    /// emission.
+    /// First part of each light, with the light's emission, which is black if the light is off.
     sources: Vec<LightSource>,
     /// The lights of the scene.
     lights: Vec<Light>,
@@ -447,7 +446,8 @@ impl Lights {
         active.map(|(_, parts)| &self.rows.rows[parts.start as usize..parts.end as usize])
     }
 
-    /// Active lights that are not stale: parts, emission, form factors and irradiance at pixels, and the index.
+    /// Active lights that are not stale. Returns their parts, emission, form factors, irradiance at
+    /// pixels, and index.
     pub(super) fn current<'a>(
         &'a self,
         stale: &'a [LightResults],

@@ -1,5 +1,4 @@
-//! Surfaces and directions behind the lights of kinds [`LightKind::Surface`] and
-//! [`LightKind::Sky`].
+//! Surfaces and directions behind lights of the kinds `Surface` and `Sky`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -57,8 +56,8 @@ impl Emission {
         Self { surfaces: emitters::emitters(triangles, emits), sky }
     }
 
-    /// Lights for the surfaces without one in `taken`, and for the sky. Names differ from those taken. `sky` holds the
-    /// factor of its radiance and its rotation about +Y in radians.
+    /// Lights for the surfaces without one in `taken`, and for the sky. Names differ from those
+    /// taken. `sky` holds the factor of its radiance and its rotation about +Y in radians.
     pub fn lights(&self, materials: &[Material], sky: Option<(Vec3, f32)>, taken: &[Light]) -> Vec<Light> {
         let mut lights: Vec<Light> = Vec::new();
         let mut add = |name: &str, kind: LightKind| {

@@ -30,8 +30,8 @@ pub struct Part {
 pub struct Emitter {
     /// All of its surface.
     pub surface: Vec<Part>,
-    /// The parts that represent it in frames, at most [`MAX_PARTS`]: all of its surface, or small
-    /// squares around points of it, each with an equal share of the area. Neighbours are together.
+    /// At most [`MAX_PARTS`] parts that represent it in frames, neighbours together: all of its
+    /// surface, or squares around points of it, each with an equal fraction of the area.
     pub parts: Vec<Part>,
 }
 
@@ -125,8 +125,8 @@ fn shapes(triangles: &[[Vec3; 3]]) -> Vec<Part> {
     parts
 }
 
-/// Squares that represent a surface of many parts: one for each equal share of the area along a
-/// space-filling curve.
+/// Squares that represent a surface of many parts: one for each equal fraction of the area along
+/// a space-filling curve.
 fn squares(surface: &[Part]) -> Vec<Part> {
     let (low, high) = surface
         .iter()
@@ -142,14 +142,14 @@ fn squares(surface: &[Part]) -> Vec<Part> {
     let mut order: Vec<(u32, &Part)> = surface.iter().map(|part| (place(part), part)).collect();
     order.sort_by_key(|&(place, _)| place);
     let total: f64 = surface.iter().map(Part::area_m2).sum();
-    let share = total / MAX_PARTS as f64;
+    let area = total / MAX_PARTS as f64;
     let (mut squares, mut end) = (Vec::new(), 0.0);
     for (_, part) in order {
         end += part.area_m2();
-        // A large part may hold the middle of several shares: it then gets as many squares, all at
-        // its centre.
-        while squares.len() < MAX_PARTS && (squares.len() as f64 + 0.5) * share <= end {
-            squares.push(part.square(share));
+        // A large part may hold the middle of several fractions: it then gets as many squares, all
+        // at its centre.
+        while squares.len() < MAX_PARTS && (squares.len() as f64 + 0.5) * area <= end {
+            squares.push(part.square(area));
         }
     }
     squares

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 /// Largest width of the grid of cells that path and photon tracing sample.
 const MAX_CELLS: usize = 256;
-/// Size of the grid of cells that unoccluded irradiance is summed over: horizons divide few of them.
+/// Size of the grid of cells for sums of unoccluded irradiance. A horizon divides few cells.
 const IRRADIANCE_CELLS: [usize; 2] = [192, 96];
 
 /// A sky without its brightness: radiance per unit of the lights that show it.
@@ -39,7 +39,7 @@ pub struct Cell {
     pub height: f64,
     /// Difference of these sines.
     pub depth: f64,
-    /// Mean radiance.
+    /// Mean radiance of the cell.
     pub radiance: DVec3,
 }
 
@@ -88,7 +88,7 @@ impl Environment {
             .all(|texel| texel.max_element() - texel.min_element() <= 1e-3 * texel.max_element())
     }
 
-    /// Cells of a grid of at most [`MAX_CELLS`] columns, row by row from the top, and its columns.
+    /// Cells of a grid of at most 256×128, row by row from the top, and its columns.
     pub fn cells(&self) -> (Vec<Cell>, usize) {
         let [width, height] = self.size.map(|size| size as usize);
         let columns = width.min(MAX_CELLS);

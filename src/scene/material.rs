@@ -44,7 +44,7 @@ pub enum Sides {
     Front,
     /// The other side.
     Back,
-    /// Both sides.
+    /// The front and the back.
     Both,
 }
 

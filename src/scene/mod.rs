@@ -134,8 +134,8 @@ pub struct Scene {
     pub opacity: OpacityMaps,
     /// Materials that triangles refer to.
     pub materials: Vec<Material>,
-    /// Lights, recentred; empty only if a command allows it. Emitting materials and the sky come
-    /// last.
+    /// Lights, recentred; empty only if a command allows it. Emitting materials and the sky follow
+    /// the lights of the scene file.
     pub lights: Vec<Light>,
     /// Surfaces and directions that these lights stand for.
     pub emission: Arc<Emission>,

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 gpu_struct! {
     pub struct ComposePush {
-        /// The camera.
+        /// Camera of the image.
         pub view: View,
         /// Capacity for samples of edge pixels.
         pub capacity: EdgeCapacity,

@@ -38,7 +38,7 @@ gpu_struct! {
         pub first_sample: u32,
         /// One past the last.
         pub end_sample: u32,
-        /// `TRACES_ALL`, `ADDS`.
+        /// Sum of `TRACES_ALL` and `ADDS`.
         pub flags: u32,
         /// First batch of the bound buffer.
         pub first_batch: u32,

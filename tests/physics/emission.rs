@@ -187,7 +187,7 @@ fn a_sky_of_several_colours_lights_as_the_path_tracer_says() {
     for (layer, exact) in [(Layer::Direct, &exact.direct), (Layer::Indirect, &exact.indirect)] {
         let found = renderer.layer(layer).unwrap();
         println!("{layer:?}: {:.5} {:.5}", mean(&found), mean(exact));
-        assert_close(&format!("{layer:?}"), mean(&found), mean(exact), 0.02);
+        assert_close(&format!("{layer:?}"), mean(&found), mean(exact), 0.005);
         let blue = |pixels: &[[f32; 3]]| pixels.iter().map(|pixel| f64::from(pixel[2])).sum::<f64>();
         assert_close(&format!("{layer:?}, blue"), blue(&found), blue(exact), 0.02);
     }

@@ -1,7 +1,7 @@
 // Final gathering, step 1: radiance that a gather target sends back along its rays, computed
-// once for all of them. A gather target is a cluster with a material. [Yue §3] Deterministic.
-// One invocation = one gather target. In: cluster irradiance (W/m²), flux of gloss bins (W),
-// reflectances. Out: W/m²/sr.
+// once for all of them. A gather target is a cluster with a material, or a cell of the sky.
+// [Yue §3] Deterministic. One invocation = one gather target. In: cluster irradiance (W/m²), flux
+// of gloss bins (W), reflectances, radiance of the sky (W/m²/sr). Out: W/m²/sr.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -20,6 +20,8 @@ struct GatherRadiancePush {
     uint target_count;
     uint cluster_bits;   // width of the cluster field in a target
     uint cluster_count;  // near-field patches included
+    uint first_sky;      // number of the target of the sky's first cell
+    uint has_sky;        // 0: the sky is black
 };
 
 layout(scalar, binding = 0) readonly buffer Targets { uint targets[]; };  // targets of gather rays, in ascending order
@@ -30,6 +32,7 @@ layout(scalar, binding = 4) readonly buffer GlossBins { GlossBin gloss_bins[]; }
 layout(scalar, binding = 5) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };     // of gloss bins, W
 layout(scalar, binding = 6) writeonly buffer Radiances { vec4 radiances[]; };  // diffuse radiance without the image's colour; texels
 layout(scalar, binding = 7) writeonly buffer LobeRadiances { vec3 lobe_radiances[]; };        // radiance of Phong lobes, which images do not colour
+layout(scalar, binding = 8) readonly buffer SkyRadiance { vec3 sky_radiance[]; };
 layout(scalar, push_constant) uniform Push { GatherRadiancePush push; };
 
 void main() {
@@ -37,6 +40,11 @@ void main() {
     if (index >= push.target_count) return;
     uint target = targets[index];
     uint cluster = target & ((1u << push.cluster_bits) - 1u);
+    if (cluster >= push.first_sky) {
+        if (IS_GLOSSY == 1u) lobe_radiances[index] = vec3(0.0);
+        radiances[index] = vec4(push.has_sky != 0u ? sky_radiance[cluster - push.first_sky] : vec3(0.0), 0.0);
+        return;
+    }
     if (IS_GLOSSY == 1u) {
         vec3 gloss = vec3(0.0);
         if (cluster >= push.cluster_count) {

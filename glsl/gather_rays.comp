@@ -13,10 +13,12 @@
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/colour.glsl"
+#include "include/octahedral.glsl"
 
 layout(local_size_x_id = 3) in;
 layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
+layout(constant_id = 2) const uint SKY_SIDE = 0;  // of the sky's table; 0: rays out of the scene read nothing
 
 struct GatherRaysPush {
     Grid grid;
@@ -25,6 +27,7 @@ struct GatherRaysPush {
     uint point_count;
     uint seed;
     uint cluster_bits;    // width of the cluster field in GatherRay.target
+    uint first_sky;       // number of the target of the sky's first cell
     float min_entry_points;  // minimum sample count of a cluster
     float min_distance; // lower bound of distances in gradients, metres
 };
@@ -118,7 +121,8 @@ void main() {
         Hit hit;
         // If the shading normal leans away from the geometric one, part of its hemisphere lies
         // inside the surface.
-        if (dot(direction, normal) > 0.0 && trace(Ray(origin, direction, FAR), false, hit)) {
+        bool is_outside = dot(direction, normal) > 0.0;
+        if (is_outside && trace(Ray(origin, direction, FAR), false, hit)) {
             distance = hit.t;
             // The solid angle of one stratum.
             float footprint = SHARE * sqrt(PI / (float(RINGS * SECTORS) * local.z)) * hit.t;
@@ -126,6 +130,9 @@ void main() {
             uint material = surface_at(hit.triangle).material;
             if (cluster != NO_CLUSTER) target = cluster | (material << push.cluster_bits);
             if (HAS_TEXTURES != 0u) ray_colours[first + ray] = pack_colour(image_at(material, hit.triangle, hit.barycentric));
+        } else if (SKY_SIDE != 0u && is_outside) {
+            target = push.first_sky + octahedral_cell(direction, SKY_SIDE);
+            if (HAS_TEXTURES != 0u) ray_colours[first + ray] = pack_colour(vec3(1.0));
         }
         distances[ray] = distance;
         gather_rays[first + ray].target = target;

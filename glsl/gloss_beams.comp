@@ -22,6 +22,7 @@ struct GlossBeamsPush {
     uint entry_count;
     uint light;       // its first part
     uint beam_count;  // of an entry point
+    uint part_beams;  // of these, those that this dispatch writes, the first
     uint sample_count;      // of all parts
     uint samples_per_beam;
     float area_m2;    // mean area of an entry point
@@ -42,11 +43,13 @@ layout(scalar, push_constant) uniform Push { GlossBeamsPush push; };
 
 void main() {
     uint index = flat_invocation();
-    if (index >= push.entry_count * push.beam_count) return;
-    GlossEntry entry = gloss_entries[index / push.beam_count];
+    if (index >= push.entry_count * push.part_beams) return;
+    uint entry_index = index / push.part_beams;
+    uint beam_index = index % push.part_beams;
+    GlossEntry entry = gloss_entries[entry_index];
     // All parts have as many samples.
     uint samples = light_at(Lights, push.light).samples;
-    uint first = index % push.beam_count * push.samples_per_beam;
+    uint first = beam_index * push.samples_per_beam;
     uint end = min(first + push.samples_per_beam, push.sample_count);
     GlossBeam beam = GlossBeam(entry.normal, 0.0);
     vec3 toward = vec3(0.0);
@@ -64,6 +67,6 @@ void main() {
         if (push.samples_per_beam > 1u) toward = normalize(toward);
         beam.mirror = reflect(-toward, entry.normal);
     }
-    gloss_beams[index] = beam;
+    gloss_beams[entry_index * push.beam_count + beam_index] = beam;
     if (!loops_completed(push.entry_count)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -1,8 +1,9 @@
-// Indirect irradiance at cache points by path tracing: an exact reference for the gather pass.
-// [Kajiya 1986] Deterministic. One invocation = STRATA strata of the points' gather hemispheres,
-// one after another, so that few lanes wait for a neighbour's longest path. A dispatch extends the
-// paths by `rounds` vertices. In: cache points, scene, lights. In and out: the paths and their
-// accumulated radiance (W/m²/sr), one segment a cache point.
+// Irradiance at cache points by path tracing, from surfaces and from the sky without its bright
+// spots: an exact reference for the gather pass. [Kajiya 1986] Deterministic. One invocation =
+// STRATA strata of the points' gather hemispheres, one after another, so that few lanes wait for a
+// neighbour's longest path. A dispatch extends the paths by `rounds` vertices. In: cache points,
+// scene, lights, radiance of the sky (W/m²/sr). In and out: the paths and their accumulated
+// radiance (W/m²/sr), one segment a cache point.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -14,12 +15,14 @@
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/colour.glsl"
+#include "include/octahedral.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
 layout(constant_id = 2) const uint ROULETTE_THRESHOLD = 0;  // float bits: roulette starts below this throughput
 layout(constant_id = 3) const uint STRATA = 0;  // of an invocation
+layout(constant_id = 4) const uint SKY_SIDE = 0;  // of the sky's table; 0: no sky
 
 // A path in progress, and the radiance of the finished ones.
 struct ProbePath {
@@ -52,6 +55,7 @@ layout(scalar, binding = 7) buffer Unfinished { uint unfinished[]; };  // number
 layout(scalar, binding = 8) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 9) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 10) readonly buffer Texels { uint texels[]; };
+layout(scalar, binding = 11) readonly buffer SkyRadiance { vec3 sky_radiance[]; };
 layout(scalar, push_constant) uniform Push { IrradianceProbePush push; };
 
 #include "include/triangles.glsl"
@@ -101,11 +105,14 @@ void main() {
             alive = dot(path.direction, normal) > 0.0;
         }
         Hit hit;
+        bool is_outside = alive;
         alive = alive && trace(Ray(path.origin, path.direction, FAR), false, hit);
+        if (SKY_SIDE != 0u && is_outside && !alive && path.depth == 0u) path.radiance += sky_radiance[octahedral_cell(path.direction, SKY_SIDE)];
         if (alive) {
             Vertex vertex = vertex_at(hit, path.direction, false);
             uint seed = hash(ray_seed, path.depth + 1u);
-            path.radiance += path.throughput * reflected_light(vertex, path.sample_index, seed, rays);
+            vec3 gathered;
+            path.radiance += path.throughput * reflected_light(vertex, path.sample_index, seed, rays, gathered);
             vec3 u = sample_3d(path.sample_index, seed);
             alive = reflect_path(vertex, u, uintBitsToFloat(ROULETTE_THRESHOLD), path.throughput, path.direction);
             path.origin = offset_origin(vertex.position, vertex.geometric);

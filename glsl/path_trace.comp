@@ -35,7 +35,7 @@ struct TracedPath {
     vec3 direction;
     vec3 throughput;    // product of brdf·cosθ/pdf so far, roulette included
     vec3 direct;        // radiance found so far: reflected once
-    vec3 indirect;      // reflected several times
+    vec3 indirect;      // reflected several times, or once from the sky
     uint depth;         // vertices so far
     uint sample_index;  // index of its random numbers: the number of finished samples
 };
@@ -127,8 +127,14 @@ void main() {
         if (alive) {
             Vertex vertex = vertex_at(hit, path.direction, path.depth == 0u);
             uint seed = hash(pixel_seed, path.depth + 1u);
-            vec3 radiance = path.throughput * reflected_light(vertex, path.sample_index, seed, moments.rays);
-            if (path.depth == 0u) path.direct = radiance; else path.indirect += radiance;
+            vec3 gathered;
+            vec3 radiance = path.throughput * reflected_light(vertex, path.sample_index, seed, moments.rays, gathered);
+            if (path.depth == 0u) {
+                path.direct = radiance - gathered;
+                path.indirect = gathered;
+            } else {
+                path.indirect += radiance;
+            }
             // Later vertices sample emitters as lights.
             if (HAS_EMISSION != 0u && path.depth == 0u) path.direct += emitted_against(hit.triangle, path.direction);
 

@@ -104,9 +104,11 @@ uint nearest_point(vec3 position, vec3 normal) {
     return nearest;
 }
 
-// Reflected direct light along `outgoing`, with one shadow ray a light.
-vec3 direct_light(Vertex vertex, Reflectance material, uint ray, uint seed) {
+// Reflected direct light along `outgoing`, with one shadow ray a light. `gathered` is the part that
+// frames find by gather rays: diffuse reflection of the sky without its bright spots.
+vec3 direct_light(Vertex vertex, Reflectance material, uint ray, uint seed, out vec3 gathered) {
     vec3 sum = vec3(0.0);
+    gathered = vec3(0.0);
     // A black material reflects nothing and takes no shadow ray.
     uint count = largest(material.diffuse + material.specular) > 0.0 ? push.light_count : 0u;
     for (uint i = 0u; i < count; ++i) {
@@ -118,6 +120,7 @@ vec3 direct_light(Vertex vertex, Reflectance material, uint ray, uint seed) {
         if (cosine <= 0.0 || dot(vertex.normal, found.direction) <= 0.0) continue;
         if (!is_lit(vertex.position, vertex.normal, found)) continue;
         sum += brdf(material, vertex.shading, vertex.outgoing, found.direction) * found.irradiance * cosine;
+        if (light.kind == LIGHT_SKY) gathered += light.edge_v.x * cosine / PI * material.diffuse * found.irradiance;
     }
     return sum;
 }
@@ -155,7 +158,8 @@ vec3 indirect_light(Vertex vertex, uint ray, uint seed) {
             vertex.material.diffuse = vec3(0.0);
             if (largest(vertex.material.specular) <= 0.0) break;
         }
-        sum += throughput * direct_light(vertex, vertex.material, ray, hash(seed, 2u * depth + 1u));
+        vec3 gathered;
+        sum += throughput * direct_light(vertex, vertex.material, ray, hash(seed, 2u * depth + 1u), gathered);
     }
     return sum;
 }
@@ -187,8 +191,10 @@ void main() {
         }
         Vertex seen = vertex_at(hit, direction, true);
         if (HAS_EMISSION != 0u) add(sums.direct, sums.direct_lost, emitted_against(hit.triangle, direction));
-        add(sums.direct, sums.direct_lost, direct_light(seen, seen.material, ray, hash(seed, 1u)));
-        add(sums.indirect, sums.indirect_lost, indirect_light(seen, ray, seed));
+        vec3 gathered;
+        vec3 direct = direct_light(seen, seen.material, ray, hash(seed, 1u), gathered);
+        add(sums.direct, sums.direct_lost, direct - gathered);
+        add(sums.indirect, sums.indirect_lost, gathered + indirect_light(seen, ray, seed));
     }
     pixel_sums[index] = sums;
     if (!loops_completed(push.sample_count)) truncated_loops[0] = LOOP_TRUNCATED;

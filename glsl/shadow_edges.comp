@@ -159,7 +159,7 @@ void main() {
     bool starts = is_first(push.flags, push.first_sample);
     if (!is_edge) {
         float before_part = starts ? 0.0 : light_irradiance[index];
-        light_irradiance[index] = (before_part + total.x / float(count)) * sky_weight(light, own.normal);
+        light_irradiance[index] = before_part + total.x / float(count);
         return;
     }
     for (uint i = 0u; i < slots; ++i) {

@@ -110,33 +110,6 @@ float weighed(LightSource light, uint end, float found, vec3 position, vec3 shad
     return found;
 }
 
-// Factor of the sum over all parts of a sky for a receiver with that normal: the irradiance from
-// all of the sky over the sum, both unoccluded. 1 for other lights and for other parts than the
-// last, which is in row `push.light`. The last part stores the number of parts, and where the
-// table of irradiances starts: an octahedral map of SKY_TABLE² values, bilinear.
-const int SKY_TABLE = 65;
-float sky_weight(LightSource light, vec3 normal) {
-    uint first = uint(light.inner_angle);  // whole numbers
-    uint count = uint(light.outer_angle);
-    if (light.kind != LIGHT_DIRECTIONAL || count == 0u) return 1.0;
-    vec3 on_octahedron = normal / (abs(normal.x) + abs(normal.y) + abs(normal.z));
-    vec2 folded = (1.0 - abs(on_octahedron.zx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(on_octahedron.xz, vec2(0.0)));
-    vec2 place = (on_octahedron.y >= 0.0 ? on_octahedron.xz : folded) * 0.5 + 0.5;
-    vec2 texel = place * float(SKY_TABLE - 1);
-    ivec2 low = clamp(ivec2(texel), ivec2(0), ivec2(SKY_TABLE - 2));
-    vec2 fraction = texel - vec2(low);
-    uint at = first + uint(low.y * SKY_TABLE + low.x);
-    vec2 left = uintBitsToFloat(uvec2(word_at(Lights, at), word_at(Lights, at + uint(SKY_TABLE))));
-    vec2 right = uintBitsToFloat(uvec2(word_at(Lights, at + 1u), word_at(Lights, at + 1u + uint(SKY_TABLE))));
-    vec2 across = mix(left, right, fraction.x);
-    float sum = 0.0;
-    for (uint row = push.light + 1u - count; row <= push.light; ++row) {
-        LightSource part = light_at(Lights, row);
-        sum += part.relative * max(0.0, -dot(part.axis, normal));
-    }
-    return sum > 0.0 ? mix(across.x, across.y, fraction.y) / sum : 1.0;
-}
-
 // Whether a dispatch replaces the light of earlier frames.
 bool is_first(uint flags, uint first_sample) { return first_sample == 0u && (flags & ADDS) == 0u; }
 
@@ -144,8 +117,8 @@ bool is_first(uint flags, uint first_sample) { return first_sample == 0u && (fla
 // `before` by earlier ones, which handled other samples of the same part or, with ADDS, earlier
 // parts. A part of several has all its samples in one dispatch.
 float accumulated(LightSource light, uint flags, uint end, float before, float found, vec3 position, vec3 shading, float area) {
-    if ((flags & ADDS) == 0u) return light.relative * weighed(light, end, before + found, position, shading, area) * sky_weight(light, shading);
-    return (before + light.relative * weighed(light, end, found, position, shading, area)) * sky_weight(light, shading);
+    if ((flags & ADDS) == 0u) return light.relative * weighed(light, end, before + found, position, shading, area);
+    return before + light.relative * weighed(light, end, found, position, shading, area);
 }
 
 // Whether a receiver is on the surface that emits. Rounding decides which side of it the receiver

@@ -21,9 +21,11 @@ Vertex vertex_at(Hit hit, vec3 direction, bool is_first) {
     return Vertex(hit_position(hit), side * surface.normal, side * shading, -normalize(direction), material);
 }
 
-// Radiance that a vertex reflects of direct light, W/m²/sr.
-vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint rays) {
+// Radiance that a vertex reflects of direct light, W/m²/sr. `gathered` is the part of it that
+// frames find by gather rays: diffuse reflection of the sky without its bright spots.
+vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint rays, out vec3 gathered) {
     vec3 radiance = vec3(0.0);
+    gathered = vec3(0.0);
     for (uint i = 0u; i < push.light_count; ++i) {
         LightSource light = lights[i];
         vec3 u = vec3(0.0);
@@ -37,7 +39,9 @@ vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint ray
         vec3 reflected = brdf(vertex.material, vertex.shading, vertex.outgoing, found.direction) * found.irradiance;
         if (reflected == vec3(0.0)) continue;
         ++rays;
-        if (is_lit(vertex.position, vertex.geometric, found)) radiance += cosine * reflected;
+        if (!is_lit(vertex.position, vertex.geometric, found)) continue;
+        radiance += cosine * reflected;
+        if (light.kind == LIGHT_SKY) gathered += light.edge_v.x * cosine / PI * vertex.material.diffuse * found.irradiance;
     }
     return radiance;
 }

@@ -43,6 +43,7 @@ pub mod rays;
 pub mod records;
 pub mod sampling;
 pub mod shafts;
+pub mod sky_factors;
 pub mod splat;
 pub mod splat_apply;
 pub mod textures;

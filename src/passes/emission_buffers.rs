@@ -47,6 +47,11 @@ impl EmissionBuffers {
         !self.emission.surfaces.is_empty() || self.emission.sky.is_some()
     }
 
+    /// Whether there is a sky.
+    pub fn has_sky(&self) -> bool {
+        self.emission.sky.is_some()
+    }
+
     /// The bindings of shaders that see the sky alone.
     pub fn sky(&self) -> [(&'static str, &Buffer); 2] {
         [("Backgrounds", &self.background), ("SkyTexels", &self.texels)]

@@ -14,6 +14,8 @@ pub enum GatherTarget {
     Patch(u32),
     /// One outgoing direction of a glossy cluster.
     GlossBin(u32),
+    /// A cell of the sky's octahedral table; the ray leaves the scene.
+    Sky(u32),
 }
 
 /// A kind of target: makes the target of an index.
@@ -28,11 +30,13 @@ pub struct TargetCounts {
     pub patches: u32,
     /// Gloss bins, those of sums included.
     pub gloss_bins: u32,
+    /// Side of the sky's octahedral table; 0: rays out of the scene read nothing.
+    pub sky_side: u32,
 }
 
 /// Packing of a gather ray's target and material in one word, and the unit of its gradient.
-/// Clusters, patches and gloss bins are numbered in this order, so that the first two share one
-/// list of irradiances.
+/// Clusters, patches, gloss bins and cells of the sky are numbered in this order, so that the first
+/// two share one list of irradiances.
 #[derive(Clone, Copy, Debug)]
 pub struct GatherTargetPacking {
     counts: TargetCounts,
@@ -43,7 +47,7 @@ pub struct GatherTargetPacking {
 }
 
 impl GatherTargetPacking {
-    /// The packing of clusters alone, as rays are traced.
+    /// The packing of clusters alone.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`] if clusters and materials do not fit one word.
@@ -52,13 +56,14 @@ impl GatherTargetPacking {
         Self::of_counts(counts, materials, min_distance)
     }
 
-    /// The packing of all kinds, as frames read them.
+    /// The packing of these targets. Rays are traced to clusters and the sky alone.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`] if targets and materials do not fit one word.
     pub fn of_counts(counts: TargetCounts, materials: usize, min_distance: f32) -> Result<Self> {
-        let TargetCounts { clusters, patches, gloss_bins } = counts;
-        let total: u64 = [clusters, patches, gloss_bins].into_iter().map(u64::from).sum();
+        let TargetCounts { clusters, patches, gloss_bins, sky_side } = counts;
+        let total: u64 =
+            [clusters, patches, gloss_bins, sky_side * sky_side].into_iter().map(u64::from).sum();
         let cluster_bits = (total + 1).next_power_of_two().ilog2().max(1);
         // One packing is `NO_TARGET`: the topmost material index stays unused.
         if cluster_bits > 31 || materials as u64 >= 1 << (32 - cluster_bits) {
@@ -69,6 +74,11 @@ impl GatherTargetPacking {
         Ok(Self { counts, cluster_bits, min_distance })
     }
 
+    /// Side of the sky's octahedral table; 0: rays out of the scene read nothing.
+    pub fn sky_side(&self) -> u32 {
+        self.counts.sky_side
+    }
+
     /// Maximum number of clusters that [`Self::new`] accepts with `materials` materials.
     pub fn max_clusters(materials: usize) -> u64 {
         let material_bits = (materials as u64 + 1).next_power_of_two().ilog2();
@@ -77,11 +87,12 @@ impl GatherTargetPacking {
 
     /// Number of a target: for clusters and patches, its place in the list of irradiances.
     pub fn number(&self, target: GatherTarget) -> u32 {
-        let TargetCounts { clusters, patches, .. } = self.counts;
+        let TargetCounts { clusters, patches, gloss_bins, .. } = self.counts;
         match target {
             GatherTarget::Cluster(cluster) => cluster,
             GatherTarget::Patch(patch) => clusters + patch,
             GatherTarget::GlossBin(bin) => clusters + patches + bin,
+            GatherTarget::Sky(cell) => clusters + patches + gloss_bins + cell,
         }
     }
 
@@ -95,12 +106,13 @@ impl GatherTargetPacking {
         if word == NO_TARGET {
             return None;
         }
-        let TargetCounts { clusters, patches, gloss_bins } = self.counts;
+        let TargetCounts { clusters, patches, gloss_bins, sky_side } = self.counts;
         let mut number = word & ((1 << self.cluster_bits) - 1);
-        let kinds: [(u32, TargetKind); 3] = [
+        let kinds: [(u32, TargetKind); 4] = [
             (clusters, GatherTarget::Cluster),
             (patches, GatherTarget::Patch),
             (gloss_bins, GatherTarget::GlossBin),
+            (sky_side * sky_side, GatherTarget::Sky),
         ];
         for (count, kind) in kinds {
             if number < count {
@@ -191,10 +203,10 @@ mod tests {
 
     #[test]
     fn every_target_is_packed_and_unpacked() {
-        let kinds = [GatherTarget::Cluster, GatherTarget::Patch, GatherTarget::GlossBin];
-        for numbers in [[5, 0, 0], [5, 3, 2], [7, 0, 4], [1, 1, 1]] {
-            let [clusters, patches, gloss_bins] = numbers;
-            let counts = TargetCounts { clusters, patches, gloss_bins };
+        let kinds = [GatherTarget::Cluster, GatherTarget::Patch, GatherTarget::GlossBin, GatherTarget::Sky];
+        for numbers in [[5, 0, 0, 0], [5, 3, 2, 0], [7, 0, 4, 9], [1, 1, 1, 1]] {
+            let [clusters, patches, gloss_bins, sky] = numbers;
+            let counts = TargetCounts { clusters, patches, gloss_bins, sky_side: u32::isqrt(sky) };
             let packing = GatherTargetPacking::of_counts(counts, 3, 1.0).unwrap();
             let targets = kinds.iter().zip(numbers).flat_map(|(kind, count)| (0..count).map(kind));
             let mut next = 0;
@@ -230,7 +242,7 @@ mod tests {
             Some(GatherTarget::GlossBin(5)),
         ]
         .map(|target| target.map(|target| (target, 1)));
-        let counts = TargetCounts { clusters: 4, patches: 7, gloss_bins: 6 };
+        let counts = TargetCounts { clusters: 4, patches: 7, gloss_bins: 6, sky_side: 0 };
         let packing = GatherTargetPacking::of_counts(counts, 2, 1.0).unwrap();
         for (first, end) in (0..5).flat_map(|first| (first..=5).map(move |end| (first, end))) {
             assert_eq!(targets.of_rays(first, &rays[first..end]), expected[first..end]);

@@ -4,7 +4,7 @@
 use crate::scene::emission::Sky;
 use crate::scene::emitters::Part;
 use crate::scene::environment::{Beam, Cell};
-use crate::scene::{Emission, Light, LightKind, octahedral};
+use crate::scene::{Emission, Light, LightKind};
 use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_GROUP, LIGHT_SKY, LIGHT_SPOT, LightSource};
 use glam::{DVec2, DVec3, Vec3};
 use std::ops::Range;
@@ -13,19 +13,42 @@ use std::ops::Range;
 const SURFACE_SAMPLES: u32 = 32;
 /// Point samples of a part: one dispatch handles all of them.
 const MAX_PART_SAMPLES: u32 = super::one_light::SAMPLES_A_DISPATCH;
-/// Width of the octahedral map of a sky's irradiances, odd so that the axes are nodes. Mirrors
-/// `SKY_TABLE` in `glsl/include/direct.glsl`.
-const SKY_TABLE: u32 = 65;
 
 /// A table of lights.
 #[derive(Clone, Debug, Default)]
 pub struct LightTable {
     /// The rows; frames read one at a time.
     pub rows: Vec<LightSource>,
-    /// Irradiances from skies, which follow the rows.
-    pub sky_irradiances: Vec<f32>,
-    /// Rows of each light.
-    pub lights: Vec<Range<u32>>,
+    /// Radiances of skies per unit emission, which follow the rows.
+    pub sky_radiances: Vec<f32>,
+    /// Rows and sky of each light.
+    pub lights: Vec<LightRows>,
+}
+
+/// What a table stores about one light.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LightRows {
+    /// Rows of the parts with shadow rays. Empty for a sky without bright spots, which has one row
+    /// nevertheless.
+    pub parts: Range<u32>,
+    /// The radiance that rays out of the scene find. `None` unless the light is a sky.
+    pub sky: Option<SkyTable>,
+}
+
+/// The place of a sky's radiances: octahedral, `side`² values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SkyTable {
+    /// First word in the table of lights.
+    pub first_word: u32,
+    /// Side of the octahedral table.
+    pub side: u32,
+}
+
+impl SkyTable {
+    /// Number of values.
+    pub fn cells(self) -> u32 {
+        self.side * self.side
+    }
 }
 
 impl LightTable {
@@ -33,23 +56,39 @@ impl LightTable {
     pub fn new(lights: &[Light], emission: &Emission) -> Self {
         let mut table = Self::default();
         for light in lights {
-            let first = table.rows.len();
-            table.rows.extend(parts(&light.kind, emission));
-            table.lights.push(first as u32..table.rows.len() as u32);
+            let first = table.rows.len() as u32;
+            let parts = parts(&light.kind, emission);
+            let end = first + parts.len() as u32;
+            // A light names its row even if it has no part.
+            table.rows.extend(if parts.is_empty() { vec![plain(&light.kind)] } else { parts });
+            table.lights.push(LightRows { parts: first..end, sky: None });
         }
-        // The irradiances start where the rows end.
-        let mut place = table.rows.len() * size_of::<LightSource>() / 4;
-        for (light, rows) in lights.iter().zip(&table.lights) {
+        // The radiances start where the rows end.
+        let first_word = table.rows.len() * size_of::<LightSource>() / 4;
+        for (light, rows) in lights.iter().zip(&mut table.lights) {
             if let (LightKind::Sky { turn, channel, .. }, Some(sky)) = (light.kind, &emission.sky) {
-                table.sky_irradiances.extend(sky_irradiances(sky, turn, channel));
-                // Whole numbers below 2^24, which a float holds. Their bits as integers would be
-                // denormal floats, which devices may replace by zero.
-                let last = &mut table.rows[rows.end as usize - 1];
-                (last.inner_angle, last.outer_angle) = (place as f32, rows.len() as f32);
-                place += (SKY_TABLE * SKY_TABLE) as usize;
+                let first_word = (first_word + table.sky_radiances.len()) as u32;
+                rows.sky = Some(SkyTable { first_word, side: sky.side });
+                table.sky_radiances.extend(sky_radiances(sky, turn, channel));
             }
         }
         table
+    }
+
+    /// Radiance of the sky in each cell of its octahedral table, W/m²/sr, if the lights have these
+    /// emissions. Empty without a sky.
+    pub fn sky_radiance(&self, emissions: impl Iterator<Item = Vec3>) -> Vec<Vec3> {
+        let skies =
+            self.lights.iter().zip(emissions).filter_map(|(rows, emission)| Some((rows.sky?, emission)));
+        let first_of_all = self.rows.len() * size_of::<LightSource>() / 4;
+        let mut sum = Vec::new();
+        for (sky, emission) in skies {
+            let first = sky.first_word as usize - first_of_all;
+            sum.resize(sky.cells() as usize, Vec3::ZERO);
+            let own = &self.sky_radiances[first..first + sum.len()];
+            sum.iter_mut().zip(own).for_each(|(sum, radiance)| *sum += *radiance * emission);
+        }
+        sum
     }
 
     /// The table for path and photon tracing. The first rows are the lights; a light of several
@@ -84,7 +123,7 @@ pub fn light_sources(lights: &[Light]) -> Vec<LightSource> {
     lights.iter().map(|light| plain(&light.kind)).collect()
 }
 
-/// A light of one part. Black for other lights.
+/// A light of one part. Without direction for a sky, black for a surface.
 fn plain(kind: &LightKind) -> LightSource {
     match *kind {
         LightKind::Point { position, intensity } => LightSource::point(position, intensity),
@@ -103,7 +142,13 @@ fn plain(kind: &LightKind) -> LightSource {
             axis: direction,
             ..LightSource::point(Vec3::ZERO, irradiance)
         },
-        LightKind::Surface { .. } | LightKind::Sky { .. } => LightSource::point(Vec3::ZERO, Vec3::ZERO),
+        LightKind::Sky { radiance, channel, .. } => LightSource {
+            kind: LIGHT_DIRECTIONAL,
+            // Highlights look up this channel of the sky.
+            area: f32::from(channel.unwrap_or(0)),
+            ..LightSource::point(Vec3::ZERO, radiance)
+        },
+        LightKind::Surface { .. } => LightSource::point(Vec3::ZERO, Vec3::ZERO),
     }
 }
 
@@ -123,31 +168,29 @@ fn area_light(part: &Part, radiance: Vec3, samples: u32) -> LightSource {
     }
 }
 
-/// The parts of a light in frames; at least one.
+/// The parts of a light in frames. Only a sky may have none.
 fn parts(kind: &LightKind, emission: &Emission) -> Vec<LightSource> {
-    let found: Vec<LightSource> = match (*kind, &emission.sky) {
+    match (*kind, &emission.sky) {
         (LightKind::Surface { material, radiance }, _) => {
-            let parts = emission.surfaces.get(&material).map_or(&[][..], |emitter| &emitter.parts);
+            let Some(parts) = emission.surfaces.get(&material).map(|emitter| &emitter.parts) else {
+                return vec![plain(kind)];
+            };
             let samples = match parts.len() as u32 {
                 0 | 1 => SURFACE_SAMPLES,
                 count => (SURFACE_SAMPLES / count).clamp(1, MAX_PART_SAMPLES),
             };
             parts.iter().map(|part| area_light(part, radiance, samples)).collect()
         }
-        (LightKind::Sky { radiance, turn, channel }, Some(sky)) => {
+        (LightKind::Sky { turn, channel, .. }, Some(sky)) => {
             let part = |beam: &Beam| LightSource {
-                kind: LIGHT_DIRECTIONAL,
                 axis: -turned(beam.direction, turn).as_vec3(),
                 relative: of_channel(beam.irradiance, channel) as f32,
-                // Highlights look up this channel of the sky.
-                area: f32::from(channel.unwrap_or(0)),
-                ..LightSource::point(Vec3::ZERO, radiance)
+                ..plain(kind)
             };
             sky.beams.iter().map(part).collect()
         }
-        _ => Vec::new(),
-    };
-    if found.is_empty() { vec![plain(kind)] } else { found }
+        _ => vec![plain(kind)],
+    }
 }
 
 /// The parts of a light for path and photon tracing, with their cumulative probabilities. `None`
@@ -162,17 +205,21 @@ fn path_parts(kind: &LightKind, emission: &Emission) -> Option<Vec<LightSource>>
             )
         }
         (LightKind::Sky { radiance, turn, channel }, Some(sky)) => {
-            let part = |cell: &Cell| LightSource {
+            let part = |(cell, smooth): (&Cell, &Cell)| LightSource {
                 kind: LIGHT_SKY,
                 edge_u: DVec3::new(cell.azimuth - f64::from(turn), cell.width, cell.height).as_vec3(),
+                // The fraction that frames gather.
+                edge_v: Vec3::X
+                    * (of_channel(smooth.radiance, channel) / of_channel(cell.radiance, channel)) as f32,
                 outer_angle: cell.depth as f32,
                 area: cell.solid_angle() as f32,
                 relative: of_channel(cell.radiance, channel) as f32,
                 ..LightSource::point(Vec3::ZERO, radiance)
             };
             let power = |cell: &Cell| of_channel(cell.radiance, channel) * cell.solid_angle();
-            let lit = sky.cells.iter().filter(|cell| power(cell) > 0.0);
-            lit.map(|cell| (part(cell), power(cell))).unzip()
+            let smooth = sky.smooth.cells().0;
+            let lit = sky.cells.iter().zip(&smooth).filter(|(cell, _)| power(cell) > 0.0);
+            lit.map(|both| (part(both), power(both.0))).unzip()
         }
         _ => return None,
     };
@@ -199,11 +246,10 @@ fn of_channel(colour: DVec3, channel: Option<u8>) -> f64 {
     }
 }
 
-/// Irradiance from all of a sky, for normals of an octahedral map. A receiver that sees all of its
-/// sky gets exactly that, whatever the parts.
-fn sky_irradiances(sky: &Sky, turn: f32, channel: Option<u8>) -> impl Iterator<Item = f32> {
-    let normals = octahedral::directions(SKY_TABLE).into_iter();
-    normals.map(move |normal| of_channel(sky.irradiance.at(turned(normal, -turn)), channel) as f32)
+/// Radiance per unit emission in each cell of a sky's table.
+fn sky_radiances(sky: &Sky, turn: f32, channel: Option<u8>) -> impl Iterator<Item = f32> {
+    let cells = sky.smooth.table(sky.side, f64::from(turn)).into_iter();
+    cells.map(move |radiance| of_channel(radiance, channel) as f32)
 }
 
 /// Step and modulus of a lattice of `samples` points, with one in every row and every column. The
@@ -227,9 +273,11 @@ fn lattice(samples: u32) -> [u32; 2] {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
 mod tests {
     use super::*;
     use crate::scene::environment::Environment;
+    use std::sync::Arc;
 
     fn sky(turn: f32) -> (Vec<Light>, Emission) {
         let emission = Emission { sky: Some(Sky::new(Environment::constant(), 64)), ..Emission::default() };
@@ -238,15 +286,36 @@ mod tests {
     }
 
     #[test]
-    fn a_sky_is_directional_parts_and_its_irradiances() {
+    fn a_constant_sky_is_one_radiance_without_parts() {
         let (lights, emission) = sky(0.7);
         let table = LightTable::new(&lights, &emission);
-        assert_eq!((table.lights.len(), &table.lights[0]), (1, &(0..64)));
-        assert!(table.rows.iter().all(|row| row.kind == LIGHT_DIRECTIONAL && row.relative > 0.0));
-        assert_eq!((table.rows[63].inner_angle, table.rows[63].outer_angle), ((64 * 24) as f32, 64.0));
-        assert_eq!(table.sky_irradiances.len(), (SKY_TABLE * SKY_TABLE) as usize);
-        let error = |irradiance: &f32| (irradiance / std::f32::consts::PI - 1.0).abs();
-        assert!(table.sky_irradiances.iter().map(error).fold(0.0, f32::max) < 1e-3);
+        let first_word = (size_of::<LightSource>() / 4) as u32;
+        let expected = LightRows { parts: 0..0, sky: Some(SkyTable { first_word, side: 1 }) };
+        assert_eq!((table.rows.len(), &table.lights[..]), (1, &[expected][..]));
+        assert!((table.sky_radiances[0] - 1.0).abs() < 1e-6 && table.sky_radiances.len() == 1);
+        let tint = Vec3::new(0.5, 2.0, 3.0);
+        assert_eq!(table.sky_radiance(std::iter::once(tint)), [tint * table.sky_radiances[0]]);
+    }
+
+    #[test]
+    fn bright_spots_are_parts_with_the_light_that_the_table_lacks() {
+        let mut texels = vec![Vec3::ONE; 64 * 32];
+        texels[10 * 64 + 40] = Vec3::splat(5000.0);
+        let environment = Arc::new(Environment { size: [64, 32], texels });
+        let emission = Emission { sky: Some(Sky::new(environment.clone(), 64)), ..Emission::default() };
+        let table = LightTable::new(&sky(0.0).0, &emission);
+        assert_eq!((table.lights[0].parts.clone(), table.lights[0].sky.unwrap().side), (0..1, 64));
+        let sun = &table.rows[0];
+        assert_eq!(sun.kind, LIGHT_DIRECTIONAL);
+        // Irradiance of a surface that faces the spot, which is almost flat.
+        let cell = environment.cells().0[10 * 64 + 40];
+        let bright = (5000.0 - f64::from(sky_peak(&emission))) * cell.solid_angle();
+        assert!((f64::from(sun.relative) / bright - 1.0).abs() < 2e-3, "{} {bright}", sun.relative);
+    }
+
+    fn sky_peak(emission: &Emission) -> f32 {
+        let texels = &emission.sky.as_ref().unwrap().smooth.texels;
+        texels.iter().map(|texel| texel.x).fold(0.0, f32::max)
     }
 
     #[test]

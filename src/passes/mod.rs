@@ -7,7 +7,7 @@ pub mod gather_targets;
 pub mod gloss_tables;
 mod grows_with;
 pub mod kernel_copy;
-mod light_table;
+pub mod light_table;
 mod loop_limit;
 mod one_light;
 pub mod precompute;
@@ -41,6 +41,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::direct::LAYOUTS,
         frame::antialias::LAYOUTS,
         frame::form_factors::LAYOUTS,
+        frame::sky_factors::LAYOUTS,
         cluster_buffers::LAYOUTS,
         gloss_tables::LAYOUTS,
         frame::near_lights::LAYOUTS,

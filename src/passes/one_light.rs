@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
+use crate::passes::light_table::SkyTable;
 use crate::types::{ADDS, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource, TRACES_ALL};
 
 /// Point samples of a light in one dispatch. More would exceed the watchdog of a slow device, and
@@ -13,9 +14,14 @@ pub(super) const SAMPLES_A_DISPATCH: u32 = 8;
 /// Beams of a light of many parts at an entry point that may be glossy.
 const MAX_BEAMS: u32 = 16;
 
-/// One light of the table, or one part of it. Most lights have one part. Emitting meshes and the
-/// sky have several of one kind, in consecutive rows, with as many point samples each. They share
-/// all results: a dispatch for a later part adds to that of earlier ones.
+/// Beams of the sky at an entry point that may be glossy: four rays each. Mirrors `SKY_BEAMS` in
+/// `glsl/sky_beams.comp`.
+pub(super) const SKY_BEAMS: u32 = 16;
+
+/// One light of the table, or one part of it. Most lights have one part. Emitting meshes have
+/// several of one kind, in consecutive rows, with as many point samples each, and so have the
+/// bright spots of a sky. They share all results: a dispatch for a later part adds to that of
+/// earlier ones.
 #[derive(Clone, Copy)]
 pub struct OneLight<'a> {
     /// Table of `LightSource`s.
@@ -35,13 +41,16 @@ pub struct OneLight<'a> {
     pub traces_all: bool,
     /// This is a later part of a light: its light is added to that of earlier ones.
     pub adds: bool,
+    /// The radiance that rays out of the scene find. `None` unless the light is a sky.
+    pub sky: Option<SkyTable>,
 }
 
 impl<'a> OneLight<'a> {
     /// The light at `index`, which is also its row. Rays are traced only if they can bring light.
     pub fn new(table: &'a Buffer, index: u32, source: &LightSource) -> Self {
         let LightSource { kind, samples, .. } = *source;
-        Self { table, index, row: index, part_count: 1, kind, samples, traces_all: false, adds: false }
+        let (row, part_count) = (index, 1);
+        Self { table, index, row, part_count, kind, samples, traces_all: false, adds: false, sky: None }
     }
 
     /// Its parts, each a light of one part.
@@ -70,17 +79,17 @@ impl<'a> OneLight<'a> {
     /// Point samples that share a beam at an entry point that may be glossy. Neighbouring parts are
     /// stored together, so that samples of one beam have similar directions.
     pub fn samples_per_beam(&self) -> u32 {
-        if self.part_count == 1 { 1 } else { self.sample_count().div_ceil(MAX_BEAMS) }
+        if self.part_count <= 1 { 1 } else { self.sample_count().div_ceil(MAX_BEAMS) }
     }
 
-    /// Beams of the light at an entry point that may be glossy.
-    pub fn beam_count(&self) -> u32 {
+    /// Beams of the parts at an entry point that may be glossy.
+    pub fn part_beams(&self) -> u32 {
         self.sample_count().div_ceil(self.samples_per_beam())
     }
 
-    /// Whether it is the sky: many parts without a position.
-    pub fn is_sky(&self) -> bool {
-        self.kind == LIGHT_DIRECTIONAL && self.part_count > 1
+    /// All beams of the light at such an entry point. Those of the parts come first.
+    pub fn beam_count(&self) -> u32 {
+        self.part_beams() + if self.sky.is_some() { SKY_BEAMS } else { 0 }
     }
 
     /// The flags of a dispatch: `TRACES_ALL`, `ADDS`.

@@ -21,9 +21,9 @@ pub struct Picture {
     pub size: [u32; 2],
     /// All light: direct and indirect.
     pub beauty: Vec<[f32; 3]>,
-    /// Light that was reflected once.
+    /// Light that was reflected once, without the smooth part of a sky.
     pub direct: Vec<[f32; 3]>,
-    /// Light that was reflected more than once.
+    /// Light that was reflected more than once, and that of the smooth part of a sky.
     pub indirect: Vec<[f32; 3]>,
 }
 

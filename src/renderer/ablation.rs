@@ -88,6 +88,7 @@ impl Renderer {
                     lights: &lights,
                     light_count: self.world.scene.lights.len() as u32,
                 },
+                sky: self.lights.sky().zip(self.lights.sky_side()),
                 cache_points: &self.transport.gather.cache_points,
                 point_count: self.transport.gather.point_count(),
                 hemisphere: Hemisphere::new(if is_along_gather_rays { rays } else { rays.min(STRATA) }),
@@ -114,7 +115,7 @@ impl Renderer {
         self.context.run(|rec| {
             self.transport.gather.record(
                 rec,
-                self.transport.gather_sources(&self.world.buffers.materials),
+                self.transport.gather_sources(&self.world.buffers.materials, self.lights.sky()),
                 &self.transport.record_lists.all,
             );
             rec.barrier(COMPUTE_TO_COMPUTE);
@@ -139,7 +140,7 @@ impl Renderer {
             // the finished ones.
             self.transport.gather.record(
                 rec,
-                self.transport.gather_sources(&self.world.buffers.materials),
+                self.transport.gather_sources(&self.world.buffers.materials, self.lights.sky()),
                 &whole.sources,
             );
         })?;
@@ -220,7 +221,11 @@ impl Renderer {
         let gather = Gather::new(&self.context, buffer, count, merged_rays, hemisphere, packing, false)?;
         let list = RecordList::all(&self.context, count, gather.merged_rays.records_per_chunk)?;
         self.context.run(|rec| {
-            gather.record(rec, self.transport.gather_sources(&self.world.buffers.materials), &list);
+            gather.record(
+                rec,
+                self.transport.gather_sources(&self.world.buffers.materials, self.lights.sky()),
+                &list,
+            );
         })?;
         gather.records.read()
     }

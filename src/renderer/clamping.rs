@@ -35,7 +35,9 @@ impl Renderer {
                 let area_m2 = if is_exact { 0.0 } else { area_m2 };
                 at_points.add(light, point.position, self.world.normal(point.side), area_m2, found);
             }
-            let found: Vec<f32> = irradiance.read_range(0, pixels.len())?;
+            // A light without parts has no irradiance at pixels of its own.
+            let count = if light.is_empty() { 0 } else { pixels.len() };
+            let found: Vec<f32> = irradiance.read_range(0, count)?;
             for (pixel, found) in
                 pixels.iter().zip(found).filter(|(pixel, found)| pixel.side != NO_SIDE && *found > 0.0)
             {

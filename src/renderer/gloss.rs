@@ -10,6 +10,7 @@ use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::SceneBuffers;
 use crate::passes::frame::bin_reads::BinReads;
+use crate::passes::frame::form_factors::FormFactors;
 use crate::passes::frame::gloss::{Gloss, vertices_for};
 use crate::passes::frame::gloss_pixels::{GlossPixels, Surroundings};
 use crate::passes::frame::hvds::Pyramid;
@@ -119,7 +120,7 @@ impl GlossPasses {
         &self,
         rec: &mut Recorder,
         plan: &FramePlan,
-        buffers: &SceneBuffers,
+        (buffers, form_factors): (&SceneBuffers, &FormFactors),
         lights: &Lights,
     ) {
         let mut pass = rec.pass(Gloss::BEAMS_STEM);
@@ -128,6 +129,7 @@ impl GlossPasses {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
             self.clusters.record_beams(&mut pass, buffers, light, factors, &found);
+            form_factors.record_sky_beams(&mut pass, light, &self.clusters, &found);
         }
         pass.barrier(COMPUTE_TO_COMPUTE);
     }

@@ -9,11 +9,12 @@ use crate::passes::frame::antialias::Antialias;
 use crate::passes::frame::gloss::GlossLight;
 use crate::passes::frame::hvds::ClusterLight;
 use crate::passes::frame::near_lights::{NearInputs, NearLights};
+use crate::passes::light_table::LightRows;
 use crate::passes::{LightTable, OneLight};
+use crate::scene::emission::Sky;
 use crate::scene::{Emission, Light};
 use crate::types::LightSource;
 use glam::Vec3;
-use std::ops::Range;
 use std::sync::Arc;
 
 /// Word of a light's counters: number of pixels at the edges of its shadows.
@@ -56,9 +57,12 @@ pub(super) struct Lights {
     context: Arc<Context>,
     /// The device's copy of `rows`.
     table: Buffer,
-    /// Parts of the lights, and the irradiances from skies. Kernels of frames work per unit of
+    /// Parts of the lights, and the radiances of skies. Kernels of frames work per unit of
     /// emission: the colour reaches them in the sums over lights.
     rows: LightTable,
+    /// Radiance of the sky by direction, W/m²/sr; three floats a cell of its table. `None` without
+    /// a sky.
+    sky_radiance: Option<Buffer>,
     /// First part of each light, with the light's emission, which is black if the light is off.
     sources: Vec<LightSource>,
     /// The lights of the scene.
@@ -123,12 +127,18 @@ fn gloss_light<'a>(light: OneLight<'_>, cache: &'a LightCache) -> Option<GlossLi
 
 /// A light with all of its parts.
 fn one_light<'a>(table: &'a Buffer, rows: &LightTable, index: usize, source: &LightSource) -> OneLight<'a> {
-    let parts = &rows.lights[index];
+    let LightRows { parts, sky } = &rows.lights[index];
     OneLight {
         row: parts.start,
         part_count: parts.len() as u32,
+        sky: *sky,
         ..OneLight::new(table, index as u32, source)
     }
+}
+
+/// Whether shadow rays go to the light. A sky without bright spots lights through records alone.
+fn has_parts(light: &OneLight<'_>) -> bool {
+    light.part_count > 0
 }
 
 /// Whether a light is part of the sums over lights. A light that is off has a black emission
@@ -146,9 +156,14 @@ impl Lights {
         [factor_count, point_count, cluster_count]: [u32; 3],
         gloss: Option<GlossCapacity>,
     ) -> Result<Self> {
+        let sky_radiance = |sky: &Sky| {
+            let black = vec![Vec3::ZERO; (sky.side * sky.side) as usize];
+            Buffer::from_slice(context, "sky radiance", &black)
+        };
         let mut made = Self {
             context: context.clone(),
             table: Buffer::storage(context, "lights", 0)?,
+            sky_radiance: emission.sky.as_ref().map(sky_radiance).transpose()?,
             rows: LightTable::default(),
             sources: Vec::new(),
             lights: Vec::new(),
@@ -255,7 +270,7 @@ impl Lights {
         let emissions =
             |sources: &[LightSource]| sources.iter().map(|source| source.emission).collect::<Vec<_>>();
         let rows = LightTable::new(lights, &self.emission);
-        let first = |parts: &Range<u32>| rows.rows[parts.start as usize];
+        let first = |light: &LightRows| rows.rows[light.parts.start as usize];
         let mut sources: Vec<LightSource> = rows.lights.iter().map(first).collect();
         for (source, light) in sources.iter_mut().zip(lights) {
             source.emission = if light.is_on { source.emission } else { Vec3::ZERO };
@@ -280,7 +295,7 @@ impl Lights {
                 }
             }
         }
-        let bytes = (size_of_val(&*rows.rows) + size_of_val(&*rows.sky_irradiances)) as u64;
+        let bytes = (size_of_val(&*rows.rows) + size_of_val(&*rows.sky_radiances)) as u64;
         if bytes > self.table.bytes() {
             self.table = Buffer::storage(&self.context, "lights", bytes)?;
         }
@@ -303,8 +318,11 @@ impl Lights {
     /// Uploads the table. A transfer.
     pub(super) fn record_upload(&self, rec: &mut Recorder) {
         let mut words: Vec<u8> = bytemuck::cast_slice(&self.rows.rows).to_vec();
-        words.extend_from_slice(bytemuck::cast_slice(&self.rows.sky_irradiances));
+        words.extend_from_slice(bytemuck::cast_slice(&self.rows.sky_radiances));
         rec.upload(&self.table, &words);
+        if let Some(sky_radiance) = &self.sky_radiance {
+            rec.upload(sky_radiance, &self.sky_radiance());
+        }
     }
 
     /// Finds what the near-light corrections of these lights read. Traces no ray.
@@ -328,8 +346,8 @@ impl Lights {
         plan: &FramePlan,
         (antialias, near_lights): (&Antialias, &NearLights),
     ) {
-        for (cache, planned) in self.caches.iter().zip(&plan.lights) {
-            if planned.irradiance && antialias.is_on() {
+        for ((rows, cache), planned) in self.rows.lights.iter().zip(&self.caches).zip(&plan.lights) {
+            if planned.irradiance && antialias.is_on() && !rows.parts.is_empty() {
                 rec.copy_to_host(&cache.shadow_groups, 12, &cache.counters, SHADOW_EDGES, 1);
             }
             if planned.factors && cache.near.is_some() {
@@ -341,6 +359,21 @@ impl Lights {
     /// Whether frames trace and sum each light: if it is active, or all of them.
     pub(super) fn traced(&self) -> Vec<bool> {
         self.sources.iter().map(|source| self.traces_all || is_active(source)).collect()
+    }
+
+    /// Radiance of the sky without its bright spots. `None` without a sky.
+    pub(super) fn sky(&self) -> Option<&Buffer> {
+        self.sky_radiance.as_ref()
+    }
+
+    /// Contents of [`Self::sky`]. Empty without a sky.
+    pub(super) fn sky_radiance(&self) -> Vec<Vec3> {
+        self.rows.sky_radiance(self.sources.iter().map(|source| source.emission))
+    }
+
+    /// Side of the sky's octahedral table. `None` without a sky.
+    pub(super) fn sky_side(&self) -> Option<u32> {
+        self.emission.sky.as_ref().map(|sky| sky.side)
     }
 
     /// Number of lights, on or off.
@@ -377,9 +410,10 @@ impl Lights {
         near.flat_map(|near| near.points.iter().map(|point| point.index))
     }
 
-    /// Lights whose irradiance at pixels the frame computes, each with the buffer for it.
+    /// Lights whose irradiance at pixels the frame computes, each with the buffer for it. A light
+    /// without parts has none.
     pub(super) fn planned_irradiances(&self, plan: &FramePlan) -> Vec<(OneLight<'_>, &Buffer)> {
-        let planned = self.planned(plan, |results| results.irradiance);
+        let planned = self.planned(plan, |results| results.irradiance).filter(|(light, _)| has_parts(light));
         planned.map(|(light, cache)| (light, &cache.irradiance)).collect()
     }
 
@@ -395,7 +429,8 @@ impl Lights {
 
     /// Number of pixels at shadow edges, summed over active lights.
     pub(super) fn shadow_edge_count(&self) -> u64 {
-        self.active().map(|(light, _)| u64::from(self.shadow_edges(light))).sum()
+        let traced = self.active().filter(|(light, _)| has_parts(light));
+        traced.map(|(light, _)| u64::from(self.shadow_edges(light))).sum()
     }
 
     /// Emission and form factors of each active light.
@@ -426,9 +461,10 @@ impl Lights {
         self.emitting(|cache| Some(&cache.clusters))
     }
 
-    /// Emission and irradiance buffer of pixels of each active light.
+    /// Emission and irradiance buffer of pixels of each active light that has parts.
     pub(super) fn irradiances(&self) -> Vec<(Vec3, &Buffer)> {
-        self.emitting(|cache| Some(&cache.irradiance))
+        let traced = self.active().filter(|(light, _)| has_parts(light));
+        traced.map(|(light, cache)| (self.emission(light), &cache.irradiance)).collect()
     }
 
     /// Fraction of active lights whose form factors the frame keeps, and fraction whose irradiance
@@ -443,7 +479,7 @@ impl Lights {
     pub(super) fn active_parts(&self) -> impl Iterator<Item = &[LightSource]> {
         let lights = self.sources.iter().zip(&self.rows.lights);
         let active = lights.filter(|(source, _)| is_active(source));
-        active.map(|(_, parts)| &self.rows.rows[parts.start as usize..parts.end as usize])
+        active.map(|(_, LightRows { parts, .. })| &self.rows.rows[parts.start as usize..parts.end as usize])
     }
 
     /// Active lights that are not stale. Returns their parts, emission, form factors, irradiance at

@@ -256,7 +256,7 @@ impl Renderer {
             splat.record(rec, &buffers.surfaces, points, pixels, &image.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        transport.record_gather(rec, plan, materials, splat);
+        transport.record_gather(rec, plan, (materials, lights.sky()), splat);
         if plan.splat {
             splat.record_apply(rec, pixels, &transport.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);

@@ -110,7 +110,7 @@ impl Transport {
         pass.barrier(COMPUTE_TO_COMPUTE);
         drop(pass);
         if let Some(gloss) = &self.gloss {
-            gloss.record_beams(rec, plan, buffers, lights);
+            gloss.record_beams(rec, plan, (buffers, &self.form_factors), lights);
         }
     }
 
@@ -172,12 +172,13 @@ impl Transport {
     }
 
     /// Records the near field: small clusters and near-field patches take the irradiance of the
-    /// records beside them. Each extra gather iteration gathers records again, and repeats it.
+    /// records beside them. These records leave out the sky, which the clusters' own form factors
+    /// hold. Each extra gather iteration gathers records again, and repeats it.
     pub(super) fn record_near_field(&self, rec: &mut Recorder, materials: &Buffer, set: &LiveSet) {
         let (near_field, records) = (&set.near_field, &self.gather.records);
         let patch_count = near_field.patch_count();
         near_field.record_patches(rec, &self.pyramid, None, patch_count);
-        self.gather.record(rec, self.gather_sources(materials), &set.sources);
+        self.gather.record(rec, self.gather_sources(materials, None), &set.sources);
         rec.barrier(COMPUTE_TO_COMPUTE);
         let take = |rec: &mut Recorder, patches| {
             near_field.record(rec, &self.pyramid, records);
@@ -186,7 +187,7 @@ impl Transport {
         };
         for (list, _, patches) in self.extra_iterations(set) {
             take(rec, patches);
-            self.gather.record(rec, self.gather_sources(materials), list);
+            self.gather.record(rec, self.gather_sources(materials, None), list);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         take(rec, patch_count);
@@ -212,13 +213,13 @@ impl Transport {
         &self,
         rec: &mut Recorder,
         plan: &FramePlan,
-        materials: &Buffer,
+        (materials, sky): (&Buffer, Option<&Buffer>),
         splat: &Splat,
     ) {
         let Some((list, seen)) = self.record_lists.record(rec, plan.gather, splat, &self.blend) else {
             return;
         };
-        self.gather.record(rec, self.gather_sources(materials), list);
+        self.gather.record(rec, self.gather_sources(materials, sky), list);
         rec.barrier(COMPUTE_TO_COMPUTE);
         self.blend.record(rec, &self.gather.cache_points, &self.gather.records, seen);
         if plan.splat {
@@ -226,13 +227,18 @@ impl Transport {
         }
     }
 
-    /// What a gather reads.
-    pub(super) fn gather_sources<'a>(&'a self, materials: &'a Buffer) -> GatherSources<'a> {
+    /// What a gather reads. `sky`: radiance of the sky; `None` leaves it out.
+    pub(super) fn gather_sources<'a>(
+        &'a self,
+        materials: &'a Buffer,
+        sky: Option<&'a Buffer>,
+    ) -> GatherSources<'a> {
         GatherSources {
             materials,
             irradiance: &self.pyramid.irradiance,
             inverse_areas: &self.pyramid.inverse_areas,
             gloss: self.gloss.as_ref().map(|gloss| &gloss.clusters),
+            sky,
         }
     }
 }

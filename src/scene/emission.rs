@@ -8,7 +8,6 @@ use glam::{DVec3, Vec3};
 use super::emitters::{self, Emitter};
 use super::environment::{Beam, Cell, Environment};
 use super::material::Sides;
-use super::octahedral::{self, OctahedralMap};
 use super::{Light, LightKind, Material, Triangle};
 
 /// What emits besides the lights of a scene file.
@@ -20,8 +19,8 @@ pub struct Emission {
     pub sky: Option<Sky>,
 }
 
-/// Side of the map of unoccluded irradiance, odd so that the axes are nodes.
-const IRRADIANCE_SIDE: u32 = 129;
+/// Side of the octahedral table of a sky with an image.
+const TABLE_SIDE: u32 = 64;
 
 /// An environment, prepared as a light.
 #[derive(Clone, Debug)]
@@ -30,19 +29,25 @@ pub struct Sky {
     pub environment: Arc<Environment>,
     /// Its cells, which path and photon tracing sample.
     pub cells: Vec<Cell>,
-    /// Directional lights that represent it in frames.
+    /// The radiance without bright spots. Rays that leave the scene bring it in.
+    pub smooth: Environment,
+    /// Side of the octahedral table of `smooth` in frames.
+    pub side: u32,
+    /// Directional lights that represent the bright spots.
     pub beams: Vec<Beam>,
-    /// Irradiance of receivers that see all of their sky, by normal.
-    pub irradiance: OctahedralMap<DVec3>,
 }
 
 impl Sky {
-    /// Prepares an environment, with `samples` directional lights.
+    /// Prepares an environment, with at most `samples` directional lights for bright spots.
     pub fn new(environment: Arc<Environment>, samples: u32) -> Self {
-        let beams = environment.beams(samples as usize);
-        let irradiances = environment.irradiances(&octahedral::directions(IRRADIANCE_SIDE));
-        let irradiance = OctahedralMap::new(IRRADIANCE_SIDE, irradiances);
-        Self { cells: environment.cells().0, beams, irradiance, environment }
+        let (smooth, bright) = environment.divided();
+        Self {
+            cells: environment.cells().0,
+            side: if smooth.is_constant() { 1 } else { TABLE_SIDE },
+            smooth,
+            beams: bright.map_or_else(Vec::new, |bright| bright.beams(samples as usize)),
+            environment,
+        }
     }
 }
 
@@ -54,6 +59,11 @@ impl Emission {
             (material.emission != Vec3::ZERO).then(|| material.emitting_sides.unwrap_or(Sides::Both))
         };
         Self { surfaces: emitters::emitters(triangles, emits), sky }
+    }
+
+    /// Side of the sky's octahedral table; 0 without a sky.
+    pub fn sky_side(&self) -> u32 {
+        self.sky.as_ref().map_or(0, |sky| sky.side)
     }
 
     /// Lights for the surfaces without one in `taken`, and for the sky. Names differ from those

@@ -7,10 +7,19 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::octahedral;
+
 /// Largest width of the grid of cells that path and photon tracing sample.
 const MAX_CELLS: usize = 256;
-/// Size of the grid of cells for sums of unoccluded irradiance. A horizon divides few cells.
-const IRRADIANCE_CELLS: [usize; 2] = [192, 96];
+/// Radiance over the mean of the sky above which light is left to directional lights. Gather rays
+/// resolve the rest.
+const BRIGHT: f64 = 8.0;
+/// Fraction of the sky's light below which bright parts get no directional lights.
+const MIN_BRIGHT: f64 = 1e-2;
+/// Steps towards the radiance that divides the sky.
+const BOUND_ROUNDS: usize = 8;
+/// Samples of a table's cell along each side.
+const CELL_SAMPLES: u32 = 4;
 
 /// A sky without its brightness: radiance per unit of the lights that show it.
 #[derive(Clone, PartialEq)]
@@ -143,14 +152,61 @@ impl Environment {
         regions.iter().filter_map(|region| beam(region.cells(columns).map(|cell| &cells[cell]))).collect()
     }
 
-    /// Irradiance of receivers that see all of their sky, by their unit normals.
-    pub fn irradiances(&self, normals: &[DVec3]) -> Vec<DVec3> {
-        let cells = self.grid(IRRADIANCE_CELLS);
-        let moments: Vec<(DVec3, DVec3)> = cells.iter().map(|cell| (cell.radiance, cell.moment())).collect();
-        let facing = |normal: &DVec3| {
-            moments.iter().map(|&(radiance, moment)| radiance * moment.dot(*normal).max(0.0)).sum()
+    /// Divides the radiance into a part that gather rays resolve, and bright spots. The spots are
+    /// `None` if the sky has none.
+    pub fn divided(&self) -> (Self, Option<Self>) {
+        let rows = self.size[1] as usize;
+        let solid_angle = |index: usize| {
+            let height = |row: usize| (PI * row as f64 / rows as f64).cos();
+            let row = index / self.size[0] as usize;
+            height(row) - height(row + 1)
         };
-        normals.par_iter().map(facing).collect()
+        let weights: Vec<f64> = (0..self.texels.len()).map(solid_angle).collect();
+        let sum = |bound: f64| -> f64 {
+            let light = |(texel, weight): (&Vec3, &f64)| f64::from(texel.max_element()).min(bound) * weight;
+            self.texels.iter().zip(&weights).map(light).sum()
+        };
+        // Relative to the mean of the part below the bound itself.
+        let mut bound = f64::INFINITY;
+        for _ in 0..BOUND_ROUNDS {
+            bound = BRIGHT * sum(bound) / weights.iter().sum::<f64>();
+        }
+        if sum(bound) > (1.0 - MIN_BRIGHT) * sum(f64::INFINITY) {
+            return (self.clone(), None);
+        }
+        let fraction = |texel: &Vec3| (bound / f64::from(texel.max_element())).min(1.0) as f32;
+        let smooth: Vec<Vec3> = self.texels.iter().map(|texel| *texel * fraction(texel)).collect();
+        let bright = self.texels.iter().zip(&smooth).map(|(all, smooth)| *all - *smooth).collect();
+        (Self { size: self.size, texels: smooth }, Some(Self { size: self.size, texels: bright }))
+    }
+
+    /// Whether all directions have the same radiance.
+    pub fn is_constant(&self) -> bool {
+        self.texels.iter().all(|texel| *texel == self.texels[0])
+    }
+
+    /// Mean radiance of each cell of an octahedral table of `side`², with the sky rotated by `turn`
+    /// radians about +Y.
+    pub fn table(&self, side: u32, turn: f64) -> Vec<DVec3> {
+        let (cells, columns) = self.cells();
+        let rows = cells.len() / columns;
+        let radiance = |direction: DVec3| {
+            let azimuth = direction.x.atan2(-direction.z) + turn;
+            let column = (azimuth / TAU + 0.5).rem_euclid(1.0) * columns as f64;
+            let row = direction.y.clamp(-1.0, 1.0).acos() / PI * rows as f64;
+            let row = (row as usize).min(rows - 1);
+            cells[row * columns + (column as usize).min(columns - 1)].radiance
+        };
+        let cell = |cell: u32| -> DVec3 {
+            let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+            for direction in octahedral::directions_in(cell, side, CELL_SAMPLES) {
+                let solid_angle = octahedral::relative_solid_angle(direction);
+                sum += solid_angle * radiance(direction);
+                weight += solid_angle;
+            }
+            sum / weight
+        };
+        (0..side * side).into_par_iter().map(cell).collect()
     }
 }
 
@@ -206,20 +262,81 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_constant_sky_lights_every_normal_by_pi() {
+    fn a_constant_sky_has_one_radiance_and_no_bright_spots() {
         let sky = Environment::constant();
         let (cells, columns) = sky.cells();
         assert_eq!((cells.len(), columns), (64 * 32, 64));
         let whole: f64 = cells.iter().map(Cell::solid_angle).sum();
         assert!((whole - 2.0 * TAU).abs() < 1e-9);
-        let beams = sky.beams(64);
-        assert_eq!(beams.len(), 64);
-        for normal in [DVec3::X, DVec3::NEG_Y, DVec3::new(0.48, 0.6, -0.64)] {
-            let exact = sky.irradiances(&[normal])[0].x;
-            assert!((exact / PI - 1.0).abs() < 3e-4, "{exact}");
-            let found: f64 =
-                beams.iter().map(|beam| beam.irradiance.x * beam.direction.dot(normal).max(0.0)).sum();
-            assert!((found / PI - 1.0).abs() < 0.02, "{found} from beams");
+        assert!(sky.is_constant() && sky.divided().1.is_none());
+        assert!(sky.table(4, 0.3).iter().all(|radiance| (*radiance - DVec3::ONE).length() < 1e-12));
+    }
+
+    #[test]
+    fn bright_spots_and_the_rest_are_the_sky() {
+        let mut sky = Environment { size: [64, 32], texels: vec![Vec3::new(0.5, 1.0, 2.0); 64 * 32] };
+        sky.texels[700] = Vec3::new(4000.0, 2000.0, 1000.0);
+        let (smooth, bright) = sky.divided();
+        let bright = bright.unwrap();
+        for (index, all) in sky.texels.iter().enumerate() {
+            let sum = smooth.texels[index] + bright.texels[index];
+            assert!((sum - *all).abs().max_element() <= 1e-6 * all.max_element());
+            assert_eq!(bright.texels[index] == Vec3::ZERO, index != 700);
+        }
+        let brightest = smooth.texels.iter().map(|texel| texel.max_element()).fold(0.0, f32::max);
+        assert!((brightest / 16.0 - 1.0).abs() < 0.05, "{brightest}: 8 means");
+    }
+
+    #[test]
+    fn a_table_shows_the_sky_where_it_is_turned_to() {
+        let mut sky = Environment { size: [64, 32], texels: vec![Vec3::ZERO; 64 * 32] };
+        // The middle of the image is -Z. A turn by a quarter shows it at -X.
+        (0..32)
+            .flat_map(|y| (24..40).map(move |x| 64 * y + x))
+            .for_each(|texel| sky.texels[texel] = Vec3::ONE);
+        let table = sky.table(32, std::f64::consts::FRAC_PI_2);
+        for (cell, radiance) in table.iter().enumerate() {
+            let towards = octahedral::directions_in(cell as u32, 32, 1).next().unwrap();
+            let across = towards.z.abs() - towards.x.abs();
+            if across.abs() > 0.1 {
+                let expected = f64::from(u8::from(across < 0.0 && towards.x < 0.0));
+                assert!((radiance.x - expected).abs() < 1e-9, "{towards} {radiance}");
+            }
+        }
+    }
+
+    /// Cells of the table differ in solid angle, and radiance varies within them.
+    #[test]
+    fn a_table_lights_every_normal_as_the_sky_does() {
+        // A glow of exponent 40 around a direction, above a gradient.
+        let size = [256, 128];
+        let glow = DVec3::new(0.6, 0.64, 0.48);
+        let texel = |index: usize| {
+            let (x, y) = (index % 256, index / 256);
+            let (azimuth, elevation) =
+                (TAU * (x as f64 + 0.5) / 256.0 - PI, PI * (0.5 - (y as f64 + 0.5) / 128.0));
+            let towards = DVec3::new(
+                azimuth.sin() * elevation.cos(),
+                elevation.sin(),
+                -azimuth.cos() * elevation.cos(),
+            );
+            Vec3::splat((0.2 + 0.1 * towards.y + 4.0 * towards.dot(glow).max(0.0).powi(40)) as f32)
+        };
+        let sky = Environment { size, texels: (0..256 * 128).map(texel).collect() };
+        let table = sky.table(64, 0.0);
+        let cells = sky.cells().0;
+        for normal in [DVec3::Y, DVec3::X, DVec3::NEG_Z, glow, -glow, DVec3::new(-0.48, 0.6, -0.64)] {
+            let exact: f64 =
+                cells.iter().map(|cell| cell.radiance.x * cell.moment().dot(normal).max(0.0)).sum();
+            let (mut sum, mut weight) = (0.0, 0.0);
+            for index in 0..512 * 512 {
+                let towards = octahedral::directions_in(index, 512, 1).next().unwrap();
+                let solid = octahedral::relative_solid_angle(towards);
+                sum += solid * towards.dot(normal).max(0.0) * table[octahedral::cell(towards, 64) as usize].x;
+                weight += solid;
+            }
+            let found = 2.0 * TAU * sum / weight;
+            assert!((found / exact - 1.0).abs() < 1e-3, "{found} {exact}");
         }
     }
 

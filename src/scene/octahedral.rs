@@ -1,26 +1,37 @@
-//! A map of the sphere onto a square: an octahedron whose lower half is folded outwards.
+//! A map of the sphere onto a square: an octahedron whose lower half is folded outwards. Mirrors
+//! `octahedral_cell` in `glsl/include/octahedral.glsl`.
 
 use glam::{DVec2, DVec3};
 
-/// Values at the nodes of a square grid; the edges are nodes.
-#[derive(Clone, Debug)]
-pub struct OctahedralMap<T> {
-    side: u32,
-    values: Vec<T>,
+/// Unit directions spread over a cell of a table of `side`² cells: `samples`² of them.
+pub fn directions_in(cell: u32, side: u32, samples: u32) -> impl Iterator<Item = DVec3> {
+    let first = DVec2::new(f64::from(cell % side), f64::from(cell / side));
+    (0..samples * samples).map(move |sample| {
+        let inside =
+            (DVec2::new(f64::from(sample % samples), f64::from(sample / samples)) + 0.5) / f64::from(samples);
+        direction(2.0 * (first + inside) / f64::from(side) - 1.0)
+    })
 }
 
-/// Unit directions of the nodes of a grid, row by row.
-pub fn directions(side: u32) -> Vec<DVec3> {
-    let place = |node: u32| 2.0 * f64::from(node) / f64::from(side - 1) - 1.0;
-    (0..side * side).map(|index| direction(DVec2::new(place(index % side), place(index / side)))).collect()
+/// Solid angle of a small piece of the square around a unit direction, over that of the same area
+/// at a corner of the octahedron: 1/r³ at the distance r of its face.
+pub fn relative_solid_angle(direction: DVec3) -> f64 {
+    direction.abs().element_sum().powi(3)
+}
+
+/// The cell of a table of `side`² cells that holds a unit direction.
+pub fn cell(direction: DVec3, side: u32) -> u32 {
+    let place = (0.5 * place(direction) + 0.5) * f64::from(side);
+    let [column, row] = place.to_array().map(|place| (place as u32).min(side - 1));
+    row * side + column
 }
 
 /// The unit direction at a place of the square, -1..=1: x and z in the plane, y up.
 fn direction(place: DVec2) -> DVec3 {
     let height = 1.0 - place.x.abs() - place.y.abs();
     let folded = (1.0 - DVec2::new(place.y, place.x).abs()) * sign(place);
-    let [x, z] = if height >= 0.0 { place } else { folded }.to_array();
-    DVec3::new(x, height, z).normalize()
+    let flat = if height >= 0.0 { place } else { folded };
+    DVec3::new(flat.x, height, flat.y).normalize()
 }
 
 /// The place of a unit direction.
@@ -34,36 +45,19 @@ fn sign(place: DVec2) -> DVec2 {
     DVec2::new(1.0_f64.copysign(place.x), 1.0_f64.copysign(place.y))
 }
 
-impl OctahedralMap<DVec3> {
-    /// A map of `side`² values at [`directions`].
-    pub fn new(side: u32, values: Vec<DVec3>) -> Self {
-        assert_eq!(values.len(), (side * side) as usize, "a value for each node");
-        Self { side, values }
-    }
-
-    /// The value in a direction; bilinear.
-    pub fn at(&self, direction: DVec3) -> DVec3 {
-        let node = (0.5 * place(direction) + 0.5) * f64::from(self.side - 1);
-        let low = node.floor().clamp(DVec2::ZERO, DVec2::splat(f64::from(self.side - 2)));
-        let [x, y] = (node - low).to_array();
-        let first = low.y as usize * self.side as usize + low.x as usize;
-        let row = |first: usize| self.values[first].lerp(self.values[first + 1], x);
-        row(first).lerp(row(first + self.side as usize), y)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn places_and_directions_are_inverse() {
-        for direction in directions(17) {
-            assert!((self::direction(place(direction)) - direction).length() < 1e-12, "{direction}");
-        }
-        let map = OctahedralMap::new(65, directions(65));
-        for of in [DVec3::Y, DVec3::NEG_Y, DVec3::new(0.48, -0.6, 0.64), DVec3::new(-0.6, 0.0, -0.8)] {
-            assert!((map.at(of).normalize() - of).length() < 2e-3, "{of} {}", map.at(of));
+    fn directions_lie_in_their_cells() {
+        for side in [1, 2, 7, 32] {
+            for index in 0..side * side {
+                for towards in directions_in(index, side, 4) {
+                    assert!((towards.length() - 1.0).abs() < 1e-12);
+                    assert_eq!(cell(towards, side), index, "{towards}");
+                }
+            }
         }
     }
 }

@@ -122,6 +122,7 @@ fn irradiance_and_gradients_equal_the_reference() {
             irradiance: &irradiance_buffer,
             inverse_areas: &inverse_areas,
             gloss: None,
+            sky: None,
         };
         let list = RecordList::all(&context, point_count, rows).unwrap();
         context.run(|rec| pass.record(rec, buffers, &list)).unwrap();

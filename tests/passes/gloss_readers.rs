@@ -57,6 +57,7 @@ pub(crate) fn gathered_bins_equal_the_reference(glossy: &Glossy, gloss: &Gloss, 
             irradiance: &irradiance_buffer,
             inverse_areas: &areas_buffer,
             gloss: Some(gloss),
+            sky: None,
         };
         context.run(|rec| pass.record(rec, sources, &list)).unwrap();
         let records: Vec<Record> = pass.records.read().unwrap();

@@ -41,6 +41,7 @@ fn irradiance_equals_the_reference_in(world: &World) {
         let sectors = 4 * rings;
         let job = Job {
             scene: passes::LitScene { buffers: &world.buffers, lights: &lights_buffer, light_count },
+            sky: None,
             cache_points: &cache_points,
             point_count: count as u32,
             hemisphere: Hemisphere { rings, sectors },

@@ -48,6 +48,7 @@ mod rays;
 mod reads;
 mod resize;
 mod shafts;
+mod sky;
 mod splat;
 mod textures;
 mod tile_sort;

@@ -73,7 +73,7 @@ fn near_hits_of(world: &World) {
     let targets = GatherTargets::of_hits(packing);
     let near = NearHits::find(sources, &table, &targets).unwrap();
     let readers = near.readers.len() as u64;
-    let counts = TargetCounts { clusters, patches: near.patches.len() as u32, gloss_bins: 17 };
+    let counts = TargetCounts { clusters, patches: near.patches.len() as u32, gloss_bins: 17, sky_side: 0 };
     let packed = GatherTargetPacking::of_counts(counts, materials, 0.05).unwrap();
     let targets = targets.with(GatherTarget::Patch, near.readers.clone());
     let after: Vec<GatherRay> = table.pack(&targets, &packed).unwrap().read().unwrap();

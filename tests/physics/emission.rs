@@ -145,9 +145,9 @@ fn a_ball_in_a_constant_sky_shows_its_albedo() {
         scene.cameras[0].size = [48, 48];
         let scene = with_lights(scene, Some((Environment::constant(), Vec3::splat(2.0), 0.3)));
         let renderer = render(scene.clone(), SMALL);
-        let found = renderer.layer(Layer::Direct).unwrap();
-        let exact = trace(scene.clone(), 64).direct;
-        let photons = photons(scene, 32).direct;
+        let found = renderer.layer(Layer::Beauty).unwrap();
+        let exact = trace(scene.clone(), 512).beauty;
+        let photons = photons(scene, 64).beauty;
         let expected = |value: f32| if value > 1.999 { 2.0 } else { 2.0 * f64::from(albedo) };
         for pixel in &found {
             let expected = expected(pixel[0]);

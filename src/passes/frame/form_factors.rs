@@ -9,8 +9,10 @@ use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TR
 use crate::gpu::{Buffer, Chunk, Context, PassScope, Pipeline, Recorder, SplitBuffer};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
+use crate::passes::frame::gloss::{Gloss, GlossLight};
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::frame::shafts::{BATCH, ShaftKernel, Shafts};
+use crate::passes::frame::sky_factors::SkyFactors;
 use crate::passes::{OneLight, SceneBuffers};
 use crate::types::PathVertex;
 use glam::Vec3;
@@ -69,6 +71,8 @@ pub struct FormFactors {
     weights: Vec<f32>,
     point_count: u32,
     area_m2: f32,
+    /// `None` if the scene has no sky.
+    sky: Option<SkyFactors>,
 }
 
 /// Number of batches of these entry points.
@@ -110,7 +114,7 @@ impl FormFactors {
     ) -> Result<Self> {
         let points: Vec<EntryPoint> =
             entry_points.iter().map(|v| EntryPoint { position: v.position, side: v.side }).collect();
-        let made = Self {
+        let mut made = Self {
             kernel: ShaftKernel::new(context, Self::STEM)?,
             shafts: Shafts::new(context, points.chunks(most as usize).map(batches).sum())?,
             sum: LightSum::new(context)?,
@@ -123,8 +127,12 @@ impl FormFactors {
             weights: entry_points.iter().map(|point| point.weight).collect(),
             point_count: entry_points.len() as u32,
             area_m2,
+            sky: None,
         };
         made.bound_batches(context, scene)?;
+        if scene.emission.has_sky() {
+            made.sky = Some(SkyFactors::new(context, scene, &made.entry_points)?);
+        }
         Ok(made)
     }
 
@@ -204,11 +212,36 @@ impl FormFactors {
         light: OneLight<'_>,
         factors: &Buffer,
     ) {
+        if let (Some(sky), Some(table)) = (&self.sky, light.sky) {
+            sky.record(pass, scene, (light.table, table), &self.entry_points, factors);
+        }
         for part in light.parts() {
+            // Bright spots of a sky add to the rest of it.
+            let part = OneLight { adds: part.adds || light.sky.is_some(), ..part };
             if part.adds {
                 pass.barrier(COMPUTE_TO_TRANSFER);
             }
             self.record_part(pass, scene, part, factors);
+        }
+    }
+
+    /// Writes the beams of the sky at entry points that may be glossy. Records into an open pass.
+    /// Does nothing for other lights.
+    pub fn record_sky_beams(
+        &self,
+        pass: &mut PassScope<'_>,
+        light: OneLight<'_>,
+        gloss: &Gloss,
+        found: &GlossLight<'_>,
+    ) {
+        if let Some(sky) = &self.sky {
+            sky.record_beams(
+                pass,
+                light,
+                &self.entry_points,
+                (&gloss.entries, gloss.entry_count),
+                found.beams,
+            );
         }
     }
 

@@ -8,7 +8,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::frame::gloss::Gloss;
 use crate::passes::frame::needed_records::RecordList;
-use crate::passes::gather_targets::GatherTargetPacking;
+use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking};
 use crate::passes::has_textures;
 use crate::passes::precompute::gather_rays::Hemisphere;
 use crate::passes::precompute::merged_rays::MergedRays;
@@ -24,6 +24,10 @@ gpu_struct! {
         pub cluster_bits: u32,
         /// Clusters and near-field patches; targets beyond are gloss bins.
         pub cluster_count: u32,
+        /// Number of the target of the sky's first cell.
+        pub first_sky: u32,
+        /// 0: the sky is black.
+        pub has_sky: u32,
     }
 }
 
@@ -58,6 +62,8 @@ pub struct GatherSources<'a> {
     pub inverse_areas: &'a Buffer,
     /// Outgoing flux of glossy clusters by direction. `None` if rays read no gloss bins.
     pub gloss: Option<&'a Gloss>,
+    /// Radiance of the sky's cells, W/m²/sr; three floats. `None` if the sky is black.
+    pub sky: Option<&'a Buffer>,
 }
 
 /// The pipelines, the cache points with their rays, and the result.
@@ -140,7 +146,7 @@ impl Gather {
 
     /// Gathers at the cache points of a list.
     pub fn record(&self, rec: &mut Recorder, sources: GatherSources<'_>, list: &RecordList) {
-        let GatherSources { materials, irradiance, inverse_areas, gloss } = sources;
+        let GatherSources { materials, irradiance, inverse_areas, gloss, sky } = sources;
         // Unused bindings if no ray reads a gloss bin.
         let (bins, fluxes) = gloss.map_or((irradiance, irradiance), |gloss| (&gloss.bins, &gloss.fluxes));
         let target_count = self.merged_rays.target_count;
@@ -152,6 +158,8 @@ impl Gather {
                 target_count,
                 cluster_bits: self.packing.cluster_bits,
                 cluster_count: (irradiance.bytes() / 12) as u32,
+                first_sky: self.packing.number(GatherTarget::Sky(0)),
+                has_sky: u32::from(sky.is_some()),
             },
             &[
                 ("Targets", &self.merged_rays.targets),
@@ -162,6 +170,7 @@ impl Gather {
                 ("GlossFluxes", fluxes),
                 ("Radiances", &self.radiances),
                 ("LobeRadiances", &self.lobe_radiances),
+                ("SkyRadiance", sky.unwrap_or(irradiance)),
             ],
         );
         for (chunk, merged_rays) in (0..).zip(&self.merged_rays.chunks) {

@@ -15,8 +15,10 @@ gpu_struct! {
         pub entry_count: u32,
         /// Row of the light's first part.
         pub light: u32,
-        /// Beams of an entry point.
+        /// All beams of an entry point.
         pub beam_count: u32,
+        /// Beams of an entry point that this dispatch writes, the first ones.
+        pub part_beams: u32,
         /// Point samples of the light.
         pub sample_count: u32,
         /// Point samples that share a beam.
@@ -57,13 +59,17 @@ impl Gloss {
         found: &GlossLight<'_>,
     ) {
         self.copy.record(pass, &[(Vec3::ONE, factors)], self.path_count, 1.0, found.first_bounce);
+        if light.part_count == 0 {
+            return;
+        }
         pass.dispatch(
             &self.trace,
-            [self.entry_count * light.beam_count(), 1, 1],
+            [self.entry_count * light.part_beams(), 1, 1],
             &GlossBeamsPush {
                 entry_count: self.entry_count,
                 light: light.row,
                 beam_count: light.beam_count(),
+                part_beams: light.part_beams(),
                 sample_count: light.sample_count(),
                 samples_per_beam: light.samples_per_beam(),
                 area_m2: self.area_m2,

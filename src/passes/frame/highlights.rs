@@ -53,10 +53,10 @@ impl GlossPixels {
     ) {
         let [backgrounds, sky_texels] = scene.emission.sky();
         // The sky is sampled by directions of the lobe, all of it at once.
-        let is_sky = light.is_sky();
-        let parts = light.parts().take(if is_sky { 1 } else { usize::MAX });
+        let is_sky = light.sky.is_some();
+        let light = OneLight { part_count: if is_sky { 1 } else { light.part_count }, ..light };
         for (light, (first_sample, end_sample)) in
-            parts.flat_map(|part| part.spans().map(move |span| (part, span)))
+            light.parts().flat_map(|part| part.spans().map(move |span| (part, span)))
         {
             if light.adds || first_sample > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);

@@ -22,6 +22,7 @@ pub mod pixel_colours;
 pub mod prefix_sum;
 pub mod primary;
 pub mod shafts;
+pub mod sky_factors;
 pub mod splat;
 pub mod splat_capacity;
 pub mod tile_sort;

@@ -76,11 +76,12 @@ pub struct Strata {
 impl Strata {
     /// Distributes `count` points over the fragments in proportion to area and density, with a
     /// running sum in f64: point i goes to the patch that contains the fraction (i + ½) / count
-    /// of the sum.
+    /// of the sum. Fragments of density zero get no point.
     pub fn new(hvds: &Hvds, densities: &[f32], count: u32) -> Self {
-        let mut order: Vec<usize> = (0..hvds.fragments.len()).collect();
+        let mut order: Vec<usize> =
+            (0..hvds.fragments.len()).filter(|&fragment| densities[fragment] > 0.0).collect();
+        let area_m2: f64 = order.iter().map(|&fragment| hvds.fragments[fragment].area_m2).sum();
         order.sort_by_key(|&fragment| hvds.fragments[fragment].cluster);
-        let area_m2: f64 = hvds.fragments.iter().map(|fragment| fragment.area_m2).sum();
         let fraction =
             |(fragment, &density): (usize, &f32)| hvds.fragments[fragment].area_m2 * f64::from(density);
         let total: f64 = densities.iter().enumerate().map(fraction).sum();

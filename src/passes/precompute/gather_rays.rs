@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
-use crate::passes::gather_targets::{GatherTargetPacking, GatherTargets};
+use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking, GatherTargets};
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::{CachePoint, GatherRay, Grid};
 use glam::DVec3;
@@ -27,6 +27,8 @@ gpu_struct! {
         pub seed: u32,
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
+        /// Number of the target of the sky's first cell.
+        pub first_sky: u32,
         /// Minimum sample count of a cluster.
         pub min_entry_points: f32,
         /// Bound of distances in gradients, and their unit, metres.
@@ -254,7 +256,8 @@ pub fn trace(
 ) -> Result<RayTable> {
     let [rings, sectors] = hemisphere.constants();
     let invocations = ("local_size_x", group_size(context, hemisphere)?);
-    let constants = [rings, sectors, invocations, scene.textures.constant()];
+    let constants =
+        [rings, sectors, invocations, ("SKY_SIDE", packing.sky_side()), scene.textures.constant()];
     let pipeline = Pipeline::new(context, STEM, &constants)?;
     let table = RayTable::new(context, scene, point_count, hemisphere)?;
     progress.stage("gather rays", u64::from(point_count));
@@ -268,6 +271,7 @@ pub fn trace(
                 point_count: count,
                 seed,
                 cluster_bits: packing.cluster_bits,
+                first_sky: packing.number(GatherTarget::Sky(0)),
                 min_entry_points: MIN_ENTRY_POINTS,
                 min_distance: packing.min_distance,
             };

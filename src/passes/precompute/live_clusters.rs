@@ -37,7 +37,7 @@ impl LiveClusters {
             match target {
                 GatherTarget::Cluster(cluster) => irradiance[cluster as usize] = true,
                 // Every patch has a ray that reads it.
-                GatherTarget::Patch(_) | GatherTarget::GlossBin(_) => {}
+                GatherTarget::Patch(_) | GatherTarget::GlossBin(_) | GatherTarget::Sky(_) => {}
             }
         }
         near_patches.iter().for_each(|patch| irradiance[patch.cluster as usize] = true);

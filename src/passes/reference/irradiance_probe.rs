@@ -68,6 +68,8 @@ const STRATA: u32 = 8;
 pub struct Job<'a> {
     /// The scene and its lights.
     pub scene: LitScene<'a>,
+    /// Radiance of the sky without its bright spots, and the side of its octahedral table.
+    pub sky: Option<(&'a Buffer, u32)>,
     /// A `CachePoint` for each probe.
     pub cache_points: &'a Buffer,
     /// Number of cache points.
@@ -91,7 +93,9 @@ pub fn trace(context: &Arc<Context>, job: Job<'_>) -> Result<Vec<Vec3>> {
     let [rings, sectors] = job.hemisphere.constants();
     let roulette = ("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits());
     let textures = job.scene.buffers.textures.constant();
-    let constants = [rings, sectors, roulette, ("STRATA", STRATA), textures];
+    // An unused binding without a sky.
+    let (sky_radiance, sky_side) = job.sky.unwrap_or((job.cache_points, 0));
+    let constants = [rings, sectors, roulette, ("STRATA", STRATA), ("SKY_SIDE", sky_side), textures];
     let pipeline = Pipeline::new(context, STEM, &constants)?;
     let strata = job.hemisphere.rays();
     let points_at_a_time = (STRATA_LIMIT / strata).clamp(1, job.point_count.max(1));
@@ -123,6 +127,7 @@ pub fn trace(context: &Arc<Context>, job: Job<'_>) -> Result<Vec<Vec3>> {
                         ("CachePoints", job.cache_points),
                         ("ProbePaths", &paths),
                         ("Unfinished", &unfinished),
+                        ("SkyRadiance", sky_radiance),
                     ]),
                 );
             })?;

@@ -16,6 +16,7 @@ use crate::passes::gather_targets::GatherTarget;
 use crate::passes::gloss_tables::GlossBin;
 use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::rays::{RayAnswer, RayQuery};
+use crate::scene::octahedral;
 use crate::types::{CachePoint, NO_SIDE};
 use glam::{DVec3, Vec3, Vec4};
 
@@ -33,8 +34,8 @@ pub struct GatherRaySegment {
     pub cluster: Option<u32>,
     /// Index of the gather target: the cluster, or its patch or gloss bin, and the material.
     pub target_index: Option<u32>,
-    /// Radiance that the last gather pass read from the target, W/m²/sr. Zero if the ray reads
-    /// nothing, or before the first frame.
+    /// Radiance that the last gather pass read from the target, or from the sky, W/m²/sr. Zero if the
+    /// ray reads nothing, or before the first frame.
     pub radiance: Vec3,
 }
 
@@ -82,6 +83,10 @@ impl Renderer {
         let answers = self.world.enclosures.rays.trace(&self.world.buffers, &queries)?;
         let readings = self.readings(point)?;
         let radiances = self.reflected()?;
+        let (sky, sky_side) = (self.lights.sky_radiance(), self.world.scene.emission.sky_side());
+        let sky_along = |direction: DVec3| {
+            sky.get(octahedral::cell(direction, sky_side.max(1)) as usize).copied().unwrap_or(Vec3::ZERO)
+        };
 
         let segment = |(ray, answer): (&Ray, &RayAnswer)| {
             let direction = ray.direction.as_vec3();
@@ -94,6 +99,7 @@ impl Renderer {
                 radiance: Vec3::ZERO,
             };
             if answer.side == NO_SIDE {
+                segment.radiance = self.lights.emission_scale * sky_along(ray.direction);
                 return segment;
             }
             let hit = hit(&tracing, ray, answer);
@@ -143,6 +149,7 @@ impl Renderer {
         let reading = |target_index: u32| {
             let (target, material) = packing.unpack(targets[target_index as usize])?;
             let (kind, cluster) = match target {
+                GatherTarget::Sky(_) => return None,
                 GatherTarget::Cluster(cluster) => (Kind::Cluster, cluster),
                 GatherTarget::Patch(patch) => (Kind::Patch, patches[patch as usize].cluster),
                 GatherTarget::GlossBin(bin) => {

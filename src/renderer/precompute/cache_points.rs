@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::GrowsWith;
 use crate::passes::frame::near_field::NearCluster;
-use crate::passes::gather_targets::GatherTargetPacking;
+use crate::passes::gather_targets::{GatherTargetPacking, TargetCounts};
 use crate::passes::precompute::cache_points::{self, Placed, Placement, SizeField};
 use crate::passes::precompute::geometry::Geometry;
 use crate::passes::precompute::neighbours::Neighbourhoods;
@@ -37,7 +37,7 @@ pub(super) struct Points {
     pub(super) near_count: u32,
     /// Clusters that take the irradiance of the record beside them.
     pub(super) near_clusters: Vec<NearCluster>,
-    /// Bit layout of gather rays as traced: they read clusters alone.
+    /// Bit layout of gather rays as traced: they read clusters and the sky alone.
     pub(super) hits: GatherTargetPacking,
 }
 
@@ -69,8 +69,12 @@ impl Points {
                 true => near_clusters::find(patches, hierarchy.extent, cell_size, &placement.points),
                 false => Vec::new(),
             },
-            hits: GatherTargetPacking::new(
-                hvds.cluster_count(),
+            hits: GatherTargetPacking::of_counts(
+                TargetCounts {
+                    clusters: hvds.cluster_count(),
+                    sky_side: scene.emission.sky_side(),
+                    ..TargetCounts::default()
+                },
                 scene.materials.len(),
                 placement.min_radius,
             )?,

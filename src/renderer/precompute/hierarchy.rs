@@ -12,6 +12,7 @@ use crate::passes::precompute::visibility::near_clusters::{self, Extent, Patch};
 use crate::passes::precompute::visibility::{Visibility, exposed_fractions, inconsistent, narrow_cavities};
 use crate::passes::{ClusterBuffers, ClusterTables};
 use crate::renderer::quality_warnings::{typical_clearance, undersampled, wide_cells};
+use crate::scene::fragment::Fragment;
 use crate::scene::split_planes::{Splits, Walls};
 use crate::scene::{Measure, Quality, Scene, grid, hvds::Hvds, surfaces, unweighted::NEARBY};
 use std::borrow::Cow;
@@ -108,8 +109,15 @@ impl Hierarchy {
         let has_unweighted = has_unweighted(quality, &cells, &clearances);
         let cells = cells.with_unweighted(&has_unweighted);
         let is_even = !quality.takes(Measure::DenserEntryPoints);
-        let density = |&c: &f32| if is_even { 1.0 } else { entry_points::density(c, cell_size) };
-        let densities: Vec<f32> = clearances.iter().map(density).collect();
+        let density = |c: f32| if is_even { 1.0 } else { entry_points::density(c, cell_size) };
+        // Paths from a side that sees the sky alone reach no surface.
+        let reflects = |fragment: &&Fragment| reachable.reflects(fragment.side);
+        let is_any = cells.fragments.iter().any(|fragment| reflects(&fragment));
+        let of_fragment = |(fragment, &clearance): (&Fragment, &f32)| match reflects(&fragment) || !is_any {
+            true => density(clearance),
+            false => 0.0,
+        };
+        let densities: Vec<f32> = cells.fragments.iter().zip(&clearances).map(of_fragment).collect();
         let strata = Strata::new(&cells, &densities, quality.entry_points);
         let hemisphere = Hemisphere::new(quality.gather_rays);
         let finest_size = cells.grid.cell_size() as f32;

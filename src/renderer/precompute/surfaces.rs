@@ -22,6 +22,8 @@ pub(super) struct Reachable {
     /// Attributes of each triangle; sides that light cannot reach are inactive.
     pub(super) surfaces: Vec<Surface>,
     pub(super) groups: sides::Enclosures,
+    /// Whether each side sees some surface.
+    sees: Vec<[bool; 2]>,
     /// Diagonal of the scene, metres.
     pub(super) scene_size: f32,
     /// Offset of ray origins from surfaces, metres.
@@ -50,9 +52,11 @@ impl Reachable {
         scene.warnings.extend(warnings);
         let rays = Rays::new(context)?;
         let sees = surfaces::sides_that_see_something(&scene.triangles);
-        let pairs = scene.triangles.iter().zip(sees);
+        // A side that sees the sky alone receives its light.
+        let is_active = |sees: [bool; 2]| sees.map(|sees| sees || scene.emission.sky.is_some());
+        let pairs = scene.triangles.iter().zip(&sees);
         let mut surfaces: Vec<Surface> =
-            pairs.map(|(triangle, active)| surfaces::surface(triangle, active)).collect();
+            pairs.map(|(triangle, sees)| surfaces::surface(triangle, is_active(*sees))).collect();
         let buffers = SceneBuffers::new(context, &bvh, scene, &surfaces)?;
         let clear_distance = clear_distance(&bvh.nodes[0]);
         let groups =
@@ -64,7 +68,12 @@ impl Reachable {
         watch.lap("surfaces");
         let (low, high) = scene.bounds();
         let scene_size = (high - low).length();
-        Ok(Self { bvh, solids, rays, buffers, surfaces, groups, scene_size, clear_distance })
+        Ok(Self { bvh, solids, rays, buffers, surfaces, groups, sees, scene_size, clear_distance })
+    }
+
+    /// Whether a side reflects light to some surface.
+    pub(super) fn reflects(&self, side: u32) -> bool {
+        self.sees[side as usize / 2][side as usize % 2]
     }
 
     /// The geometry on which cache points are placed.

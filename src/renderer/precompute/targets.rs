@@ -77,6 +77,7 @@ impl Targets {
             clusters: hierarchy.hvds.cluster_count(),
             patches: near.patches.len() as u32,
             gloss_bins: gloss.as_ref().map_or(0, |gloss| gloss.bins.len() as u32),
+            sky_side: points.hits.sky_side(),
         };
         let packing =
             GatherTargetPacking::of_counts(counts, scene.materials.len(), points.hits.min_distance)?;

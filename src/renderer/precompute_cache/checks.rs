@@ -171,7 +171,7 @@ fn records(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
 fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let lists = &contents.merged_rays;
     let materials = scene.materials.len();
-    let packing = contents.packing(materials).map_err(|_| CacheMiss::damaged("bits of a material"))?;
+    let packing = contents.packing(scene).map_err(|_| CacheMiss::damaged("bits of a material"))?;
     demand(packing.cluster_bits == contents.numbers.cluster_bits, "bits of a cluster")?;
     demand(contents.numbers.min_distance.is_finite(), "unit of gradients")?;
     let is_target =

@@ -8,6 +8,7 @@ use crate::passes::gloss_tables::GlossTables;
 use crate::passes::precompute::merged_rays::MergedRayLists;
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::{Arrivals, LightPaths, PathRange};
+use crate::scene::Scene;
 use crate::scene::hvds::Hvds;
 use crate::types::{CachePoint, Contribution, Grid, PathVertex};
 use std::collections::BTreeMap;
@@ -123,12 +124,13 @@ impl Contents {
     ///
     /// # Errors
     /// They do not fit one word with the materials.
-    pub(super) fn packing(&self, materials: usize) -> crate::error::Result<GatherTargetPacking> {
+    pub(super) fn packing(&self, scene: &Scene) -> crate::error::Result<GatherTargetPacking> {
         let counts = TargetCounts {
             clusters: self.hvds.cluster_count(),
             patches: self.near_patches.len() as u32,
             gloss_bins: self.gloss.as_ref().map_or(0, |gloss| gloss.bins.len() as u32),
+            sky_side: scene.emission.sky_side(),
         };
-        GatherTargetPacking::of_counts(counts, materials, self.numbers.min_distance)
+        GatherTargetPacking::of_counts(counts, scene.materials.len(), self.numbers.min_distance)
     }
 }

@@ -49,6 +49,7 @@ fn geometry(scene: &Scene) -> [u64; 2] {
         words.extend(corner.to_array().map(f32::to_bits));
     }
     words.extend(scene.opacity.contents());
+    words.push(scene.emission.sky_side());
     hash(bytemuck::cast_slice(&words))
 }
 

@@ -101,7 +101,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     let numbers = contents.numbers;
     let quality = scene.quality.clone();
     let hemisphere = Hemisphere::new(quality.gather_rays);
-    let packing = contents.packing(scene.materials.len())?;
+    let packing = contents.packing(scene)?;
     let buffers = SceneBuffers::new(context, &bvh, scene, &surfaces)?;
     let rays = Rays::new(context)?;
     let solids = Solids::of_scene(scene);

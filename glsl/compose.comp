@@ -11,6 +11,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/quirks.glsl"
 #include "include/math.glsl"
 #include "include/antialias.glsl"
 #include "include/gloss_rays.glsl"
@@ -43,12 +44,33 @@ layout(scalar, binding = 11) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(scalar, binding = 12) readonly buffer Emitted { vec4 emitted[]; };
 layout(scalar, binding = 13) readonly buffer Backgrounds { Background background[]; };  // one
 layout(scalar, binding = 14) readonly buffer SkyTexels { vec3 sky_texels[]; };
+layout(binding = 15) uniform usamplerBuffer Nodes;
+layout(binding = 16) uniform usamplerBuffer Triangles;
+layout(scalar, binding = 17) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { ComposePush push; };
 
+#include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/bvh.glsl"
 #include "include/view.glsl"
+#include "include/primary.glsl"
 #include "include/emitted.glsl"
 #include "include/sky.glsl"
+
+// Fraction of light of each colour that panes let pass from a side, or from the sky, to a pixel.
+vec3 passed_to(uint index, uint side) {
+    if (HAS_PANES == 0u) return vec3(1.0);
+    const vec2 POINTS[4] = vec2[](vec2(0.375, 0.125), vec2(0.875, 0.375), vec2(0.125, 0.625), vec2(0.625, 0.875));
+    vec2 corner = vec2(in_rows(index, push.view.width));
+    vec3 sum = vec3(0.0);
+    for (uint i = 0u; i < 4u; ++i) {
+        vec3 direction = direction_through(push.view, corner + POINTS[i]);
+        float t = side == NO_SIDE ? 1e30 : hit_on_plane(push.view, direction, side >> 1).t;
+        // A plane beside the image point may be met behind the camera.
+        sum += passed_by_panes(Ray(push.view.position, direction, t > 0.0 ? 0.9999 * t : 1e30));
+    }
+    return 0.25 * sum;
+}
 
 uint material_of(uint side) { return surface_at(side >> 1).material; }
 
@@ -89,7 +111,8 @@ vec2 middle_of(uint index) { return vec2(in_rows(index, push.view.width)) + 0.5;
 vec3 centre(uint index) {
     vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(pixel_colours[index]) : vec3(1.0);
     uint side = pixel_surface_at(Pixels, index).side;
-    return push.emission_scale * reflected(side, colour, direct_irradiance[index], index, index, 1.0) + emitted_at(side, middle_of(index));
+    vec3 found = push.emission_scale * reflected(side, colour, direct_irradiance[index], index, index, 1.0) + emitted_at(side, middle_of(index));
+    return passed_to(index, side) * found;
 }
 
 // Mean radiance over the samples of an edge pixel; `edge` is its index in the list of edge pixels.
@@ -105,13 +128,14 @@ vec3 mean_of_samples(uint edge, uint count, uint slots, uint index) {
         uint source = pixel_at(size, index, place_of(slot));
         uint gloss_source = IS_GLOSSY == 1u ? gloss_source_of(slot.side, source, index) : source;
         vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(edge_colours[i]) : vec3(1.0);
-        sum += reflected(slot.side, colour, direct_irradiance[pixel_count + i], source, gloss_source, weight_of(slot, count));
+        vec3 passed = passed_to(index, slot.side);
+        sum += passed * reflected(slot.side, colour, direct_irradiance[pixel_count + i], source, gloss_source, weight_of(slot, count));
         if (HAS_EMISSION != 0u) {
-            emission += weight_of(slot, count) * emitted_at(slot.side, vec2(0.0));
+            emission += weight_of(slot, count) * passed * emitted_at(slot.side, vec2(0.0));
             uncovered -= weight_of(slot, count);
         }
     }
-    if (HAS_EMISSION != 0u && uncovered > 1e-4) emission += uncovered * emitted_at(NO_SIDE, middle_of(index));
+    if (HAS_EMISSION != 0u && uncovered > 1e-4) emission += uncovered * passed_to(index, NO_SIDE) * emitted_at(NO_SIDE, middle_of(index));
     return push.emission_scale * sum + emission;
 }
 
@@ -120,6 +144,7 @@ void main() {
     uint pixel_count = push.view.width * push.view.height;
     if (AT_EDGES == 0u) {
         if (index < pixel_count) radiance[index] = centre(index);
+        if (!loops_completed(pixel_count)) truncated_loops[0] = LOOP_TRUNCATED;
         return;
     }
     uint edge_count = edge_numbers[pixel_count];
@@ -127,4 +152,5 @@ void main() {
     if (index >= edge_count || count == 0u) return;
     uint pixel = edge_pixels[index];
     radiance[pixel] = mean_of_samples(index, count, slots_per_edge(edge_count, push.capacity), pixel);
+    if (!loops_completed(pixel_count)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -129,10 +129,10 @@ void main() {
             uint cluster = cluster_for(hit, direction, footprint);
             uint material = surface_at(hit.triangle).material;
             if (cluster != NO_CLUSTER) target = cluster | (material << push.cluster_bits);
-            if (HAS_TEXTURES != 0u) ray_colours[first + ray] = pack_colour(image_at(material, hit.triangle, hit.barycentric));
+            if (HAS_TEXTURES != 0u) ray_colours[first + ray] = pack_colour(passed_by_panes(Ray(origin, direction, hit.t)) * image_at(material, hit.triangle, hit.barycentric));
         } else if (SKY_SIDE != 0u && is_outside) {
             target = push.first_sky + octahedral_cell(direction, SKY_SIDE);
-            if (HAS_TEXTURES != 0u) ray_colours[first + ray] = pack_colour(vec3(1.0));
+            if (HAS_TEXTURES != 0u) ray_colours[first + ray] = pack_colour(passed_by_panes(Ray(origin, direction, FAR)));
         }
         distances[ray] = distance;
         gather_rays[first + ray].target = target;

@@ -101,8 +101,8 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
 
     GlossRay ray = GlossRay(NO_TARGET, 0.0, pack_direction(-direction), NO_GLOSS_BIN);
     Hit hit;
-    if (push.traces != 0u && cosine > 0.0 && dot(direction, geometric) > 0.0
-        && trace(Ray(offset_origin(point.position, geometric), direction, 1e30), false, hit)) {
+    vec3 origin = offset_origin(point.position, geometric);
+    if (push.traces != 0u && cosine > 0.0 && dot(direction, geometric) > 0.0 && trace(Ray(origin, direction, 1e30), false, hit)) {
         // The lobe's solid angle, 2π/(n+1), divided among its rays; half as wide, because they do
         // not divide it evenly.
         float footprint = 0.5 * hit.t * sqrt(2.0 * PI / ((exponent + 1.0) * float(rays)));
@@ -112,7 +112,7 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
         bool reads_bins = has_lobe(materials[material]) && materials[material].exponent <= push.max_exponent
                         && gloss_fraction(materials[material]) <= LITTLE;
         if (reads_bins && cluster != NO_CLUSTER) ray.gloss_bin = gloss_bin_towards(cluster_for(hit, direction, FINER * footprint), -direction);
-        if (HAS_TEXTURES != 0u) gloss_colours[index] = pack_colour(image_at(material, hit.triangle, hit.barycentric));
+        if (HAS_TEXTURES != 0u) gloss_colours[index] = pack_colour(passed_by_panes(Ray(origin, direction, hit.t)) * image_at(material, hit.triangle, hit.barycentric));
         ray.weight = cosine * (exponent + 2.0) / (exponent + 1.0);
     }
     return ray;

@@ -113,8 +113,10 @@ void main() {
         float cosine = dot(point.normal, direction);
         float distance = is_sky ? LIGHT_FAR : distance_to(light, point.position, direction);
         if (distance == 0.0 || cosine <= 0.0 || dot(normal, direction) <= 0.0) continue;
-        if (!is_lit(point.position, normal, LightSample(direction, distance, vec3(0.0)))) continue;
+        LightSample towards = LightSample(direction, distance, vec3(0.0));
+        if (!is_lit(point.position, normal, towards)) continue;
         float radiance = is_sky ? sky_along(direction)[int(light.area)] : 1.0;
+        radiance *= grey_passed_by_panes(shadow_ray(point.position, normal, towards));
         sum += radiance * cosine * (exponent + 2.0) / (exponent + 1.0) / float(LOBE_RAYS);
     }
     float before = is_first(push.flags, push.first_sample) ? 0.0 : highlight_irradiance[index];

@@ -107,7 +107,8 @@ void main() {
         Hit hit;
         bool is_outside = alive;
         alive = alive && trace(Ray(path.origin, path.direction, FAR), false, hit);
-        if (SKY_SIDE != 0u && is_outside && !alive && path.depth == 0u) path.radiance += sky_radiance[octahedral_cell(path.direction, SKY_SIDE)];
+        path.throughput *= passed_by_panes(Ray(path.origin, path.direction, alive ? hit.t : FAR));
+        if (SKY_SIDE != 0u && is_outside && !alive && path.depth == 0u) path.radiance += path.throughput * sky_radiance[octahedral_cell(path.direction, SKY_SIDE)];
         if (alive) {
             Vertex vertex = vertex_at(hit, path.direction, false);
             uint seed = hash(ray_seed, path.depth + 1u);

@@ -106,7 +106,10 @@ void main() {
         state.throughput /= survival;
 
         Hit hit;
-        if (!trace(Ray(offset_origin(state.position, normal), direction, 1e30), false, hit)) { alive = false; break; }
+        vec3 origin = offset_origin(state.position, normal);
+        if (!trace(Ray(origin, direction, 1e30), false, hit)) { alive = false; break; }
+        vec3 passed = passed_by_panes(Ray(origin, direction, hit.t));
+        state.throughput *= passed;
 
         Surface found = surface_at(hit.triangle);
         bool back = dot(found.normal, direction) > 0.0;
@@ -116,7 +119,7 @@ void main() {
         vec3 found_normal = back ? -found.normal : found.normal;
         uint cluster = base_cluster(grid_cell(push.grid, state.position, found_normal), side_code(found.sides, back), state.position);
         vertices[index * STEPS + count] = PathVertex(state.position, state.side, direction, weight / survival, cluster, lobe);
-        if (HAS_TEXTURES != 0u) vertex_colours[index * STEPS + count] = pack_colour(colour);
+        if (HAS_TEXTURES != 0u) vertex_colours[index * STEPS + count] = pack_colour(passed * colour);
         ++count;
         ++state.depth;
     }

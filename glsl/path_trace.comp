@@ -124,26 +124,27 @@ void main() {
         Hit hit;
         ++moments.rays;
         bool alive = trace(Ray(path.origin, path.direction, 1e30), false, hit);
+        path.throughput *= passed_by_panes(Ray(path.origin, path.direction, alive ? hit.t : 1e30));
         if (alive) {
             Vertex vertex = vertex_at(hit, path.direction, path.depth == 0u);
             uint seed = hash(pixel_seed, path.depth + 1u);
             vec3 gathered;
             vec3 radiance = path.throughput * reflected_light(vertex, path.sample_index, seed, moments.rays, gathered);
             if (path.depth == 0u) {
-                path.direct = radiance - gathered;
-                path.indirect = gathered;
+                path.indirect = path.throughput * gathered;
+                path.direct = radiance - path.indirect;
             } else {
                 path.indirect += radiance;
             }
             // Later vertices sample emitters as lights.
-            if (HAS_EMISSION != 0u && path.depth == 0u) path.direct += emitted_against(hit.triangle, path.direction);
+            if (HAS_EMISSION != 0u && path.depth == 0u) path.direct += path.throughput * emitted_against(hit.triangle, path.direction);
 
             vec3 u = sample_3d(path.sample_index, seed);
             alive = reflect_path(vertex, u, uintBitsToFloat(ROULETTE_THRESHOLD), path.throughput, path.direction);
             path.origin = offset_origin(vertex.position, vertex.geometric);
             ++path.depth;
         }
-        if (HAS_EMISSION != 0u && !alive && path.depth == 0u) path.direct = background_along(path.direction);
+        if (HAS_EMISSION != 0u && !alive && path.depth == 0u) path.direct = path.throughput * background_along(path.direction);
         if (!alive) {
             vec3 sum = direct_sum.high + indirect_sum.high;
             add_to_spread(moments.squares, path.direct + path.indirect, sum, float(path.sample_index));

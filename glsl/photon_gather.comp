@@ -119,6 +119,7 @@ vec3 direct_light(Vertex vertex, Reflectance material, uint ray, uint seed, out 
         float cosine = dot(vertex.shading, found.direction);
         if (cosine <= 0.0 || dot(vertex.normal, found.direction) <= 0.0) continue;
         if (!is_lit(vertex.position, vertex.normal, found)) continue;
+        found.irradiance *= passed_by_panes(shadow_ray(vertex.position, vertex.normal, found));
         sum += brdf(material, vertex.shading, vertex.outgoing, found.direction) * found.irradiance * cosine;
         if (light.kind == LIGHT_SKY) gathered += light.edge_v.x * cosine / PI * material.diffuse * found.irradiance;
     }
@@ -150,7 +151,9 @@ vec3 indirect_light(Vertex vertex, uint ray, uint seed) {
         if (!(u.z < survival) || largest(throughput) <= 0.0 || dot(vertex.normal, next.incident) <= 0.0) break;
         throughput /= survival;
         Hit hit;
-        if (!trace(Ray(offset_origin(vertex.position, vertex.normal), next.incident, 1e30), false, hit)) break;
+        vec3 origin = offset_origin(vertex.position, vertex.normal);
+        if (!trace(Ray(origin, next.incident, 1e30), false, hit)) break;
+        throughput *= passed_by_panes(Ray(origin, next.incident, hit.t));
         vertex = vertex_at(hit, next.incident, false);
         uint point = hit.t > push.radius ? nearest_point(vertex.position, vertex.normal) : NO_ENTRY;
         if (point != NO_ENTRY) {
@@ -185,16 +188,18 @@ void main() {
         vec2 ndc = place / vec2(push.view.width, push.view.height) * 2.0 - 1.0;
         vec3 direction = normalize(push.view.forward + ndc.x * push.view.right - ndc.y * push.view.up);
         Hit hit;
-        if (!trace(Ray(push.view.position, direction, 1e30), false, hit)) {
-            if (HAS_EMISSION != 0u) add(sums.direct, sums.direct_lost, background_along(direction));
+        bool is_hit = trace(Ray(push.view.position, direction, 1e30), false, hit);
+        vec3 passed = passed_by_panes(Ray(push.view.position, direction, is_hit ? hit.t : 1e30));
+        if (!is_hit) {
+            if (HAS_EMISSION != 0u) add(sums.direct, sums.direct_lost, passed * background_along(direction));
             continue;
         }
         Vertex seen = vertex_at(hit, direction, true);
-        if (HAS_EMISSION != 0u) add(sums.direct, sums.direct_lost, emitted_against(hit.triangle, direction));
+        if (HAS_EMISSION != 0u) add(sums.direct, sums.direct_lost, passed * emitted_against(hit.triangle, direction));
         vec3 gathered;
         vec3 direct = direct_light(seen, seen.material, ray, hash(seed, 1u), gathered);
-        add(sums.direct, sums.direct_lost, direct - gathered);
-        add(sums.indirect, sums.indirect_lost, gathered + indirect_light(seen, ray, seed));
+        add(sums.direct, sums.direct_lost, passed * (direct - gathered));
+        add(sums.indirect, sums.indirect_lost, passed * (gathered + indirect_light(seen, ray, seed)));
     }
     pixel_sums[index] = sums;
     if (!loops_completed(push.sample_count)) truncated_loops[0] = LOOP_TRUNCATED;

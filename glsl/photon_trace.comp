@@ -82,6 +82,7 @@ void main() {
     while (alive && count < STEPS) {
         Hit hit;
         if (!trace(Ray(path.origin, path.direction, 1e30), false, hit)) { alive = false; break; }
+        path.flux *= passed_by_panes(Ray(path.origin, path.direction, hit.t));
         Surface surface = surface_at(hit.triangle);
         Reflectance material = materials[surface.material];
         bool back = dot(surface.normal, path.direction) > 0.0;

@@ -47,8 +47,12 @@ void main() {
     uint visible = 0u;
     for (uint bit = 0u; bit < 32u; ++bit) {
         uint ray = 32u * (word % SKY_WORDS) + bit;
+        Ray towards = Ray(origin, sky_ray(normal, ray, push.first_point + index, push.seed), 1e30);
         Hit hit;
-        if (!trace(Ray(origin, sky_ray(normal, ray, push.first_point + index, push.seed), 1e30), true, hit)) visible |= 1u << bit;
+        if (trace(towards, true, hit)) continue;
+        // Panes stop a fraction of the rays.
+        float passed = grey_passed_by_panes(towards);
+        if (HAS_PANES == 0u || unit_float(hash(ray, hash(push.first_point + index, ~push.seed))) < passed) visible |= 1u << bit;
     }
     visible_sky[word] = visible;
     if (!loops_completed(push.word_count)) truncated_loops[0] = LOOP_TRUNCATED;

@@ -113,8 +113,9 @@ vec3 without_zeros(vec3 direction) {
 // Closest hit in (0, t_max) below the node `root`, or the first hit found if `any_hit`. Returns
 // whether there is one. Afterwards the same walk visits `more` further roots, which stand in
 // `others` from `first` on, the last one first: one walk, so that no lane waits for the others
-// at each root.
-bool trace_from(uint root, usamplerBuffer others, uint first, uint more, Ray ray, const bool any_hit, out Hit hit) {
+// at each root. If the triangles are panes, it multiplies `passed` by the colours of all instead.
+bool walk(uint root, usamplerBuffer others, uint first, uint more, Ray ray, const bool any_hit, const bool are_panes,
+          inout vec3 passed, out Hit hit) {
     hit = Hit(ray.t_max, 0u, vec3(0.0));
     bool found = false;
     vec3 direction = without_zeros(ray.direction);
@@ -132,7 +133,11 @@ bool trace_from(uint root, usamplerBuffer others, uint first, uint more, Ray ray
         Node node = node_at(index);
         uint hits = intersect_children(node, ray.origin, inverse_direction, octant_inverse4, hit.t);
         for (uint leaf = hits & 0x00ffffffu; leaf != 0u; leaf &= leaf - 1u) {
-            if (intersect_triangle(node.children.y + uint(findLSB(leaf)), ray.origin, shear, hit)) {
+            if (!intersect_triangle(node.children.y + uint(findLSB(leaf)), ray.origin, shear, hit)) continue;
+            if (are_panes) {
+                passed *= pane_colour(hit.triangle);
+                hit.t = ray.t_max;
+            } else {
                 found = true;
                 if (any_hit) return true;
             }
@@ -157,6 +162,22 @@ bool trace_from(uint root, usamplerBuffer others, uint first, uint more, Ray ray
     }
     return found;
 }
+
+bool trace_from(uint root, usamplerBuffer others, uint first, uint more, Ray ray, const bool any_hit, out Hit hit) {
+    vec3 passed = vec3(1.0);
+    return walk(root, others, first, more, ray, any_hit, false, passed, hit);
+}
+
+// Fraction of light of each colour that panes let pass along a ray up to its t_max.
+vec3 passed_by_panes(Ray ray) {
+    vec3 passed = vec3(1.0);
+    Hit hit;
+    if (HAS_PANES != 0u) walk(pane_root(), Nodes, 0u, 0u, ray, false, true, passed, hit);
+    return passed;
+}
+
+// The same as one number: form factors have no colour.
+float grey_passed_by_panes(Ray ray) { return HAS_PANES == 0u ? 1.0 : dot(passed_by_panes(ray), vec3(1.0 / 3.0)); }
 
 // As `trace_from`, over the whole scene.
 bool trace(Ray ray, const bool any_hit, out Hit hit) { return trace_from(0u, Nodes, 0u, 0u, ray, any_hit, hit); }

@@ -40,8 +40,10 @@ vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint ray
         if (reflected == vec3(0.0)) continue;
         ++rays;
         if (!is_lit(vertex.position, vertex.geometric, found)) continue;
+        vec3 passed = passed_by_panes(shadow_ray(vertex.position, vertex.geometric, found));
+        reflected *= passed;
         radiance += cosine * reflected;
-        if (light.kind == LIGHT_SKY) gathered += light.edge_v.x * cosine / PI * vertex.material.diffuse * found.irradiance;
+        if (light.kind == LIGHT_SKY) gathered += light.edge_v.x * cosine / PI * vertex.material.diffuse * found.irradiance * passed;
     }
     return radiance;
 }

@@ -2,6 +2,8 @@
 
 // 1 if the bound list of triangles has opacity micromaps; it follows from the bindings.
 layout(constant_id = 16) const uint HAS_CUTOUTS = 0;
+// 1 if the bound list of nodes has a second tree, of panes; it follows from the bindings.
+layout(constant_id = 17) const uint HAS_PANES = 0;
 
 struct Corners {
     vec3 p0;
@@ -26,6 +28,15 @@ uint triangle_word(uint index) {
 }
 
 const uint TRIANGLE_WORDS = 4u * TRIANGLE_TEXELS;
+
+// Root of the tree of panes. Triangle 0 stores it.
+uint pane_root() { return triangle_word(11u); }
+
+// Fraction of light of each colour that a pane lets pass.
+vec3 pane_colour(uint index) {
+    uint packed = triangle_word(TRIANGLE_WORDS * index + 11u);
+    return vec3(packed & 2047u, packed >> 11 & 2047u, packed >> 22) / vec3(2047.0, 2047.0, 1023.0);
+}
 
 bool has_holes(uint index) { return HAS_CUTOUTS != 0u && triangle_word(TRIANGLE_WORDS * index + 3u) != 0u; }
 

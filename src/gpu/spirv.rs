@@ -157,8 +157,11 @@ pub const USE_BUFFER_DEVICE_ADDRESS: &str = "USE_BUFFER_DEVICE_ADDRESS";
 /// have opacity micromaps.
 pub const HAS_CUTOUTS: &str = "HAS_CUTOUTS";
 
+/// The specialisation constant of kernels that trace rays. It is 1 if panes follow the bound nodes.
+pub const HAS_PANES: &str = "HAS_PANES";
+
 /// The specialisation constants that follow from the bindings. Callers do not pass them.
-pub const FROM_BINDINGS: [&str; 2] = [USE_BUFFER_DEVICE_ADDRESS, HAS_CUTOUTS];
+pub const FROM_BINDINGS: [&str; 3] = [USE_BUFFER_DEVICE_ADDRESS, HAS_CUTOUTS, HAS_PANES];
 
 /// Reads the declarations of a module.
 pub fn reflect(words: &[u32]) -> Module {

@@ -1,13 +1,14 @@
 //! The scene on the device: the bindings of every pass that traces rays.
 
 use crate::error::Result;
-use crate::gpu::spirv::HAS_CUTOUTS;
+use crate::gpu::spirv::{HAS_CUTOUTS, HAS_PANES};
 use crate::gpu::{Buffer, Context};
 use crate::passes::GrowsWith;
 use crate::passes::{EmissionBuffers, TextureBuffers, loop_limit};
-use crate::scene::{Material, Scene, bvh::Bvh};
+use crate::scene::{Material, Scene, bvh::Bvh, panes};
 use crate::types::{self, EDITABLE, MAY_BE_GLOSSY};
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 use std::sync::Arc;
 
 /// Immutable geometry and the material table. Triangles and surfaces are in BVH leaf order.
@@ -43,21 +44,22 @@ impl SceneBuffers {
         scene: &Scene,
         surfaces: &[types::Surface],
     ) -> Result<Self> {
-        let Scene { texture_coordinates, materials, .. } = scene;
-        let corners = triangle_list(scene);
-        let longest = size_of_val(&*bvh.nodes).max(size_of_val(&*corners)).max(size_of_val(surfaces));
+        let Scene { texture_coordinates, materials, panes, .. } = scene;
+        let (nodes, corners) = trees(bvh, scene)?;
+        let longest = size_of_val(&*nodes).max(size_of_val(&*corners)).max(size_of_val(surfaces));
         // Kernels bind all three lists, or use addresses for all three.
         let is_bound = longest as u64 <= context.limits().storage_range_bytes;
         let triangles = list(context, "triangles", &corners, is_bound)?;
+        let nodes = list(context, "nodes", &nodes, is_bound)?;
         Ok(Self {
-            nodes: list(context, "nodes", &bvh.nodes, is_bound)?,
+            nodes: if panes.is_empty() { nodes } else { nodes.with_constant(HAS_PANES) },
             triangles: match scene.opacity.is_empty() {
                 true => triangles,
                 false => triangles.with_constant(HAS_CUTOUTS),
             },
             surfaces: list(context, "surfaces", surfaces, is_bound)?,
             materials: Buffer::from_slice(context, "materials", &reflectances(materials))?,
-            textures: TextureBuffers::new(context, texture_coordinates, materials)?,
+            textures: TextureBuffers::new(context, texture_coordinates, materials, !panes.is_empty())?,
             emission: EmissionBuffers::new(context, materials, scene.emission.clone())?,
             truncated_loops: Buffer::host_flag(context, "truncated")?,
         })
@@ -73,12 +75,29 @@ impl SceneBuffers {
     }
 }
 
-/// The device's list of triangles, followed by the words of their opacity micromaps. The list
-/// consists of whole triangles.
-fn triangle_list(scene: &Scene) -> Vec<types::Triangle> {
+/// The device's lists of nodes and triangles: the scene's, then those of its panes. The words of
+/// opacity micromaps follow, in whole triangles.
+fn trees(bvh: &Bvh, scene: &Scene) -> Result<(Vec<types::Node>, Vec<types::Triangle>)> {
     const WORDS: usize = size_of::<types::Triangle>() / 4;
-    let corners = scene.triangles.iter().map(|t| t.positions.map(|corner| corner.extend(0.0)));
-    let mut list: Vec<types::Triangle> = corners.map(|[p0, p1, p2]| types::Triangle { p0, p1, p2 }).collect();
+    let triangle = |positions: &[Vec3; 3]| {
+        let [p0, p1, p2] = positions.map(|corner| corner.extend(0.0));
+        types::Triangle { p0, p1, p2 }
+    };
+    let mut nodes = bvh.nodes.clone();
+    let mut list: Vec<types::Triangle> =
+        scene.triangles.iter().map(|found| triangle(&found.positions)).collect();
+    if !scene.panes.is_empty() {
+        let (pane_nodes, order) = panes::tree(&scene.panes, [nodes.len(), list.len()])?;
+        let first = list.len();
+        let pane = |&index: &u32| &scene.panes[index as usize];
+        list.extend(order.iter().map(|index| triangle(&pane(index).positions)));
+        let words: &mut [u32] = bytemuck::cast_slice_mut(&mut list);
+        words[11] = nodes.len() as u32;
+        for (place, pane) in (first..).zip(order.iter().map(pane)) {
+            words[WORDS * place + 11] = pane.packed_colour();
+        }
+        nodes.extend(pane_nodes);
+    }
     let (end, micromaps) = (WORDS * list.len(), scene.opacity.words());
     list.resize(list.len() + micromaps.len().div_ceil(WORDS), Zeroable::zeroed());
     let words: &mut [u32] = bytemuck::cast_slice_mut(&mut list);
@@ -87,7 +106,7 @@ fn triangle_list(scene: &Scene) -> Vec<types::Triangle> {
         words[WORDS * triangle + 3] = end as u32 + first;
         words[WORDS * triangle + 7] = level;
     }
-    list
+    Ok((nodes, list))
 }
 
 fn list<T: Pod>(context: &Arc<Context>, name: &str, items: &[T], is_bound: bool) -> Result<Buffer> {

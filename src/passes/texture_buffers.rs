@@ -19,23 +19,30 @@ pub struct TextureBuffers {
     table: Buffer,
     /// Decoded values of the 256 sRGB codes, as floats; then four bytes a texel.
     texels: Buffer,
-    /// Whether there are images.
+    /// Whether there are images or panes, and so colours of rays and points.
     pub are_used: bool,
 }
 
 impl TextureBuffers {
     /// Uploads each image once; `coordinates` of the triangles in the tree's order,
-    /// empty without images.
+    /// empty without images. `has_panes`: rays have colours without images, too.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`] if the images are larger than the device can bind; the
     /// device lacks memory.
-    pub fn new(context: &Arc<Context>, coordinates: &[[Vec2; 3]], materials: &[Material]) -> Result<Self> {
-        let are_used = !coordinates.is_empty();
+    pub fn new(
+        context: &Arc<Context>,
+        coordinates: &[[Vec2; 3]],
+        materials: &[Material],
+        has_panes: bool,
+    ) -> Result<Self> {
+        let are_used = !coordinates.is_empty() || has_panes;
         let mut images: Vec<(&Arc<Image>, usize)> = Vec::new();
         let mut end = 256;
         let mut table: Vec<Texture> = Vec::new();
-        for texture in materials.iter().map(|material| material.texture.as_ref().filter(|_| are_used)) {
+        for texture in
+            materials.iter().map(|material| material.texture.as_ref().filter(|_| !coordinates.is_empty()))
+        {
             table.push(texture.map_or_else(Zeroable::zeroed, |texture| {
                 let known = images.iter().find(|(image, _)| Arc::ptr_eq(image, &texture.image));
                 let first = known.map_or(end, |&(_, first)| first);
@@ -63,7 +70,7 @@ impl TextureBuffers {
             (table, texels) = (vec![Texture::zeroed()], vec![0]);
         }
         let none = [[Vec2::ZERO; 3]];
-        let coordinates = if are_used { coordinates } else { &none };
+        let coordinates = if coordinates.is_empty() { &none } else { coordinates };
         Ok(Self {
             coordinates: Buffer::from_slice(
                 context,

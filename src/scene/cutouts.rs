@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3, IVec2, Vec2};
+use glam::{DVec2, DVec3, IVec2, Vec2, Vec3};
 
 use super::alpha::Alpha;
 use super::geometry::Assembled;
@@ -25,6 +25,8 @@ pub(super) enum Coverage {
     Hidden,
     /// The opacity map decides.
     Cutout(Cutout),
+    /// It lets this fraction of light of each colour pass, and reflects nothing.
+    Pane(Vec3),
 }
 
 /// The opacity map of a material.

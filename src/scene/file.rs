@@ -13,6 +13,7 @@ use super::geometry::{Assembled, Mesh, assemble, too_many};
 use super::keys;
 use super::load_options::LoadOptions;
 use super::material::{MAX_ALBEDO, Override, Sides};
+use super::panes::{self, Pane};
 use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{Kind, Node, Origin, Section, unknown};
@@ -40,8 +41,9 @@ impl Scene {
         let mut models = source.load_models(&mut warnings, &mut inputs)?;
         source.take_views(std::mem::take(&mut models.cameras), std::mem::take(&mut models.lights));
         override_materials(&file, &source.root, &mut models, &mut warnings)?;
-        let (Assembled { mut triangles, mut coordinates, colours, origin }, mut opacity) =
+        let Visible { assembled, mut opacity, panes } =
             visible(&mut models, &mut warnings).map_err(|message| Error::input(&file, message))?;
+        let Assembled { mut triangles, mut coordinates, colours, origin } = assembled;
         let (mut materials, of_models) = (models.materials, triangles.len());
         drop(models.meshes);
         let surface = vertex_colours::Surface { triangles: &triangles, colours: &colours };
@@ -83,6 +85,7 @@ impl Scene {
             triangles,
             texture_coordinates,
             opacity,
+            panes,
             materials,
             lights,
             emission: Arc::new(emission),
@@ -460,11 +463,16 @@ fn refuse_triangles(section: &Section) -> Result<()> {
     if section.get("triangles").is_some() { Err(section.fault_at("triangles", message)) } else { Ok(()) }
 }
 
-/// The triangles that are not hidden, and their holes. Fails with the reason if none is left.
-fn visible(
-    models: &mut Models,
-    warnings: &mut Vec<String>,
-) -> std::result::Result<(Assembled, OpacityMaps), String> {
+/// What meshes show of their surface.
+struct Visible {
+    assembled: Assembled,
+    opacity: OpacityMaps,
+    panes: Vec<Pane>,
+}
+
+/// The triangles that are not hidden, their holes, and the panes. Fails with the reason if no
+/// triangle is left.
+fn visible(models: &mut Models, warnings: &mut Vec<String>) -> std::result::Result<Visible, String> {
     let Models { meshes, coverages, .. } = models;
     let none = "no triangle is left: all materials are hidden, or hole everywhere";
     meshes.retain(|mesh| !matches!(coverages[mesh.material as usize], Coverage::Hidden));
@@ -472,8 +480,13 @@ fn visible(
         return Err(none.to_owned());
     }
     let mut assembled = assemble(meshes, warnings)?;
+    let panes = panes::taken_out(&mut assembled, coverages, warnings);
     let opacity = cutouts::cut(&mut assembled, coverages, warnings);
-    if assembled.triangles.is_empty() { Err(none.to_owned()) } else { Ok((assembled, opacity)) }
+    if assembled.triangles.is_empty() {
+        Err(none.to_owned())
+    } else {
+        Ok(Visible { assembled, opacity, panes })
+    }
 }
 
 fn override_materials(
@@ -509,7 +522,9 @@ fn override_materials(
     warnings.extend(counted(missing.first(), missing.len()));
     let mended: Vec<String> = materials
         .iter_mut()
-        .filter_map(|material| material.conserve_energy().then(|| material.name.clone()))
+        .zip(&*coverages)
+        .filter(|(_, coverage)| !matches!(coverage, Coverage::Pane(_)))
+        .filter_map(|(material, _)| material.conserve_energy().then(|| material.name.clone()))
         .collect();
     let first = mended.first().map(|name| {
         format!("material {name:?} reflected more than it receives: its highlights are dimmed, to an albedo of {MAX_ALBEDO}")
@@ -517,7 +532,9 @@ fn override_materials(
     warnings.extend(counted(first.as_ref(), mended.len()));
     let bounded: Vec<String> = materials
         .iter_mut()
-        .filter_map(|material| material.clamp_albedo().then(|| material.name.clone()))
+        .zip(&*coverages)
+        .filter(|(_, coverage)| !matches!(coverage, Coverage::Pane(_)))
+        .filter_map(|(material, _)| material.clamp_albedo().then(|| material.name.clone()))
         .collect();
     let first = bounded.first().map(|name| {
         format!("material {name:?} reflected all light or nearly all: scaled to an albedo of {MAX_ALBEDO}, because light between such surfaces hardly ends; state an albedo below that")

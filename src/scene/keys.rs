@@ -116,6 +116,8 @@ keys! {
         emission: "3 numbers, W/m²/sr", "0 to 1e15", "the model's", "Radiance that its surface emits; it is then a light of this name", "[4.0, 4.0, 4.0]", "[-1.0, 0.0, 0.0]";
         emitting_sides: "text", "front, back, both", "the model's, or those with free space before them", "Sides of its surface that emit", "\"front\"", "\"top\"";
         hidden: "true or false", "", "the model's", "Whether its triangles are left out", "false", "";
+        thin: "true or false", "", "the model's", "Whether its surface is a pane of its diffuse colour: light passes, and none is reflected", "true", "";
+        opacity: "number", "0 to 1", "the model's; 0 if thin", "Fraction of light that does not pass; below 1 the surface is a pane", "0.25", "2.0";
     }
     "quality" "" {
         preset: "text", "draft, paper, high", "paper", "Where all other settings come from", "\"draft\"", "\"best\"";

@@ -138,6 +138,8 @@ pub(super) struct Override {
     emission: Option<Vec3>,
     emitting_sides: Option<Sides>,
     hidden: Option<bool>,
+    thin: Option<bool>,
+    opacity: Option<f32>,
 }
 
 impl Override {
@@ -159,6 +161,8 @@ impl Override {
             emission: section.vector("emission", POWER)?.map(|radiance| radiance.as_vec3()),
             emitting_sides: Sides::read(section)?,
             hidden: section.flag("hidden")?,
+            thin: section.flag("thin")?,
+            opacity: section.number("opacity", 0.0..=1.0)?.map(|opacity| opacity as f32),
         })
     }
 
@@ -182,5 +186,19 @@ impl Override {
         material.editable = self.editable.unwrap_or(material.editable);
         material.emission = self.emission.unwrap_or(material.emission);
         material.emitting_sides = self.emitting_sides.or(material.emitting_sides);
+        self.make_pane(material.diffuse, coverage);
+    }
+
+    /// Makes the surface a pane, or opaque, as `thin` and `opacity` state it.
+    fn make_pane(&self, diffuse: Vec3, coverage: &mut Coverage) {
+        let passes = 1.0 - self.opacity.unwrap_or(if self.thin == Some(true) { 0.0 } else { 1.0 });
+        match (self.thin, self.opacity, &coverage) {
+            (Some(true), ..) => *coverage = Coverage::Pane(passes * diffuse),
+            (None, Some(_), _) if passes > 0.0 => *coverage = Coverage::Pane(Vec3::splat(passes)),
+            (Some(false), ..) | (None, Some(_), _) if matches!(coverage, Coverage::Pane(_)) => {
+                *coverage = Coverage::Full;
+            }
+            _ => (),
+        }
     }
 }

@@ -47,6 +47,7 @@ mod obj;
 mod obj_lines;
 pub mod octahedral;
 pub mod opacity;
+pub mod panes;
 mod ply;
 mod polygons;
 pub mod quality;
@@ -62,6 +63,7 @@ mod stacked_surfaces;
 mod stl;
 pub mod surfaces;
 pub mod texture;
+mod transparency;
 pub mod unweighted;
 mod value;
 mod vertex_colours;
@@ -78,6 +80,7 @@ pub use load_options::Memory;
 pub use material::Material;
 pub use measures::{Measure, Measures};
 pub use opacity::OpacityMaps;
+pub use panes::Pane;
 pub use quality::Quality;
 pub use texture::{Image, Texture};
 
@@ -132,6 +135,8 @@ pub struct Scene {
     pub texture_coordinates: Vec<[Vec2; 3]>,
     /// Holes of the triangles.
     pub opacity: OpacityMaps,
+    /// Thin surfaces that let light pass and reflect nothing.
+    pub panes: Vec<Pane>,
     /// Materials that triangles refer to.
     pub materials: Vec<Material>,
     /// Lights, recentred; empty only if a command allows it. Emitting materials and the sky follow

@@ -17,6 +17,7 @@ use super::missed::{Missed, missed};
 use super::obj_lines::{Checking, name, statement};
 use super::reading::Reading;
 use super::texture::{BOUNDED, Image, Texture};
+use super::transparency::{self, IS_PANE, Transparency};
 use super::value::{excerpt, printable};
 use crate::{Error, Result};
 
@@ -71,6 +72,8 @@ struct Draft {
     /// Lines of `Ka` and `Ni`, which are noted only in combination with other statements.
     ambient: Option<usize>,
     refraction: Option<usize>,
+    transparency: Transparency,
+    /// A statement other than those of [`Transparency`] makes it transparent.
     is_transparent: bool,
 }
 
@@ -117,6 +120,7 @@ impl Library<'_, '_> {
             "map_kd" => self.colour_map(rest),
             "map_d" => self.opacity_map(rest),
             "d" if is_zero(rest) => self.draft().hidden = Some(self.line),
+            "d" | "tr" | "tf" | "illum" if self.transparency(keyword, rest) => (),
             "ke" => self.draft().emission = self.colour("Ke", rest).or(self.draft().emission),
             "map_ke" | "map_emissive" => self.emission_map(keyword, rest),
             other => self.pass_over(keyword, missed(other, rest)),
@@ -170,6 +174,29 @@ impl Library<'_, '_> {
                 self.note_named("statements that are not known are passed over", &excerpt(keyword));
             }
         }
+    }
+
+    /// Reads a statement about light that passes. Returns whether it is one.
+    fn transparency(&mut self, keyword: &str, rest: &str) -> bool {
+        let line = self.line;
+        let keyword = keyword.to_ascii_lowercase();
+        if !keyword.starts_with('t') && missed(&keyword, rest) != Missed::Transparency {
+            return false;
+        }
+        match (keyword.as_str(), transparency::number(rest)) {
+            ("d", Some(opacity)) => self.draft().transparency.dissolve = Some((opacity, line)),
+            // Some exporters mean the opacity, so 1 is ambiguous.
+            ("tr", Some(passed)) if passed < 1.0 => {
+                self.draft().transparency.transparency = Some((1.0 - passed, line));
+            }
+            ("tf", Some(_)) => {
+                let Some(filter) = self.colour("Tf", rest) else { return true };
+                self.draft().transparency.filter = Some((filter, line));
+            }
+            ("illum", Some(_)) => self.draft().transparency.illum = Some(line),
+            _ => return false,
+        }
+        true
     }
 
     /// `None` if the colour is ignored.
@@ -319,7 +346,17 @@ impl Library<'_, '_> {
                     .notes
                     .add("`Ka` is passed over, and there is no `Kd`: the material is grey", || at(line));
             }
-            if let Some(line) = draft.refraction.filter(|_| draft.is_transparent) {
+            let pane = draft.pane();
+            if let Some((_, line)) = pane {
+                reading.notes.add(IS_PANE, || at(line));
+            }
+            let opaque: Vec<_> = draft.transparency.without_effect().filter(|_| pane.is_none()).collect();
+            for &(keyword, line) in &opaque {
+                let what = format!("`{keyword}` is passed over (transparency): surfaces are opaque");
+                reading.notes.add(&what, || at(line));
+            }
+            let is_transparent = draft.is_transparent || pane.is_some() || !opaque.is_empty();
+            if let Some(line) = draft.refraction.filter(|_| is_transparent) {
                 reading.notes.add("`Ni` is passed over (refraction)", || at(line));
             }
             let is_black = draft.emission.unwrap_or(Vec3::ZERO) == Vec3::ZERO;
@@ -349,6 +386,11 @@ impl Library<'_, '_> {
 }
 
 impl Draft {
+    /// Colour of the light that passes, and the line that states it. An opacity map comes first.
+    fn pane(&self) -> Option<(Vec3, usize)> {
+        self.transparency.pane().filter(|_| self.opacity.is_none() && self.hidden.is_none())
+    }
+
     fn definition(self) -> Definition {
         // The image provides the colour.
         let colour = if self.texture.is_some() { Vec3::ONE } else { NEUTRAL };
@@ -362,9 +404,13 @@ impl Draft {
         if self.hidden.is_some() {
             definition.coverage = Coverage::Hidden;
         }
+        let pane = self.pane();
         if let Some((cutout, [scale, offset])) = self.opacity {
             (definition.scale, definition.offset) = (scale, offset);
             definition.coverage = Coverage::Cutout(cutout);
+        }
+        if let Some((colour, _)) = pane {
+            definition.coverage = Coverage::Pane(colour);
         }
         definition.states_colour = self.diffuse.is_some() || self.texture.is_some();
         if let Some((texture, [scale, offset])) = self.texture {

@@ -468,7 +468,7 @@ fn what_is_not_read_is_named() {
     let lines = json!({ "attributes": file.root["meshes"][0]["primitives"][0]["attributes"], "mode": 1 });
     file.root["meshes"][0]["primitives"].as_array_mut().unwrap().push(lines);
     file.root["materials"] = json!([
-        { "name": "pane", "alphaMode": "BLEND", "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 0.25] },
+        { "name": "pane", "alphaMode": "BLEND", "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 0.75] },
           "emissiveFactor": [1, 0.5, 0.25], "doubleSided": true, "extensions": { "KHR_materials_clearcoat": {} } },
         { "name": "leaf", "alphaMode": "MASK" },
     ]);
@@ -477,7 +477,7 @@ fn what_is_not_read_is_named() {
     let scene = load(&file);
     for expected in [
         "extensions that are not read: \"KHR_materials_clearcoat\"; \"EXT_unheard_of\"",
-        "transparency is passed over: surfaces are opaque (opacity 0.25): pane",
+        "transparency is passed over: surfaces are opaque (opacity 0.75): pane",
         "points and lines are left out",
         "of several scenes the default one is read",
     ] {

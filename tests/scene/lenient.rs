@@ -164,8 +164,9 @@ fn what_is_passed_over_in_mtl_files_is_named() {
     assert_eq!(with_mtl(neutral).warnings, [""; 0]);
     // A single statement is named, with file, line and material.
     for (line, named) in [
-        ("d 0.05", "`d` is passed over (transparency): surfaces are opaque"),
-        ("Tr 0.95", "`Tr` is passed over (transparency): surfaces are opaque"),
+        ("d 0.5", "`d` is passed over (transparency): surfaces are opaque"),
+        ("Tr 0.25", "`Tr` is passed over (transparency): surfaces are opaque"),
+        ("d -halo 0.2", "`d` is passed over (transparency): surfaces are opaque"),
         ("Tf 0.2 0.4 1", "`Tf` is passed over (transparency): surfaces are opaque"),
         ("map_opacity a.png", "`map_opacity` is passed over (transparency): surfaces are opaque"),
         (

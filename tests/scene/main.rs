@@ -24,6 +24,7 @@ mod keys;
 mod lenient;
 mod limits;
 mod model_keys;
+mod panes;
 mod places;
 mod recording;
 mod refused;

@@ -67,6 +67,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
         triangles,
         texture_coordinates,
         opacity,
+        panes,
         materials,
         lights,
         emission,
@@ -81,7 +82,11 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
     let shader = Shader::named("path_trace");
     write!(key, "{FORMAT} {} {} {budget} {}", shader.source_hash, fnv1a(&shader.bytes), quality.seed)
         .and_then(|()| {
-            write!(key, "{materials:?} {texture_coordinates:?} {opacity:?} {lights:?} {:?}", cameras[0])
+            write!(
+                key,
+                "{materials:?} {texture_coordinates:?} {opacity:?} {panes:?} {lights:?} {:?}",
+                cameras[0]
+            )
         })
         .and_then(|()| match &emission.sky {
             Some(sky) => write!(key, "{:?}", sky.environment.texels),

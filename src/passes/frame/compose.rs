@@ -127,7 +127,12 @@ impl Compose {
             ("EdgeColours", &colours.of_edges),
             ("EdgePixels", &antialias.edge_pixels),
         ];
-        let bindings: Vec<_> = own.into_iter().chain(scene.emission.bindings()).collect();
+        let traced = [
+            ("Nodes", &scene.nodes),
+            ("Triangles", &scene.triangles),
+            ("TruncatedLoops", &scene.truncated_loops),
+        ];
+        let bindings: Vec<_> = own.into_iter().chain(scene.emission.bindings()).chain(traced).collect();
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(&self.centres, [pixel_count, 1, 1], &push, &bindings);
         if antialias.capacity.max_samples > 0 {

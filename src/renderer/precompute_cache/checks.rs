@@ -124,7 +124,7 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
 
 /// Whether the scene has images: steps and gather rays then have colours.
 pub(super) fn has_images(scene: &Scene) -> bool {
-    !scene.texture_coordinates.is_empty()
+    !scene.texture_coordinates.is_empty() || !scene.panes.is_empty()
 }
 
 /// Checks the radii of cache points: they determine how many records a pixel reads and how many

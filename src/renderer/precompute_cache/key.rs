@@ -50,6 +50,9 @@ fn geometry(scene: &Scene) -> [u64; 2] {
     }
     words.extend(scene.opacity.contents());
     words.push(scene.emission.sky_side());
+    for pane in &scene.panes {
+        pane.positions.iter().chain([&pane.colour]).for_each(|&v| push(&mut words, v));
+    }
     hash(bytemuck::cast_slice(&words))
 }
 

@@ -18,6 +18,7 @@ use super::super::material_names::{NO_MATERIAL, shown};
 use super::super::mtl::{EMISSION_BY_MEAN, EMISSION_LEFT_OUT};
 use super::super::reading::Reading;
 use super::super::texture::{self, Image};
+use super::super::transparency::{IS_PANE, PANE};
 use super::super::value::printable;
 use super::buffers::{Buffers, bytes_of, file_of};
 
@@ -186,7 +187,7 @@ impl Images<'_, '_> {
         let cutout =
             |(alpha, is_clamped), cutoff: f64| Coverage::Cutout(Cutout { alpha, is_clamped, cutoff });
         match (material.alpha_mode(), alpha) {
-            (AlphaMode::Opaque, _) => Coverage::Full,
+            (AlphaMode::Opaque, _) => self.transmission(material, name),
             (AlphaMode::Mask, alpha) => {
                 let cutoff = f64::from(material.alpha_cutoff().unwrap_or(0.5));
                 match alpha {
@@ -200,12 +201,31 @@ impl Images<'_, '_> {
                 self.note_named(CUT_AT_HALF, name);
                 cutout(alpha, 0.5)
             }
+            (AlphaMode::Blend, None) if opacity < PANE => {
+                self.note_named(IS_PANE, name);
+                Coverage::Pane(Vec3::splat(1.0 - opacity as f32))
+            }
             (AlphaMode::Blend, None) => {
                 let what = format!("transparency is passed over: surfaces are opaque (opacity {opacity})");
                 self.note_named(&what, name);
                 Coverage::Full
             }
         }
+    }
+
+    /// A pane of the base colour if most of the light passes.
+    fn transmission(&mut self, material: &gltf::Material, name: &str) -> Coverage {
+        let factor = material.transmission().map_or(0.0, |found| found.transmission_factor());
+        if f64::from(factor) > 1.0 - PANE {
+            self.note_named("transmission makes thin panes, which let light pass and reflect nothing", name);
+            let [red, green, blue, _] = material.pbr_metallic_roughness().base_color_factor();
+            return Coverage::Pane(factor * Vec3::new(red, green, blue));
+        }
+        if factor > 0.0 {
+            let what = format!("transmission is passed over: surfaces are opaque (transmission {factor})");
+            self.note_named(&what, name);
+        }
+        Coverage::Full
     }
 
     fn hidden(&mut self, name: &str) -> Coverage {

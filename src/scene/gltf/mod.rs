@@ -35,9 +35,10 @@ const NODES: usize = 1 << 20;
 const LUMENS_A_WATT: f64 = 683.0;
 
 /// Extensions that are read, or that change nothing here: surfaces reflect on both sides.
-const READ: [&str; 5] = [
+const READ: [&str; 6] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
+    "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_texture_transform",

@@ -116,7 +116,7 @@ void main() {
         LightSample towards = LightSample(direction, distance, vec3(0.0));
         if (!is_lit(point.position, normal, towards)) continue;
         float radiance = is_sky ? sky_along(direction)[int(light.area)] : 1.0;
-        radiance *= grey_passed_by_panes(shadow_ray(point.position, normal, towards));
+        radiance *= passed_by_panes(shadow_ray(point.position, normal, towards), light.shape >> CHANNEL_SHIFT);
         sum += radiance * cosine * (exponent + 2.0) / (exponent + 1.0) / float(LOBE_RAYS);
     }
     float before = is_first(push.flags, push.first_sample) ? 0.0 : highlight_irradiance[index];

@@ -44,7 +44,7 @@ void main() {
             near.distance = hit.t;
             near.normal = is_back ? -surface.normal : surface.normal;
             near.flux = hit.t < REACH * push.mean_spacing ? ray.flux : 0.0;
-            near.flux *= grey_passed_by_panes(Ray(push.light_position, ray.direction, hit.t));
+            near.flux *= passed_by_panes(Ray(push.light_position, ray.direction, hit.t), push.channel);
         }
     }
     if (near.flux > 0.0) {

@@ -26,6 +26,8 @@ struct SkyBeamsPush {
     uint point_count;  // in it
     uint first_radiance;  // first word of the sky's table in the table of lights
     uint side;            // of the table
+    uint channels;        // sets of visible rays of an entry point
+    uint channel;         // of these, the one for the light
     uint seed;
 };
 
@@ -52,7 +54,8 @@ void main() {
     vec3 toward = vec3(0.0);
     for (uint i = 0u; i < 4u; ++i) {
         uint ray = first + (i >> 1) * SECTORS + (i & 1u);
-        uint visible = visible_sky[SKY_WORDS * (entry.path - push.first_point) + ray / 32u];
+        uint set = (entry.path - push.first_point) * push.channels + push.channel;
+        uint visible = visible_sky[SKY_WORDS * set + ray / 32u];
         if ((visible >> (ray % 32u) & 1u) == 0u) continue;
         vec3 direction = sky_ray(entry.normal, ray, entry.path, push.seed);
         float factor = PI / float(SKY_RAYS) * number_at(Lights, push.first_radiance + octahedral_cell(direction, push.side));

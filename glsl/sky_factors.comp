@@ -22,6 +22,8 @@ struct SkyFactorsPush {
     uint point_count;  // in it
     uint first_radiance;  // first word of the sky's table in the table of lights
     uint side;            // of the table
+    uint channels;        // sets of visible rays of an entry point
+    uint channel;         // of these, the one for the light
     uint seed;
 };
 
@@ -43,7 +45,7 @@ void main() {
     vec3 normal = facing_normal(texelFetch(EntryPoints, int(index)).w);
     float sum = 0.0;
     for (uint word = 0u; word < SKY_WORDS; ++word) {
-        for (uint rest = visible_sky[SKY_WORDS * index + word]; rest != 0u; rest &= rest - 1u) {
+        for (uint rest = visible_sky[SKY_WORDS * (index * push.channels + push.channel) + word]; rest != 0u; rest &= rest - 1u) {
             uint ray = 32u * word + uint(findLSB(rest));
             uint cell = push.side == 1u ? 0u : octahedral_cell(sky_ray(normal, ray, number, push.seed), push.side);
             sum += number_at(Lights, push.first_radiance + cell);

@@ -1,6 +1,6 @@
 // Sky visibility: which rays of each entry point leave the scene. They do not depend on the sky.
-// Deterministic. One invocation = 32 rays of one entry point. In: entry points, scene. Out: a bit a
-// ray, set if it leaves.
+// Deterministic. One invocation = 32 rays of one entry point, for one colour. In: entry points,
+// scene. Out: a bit a ray, set if it leaves; a set of bits for each channel if panes have colours.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -20,6 +20,7 @@ struct SkyVisibilityPush {
     uint first_point;  // of the bound buffer of the entry points
     uint first_word;   // of this dispatch, in the bound buffer
     uint word_count;
+    uint channels;     // 1: of all colours; or 3
     uint seed;
 };
 
@@ -40,7 +41,8 @@ layout(scalar, push_constant) uniform Push { SkyVisibilityPush push; };
 void main() {
     if (flat_invocation() >= push.word_count) return;
     uint word = push.first_word + flat_invocation();
-    uint index = word / SKY_WORDS;
+    uint index = word / (SKY_WORDS * push.channels);
+    uint channel = push.channels == 1u ? 0u : 1u + word / SKY_WORDS % 3u;
     uvec4 point = texelFetch(EntryPoints, int(index));  // position; side
     vec3 normal = facing_normal(point.w);
     vec3 origin = offset_origin(uintBitsToFloat(point.xyz), normal);
@@ -51,7 +53,7 @@ void main() {
         Hit hit;
         if (trace(towards, true, hit)) continue;
         // Panes stop a fraction of the rays.
-        float passed = grey_passed_by_panes(towards);
+        float passed = passed_by_panes(towards, channel);
         if (HAS_PANES == 0u || unit_float(hash(ray, hash(push.first_point + index, ~push.seed))) < passed) visible |= 1u << bit;
     }
     visible_sky[word] = visible;

@@ -321,7 +321,8 @@ gpu_struct! {
         pub modulus: u32,
         /// Emission of this part over the emission of its light; 1 for a light of one part.
         pub relative: f32,
-        /// Area: [`SHAPE_TRIANGLE`], [`SHAPE_TWO_SIDED`], [`SHAPE_SURFACE`].
+        /// Area: [`SHAPE_TRIANGLE`], [`SHAPE_TWO_SIDED`], [`SHAPE_SURFACE`]. All kinds: the channel, see
+        /// [`CHANNEL_SHIFT`].
         pub shape: u32,
     }
 }
@@ -339,6 +340,10 @@ pub const SHAPE_TRIANGLE: u32 = 1;
 pub const SHAPE_TWO_SIDED: u32 = 2;
 /// Area light: it is surface of the model.
 pub const SHAPE_SURFACE: u32 = 4;
+
+/// Shift of the bits in `LightSource::shape` that hold 1 + the channel of a light of one colour; 0
+/// for light of all colours. Panes let each channel pass by another fraction.
+pub const CHANNEL_SHIFT: u32 = 8;
 
 /// Isotropic point light.
 pub const LIGHT_POINT: u32 = 0;

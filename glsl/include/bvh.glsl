@@ -176,8 +176,11 @@ vec3 passed_by_panes(Ray ray) {
     return passed;
 }
 
-// The same as one number: form factors have no colour.
-float grey_passed_by_panes(Ray ray) { return HAS_PANES == 0u ? 1.0 : dot(passed_by_panes(ray), vec3(1.0 / 3.0)); }
+// The same for light of one channel; 0: of all, which pass alike.
+float passed_by_panes(Ray ray, uint channel) {
+    if (HAS_PANES == 0u) return 1.0;
+    return passed_by_panes(ray)[channel == 0u ? 0 : int(channel) - 1];
+}
 
 // As `trace_from`, over the whole scene.
 bool trace(Ray ray, const bool any_hit, out Hit hit) { return trace_from(0u, Nodes, 0u, 0u, ray, any_hit, hit); }

@@ -41,6 +41,7 @@ struct NearLightsPush {
     uint ray_count;
     uint point_count;
     uint first_point;    // of the list of near entry points, in this dispatch
+    uint channel;          // 1 + that of the light; 0: all
     uint end_point;
 };
 

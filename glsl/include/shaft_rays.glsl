@@ -42,7 +42,7 @@ float light_factor_in(uint shaft, LightSource light, uint first, uint end, uint 
         LightSample found;
         float factor = open_factor(light, u, position, normal, shading, area, found);
         if (!is_due(found, factor, flags)) continue;
-        if (is_lit_in(shaft, position, normal, found)) sum += factor * grey_passed_by_panes(shadow_ray(position, normal, found));
+        if (is_lit_in(shaft, position, normal, found)) sum += factor * passed_by_panes(shadow_ray(position, normal, found), light.shape >> CHANNEL_SHIFT);
     }
     return sum / float(light.samples);
 }

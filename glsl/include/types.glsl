@@ -159,9 +159,10 @@ struct LightSource {
     uint stride;        // area: step and modulus of the samples' lattice
     uint modulus;
     float relative;     // emission of this part over that of its light; 1 for a light of one part
-    uint shape;         // area: SHAPE_*
+    uint shape;         // area: SHAPE_*; and 1 + its channel << CHANNEL_SHIFT if it has one colour
 };
 
+const uint CHANNEL_SHIFT = 8u;
 const uint SHAPE_TRIANGLE = 1u;   // area: half of the parallelogram, between the corner and the ends of both edges
 const uint SHAPE_TWO_SIDED = 2u;  // area: both sides emit
 const uint SHAPE_SURFACE = 4u;    // area: it is surface of the model

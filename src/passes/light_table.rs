@@ -35,6 +35,13 @@ pub struct LightRows {
     pub sky: Option<SkyTable>,
 }
 
+impl LightRows {
+    /// All rows of the light; at least one.
+    pub fn rows(&self) -> Range<usize> {
+        self.parts.start as usize..self.parts.end.max(self.parts.start + 1) as usize
+    }
+}
+
 /// The place of a sky's radiances: octahedral, `side`² values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SkyTable {

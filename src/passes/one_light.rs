@@ -43,6 +43,8 @@ pub struct OneLight<'a> {
     pub adds: bool,
     /// The radiance that rays out of the scene find. `None` unless the light is a sky.
     pub sky: Option<SkyTable>,
+    /// The channel of a light of one colour, if panes have colours.
+    pub channel: Option<u32>,
 }
 
 impl<'a> OneLight<'a> {
@@ -50,7 +52,18 @@ impl<'a> OneLight<'a> {
     pub fn new(table: &'a Buffer, index: u32, source: &LightSource) -> Self {
         let LightSource { kind, samples, .. } = *source;
         let (row, part_count) = (index, 1);
-        Self { table, index, row, part_count, kind, samples, traces_all: false, adds: false, sky: None }
+        Self {
+            table,
+            index,
+            row,
+            part_count,
+            kind,
+            samples,
+            traces_all: false,
+            adds: false,
+            sky: None,
+            channel: None,
+        }
     }
 
     /// Its parts, each a light of one part.

@@ -25,6 +25,8 @@ pub struct SceneBuffers {
     pub materials: Buffer,
     /// Images of the materials' diffuse albedo.
     pub textures: TextureBuffers,
+    /// Lights of one colour each that stand for a light: 3 if panes have colours, else 1.
+    pub light_channels: u32,
     /// Light that surfaces and the sky send to a viewer.
     pub emission: EmissionBuffers,
     /// Host-visible flag: [`LOOP_TRUNCATED`](types::LOOP_TRUNCATED) after an invocation with
@@ -61,6 +63,7 @@ impl SceneBuffers {
             materials: Buffer::from_slice(context, "materials", &reflectances(materials))?,
             textures: TextureBuffers::new(context, texture_coordinates, materials, !panes.is_empty())?,
             emission: EmissionBuffers::new(context, materials, scene.emission.clone())?,
+            light_channels: panes::light_channels(panes),
             truncated_loops: Buffer::host_flag(context, "truncated")?,
         })
     }

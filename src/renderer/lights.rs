@@ -13,7 +13,7 @@ use crate::passes::light_table::LightRows;
 use crate::passes::{LightTable, OneLight};
 use crate::scene::emission::Sky;
 use crate::scene::{Emission, Light};
-use crate::types::LightSource;
+use crate::types::{CHANNEL_SHIFT, LightSource};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -65,6 +65,9 @@ pub(super) struct Lights {
     sky_radiance: Option<Buffer>,
     /// First part of each light, with the light's emission, which is black if the light is off.
     sources: Vec<LightSource>,
+    /// Lights of one channel each that stand for a light of the scene, one after another: 3 if panes
+    /// have colours, because results have none. Otherwise 1.
+    channels: usize,
     /// The lights of the scene.
     lights: Vec<Light>,
     emission: Arc<Emission>,
@@ -126,12 +129,18 @@ fn gloss_light<'a>(light: OneLight<'_>, cache: &'a LightCache) -> Option<GlossLi
 }
 
 /// A light with all of its parts.
-fn one_light<'a>(table: &'a Buffer, rows: &LightTable, index: usize, source: &LightSource) -> OneLight<'a> {
+fn one_light<'a>(
+    table: &'a Buffer,
+    rows: &LightTable,
+    (index, channel): (usize, Option<u32>),
+    source: &LightSource,
+) -> OneLight<'a> {
     let LightRows { parts, sky } = &rows.lights[index];
     OneLight {
         row: parts.start,
         part_count: parts.len() as u32,
         sky: *sky,
+        channel,
         ..OneLight::new(table, index as u32, source)
     }
 }
@@ -152,7 +161,7 @@ impl Lights {
     /// camera sees, `cluster_count` base clusters.
     pub(super) fn new(
         context: &Arc<Context>,
-        (lights, emission): (&[Light], &Arc<Emission>),
+        (lights, emission, channels): (&[Light], &Arc<Emission>, u32),
         [factor_count, point_count, cluster_count]: [u32; 3],
         gloss: Option<GlossCapacity>,
     ) -> Result<Self> {
@@ -166,6 +175,7 @@ impl Lights {
             sky_radiance: emission.sky.as_ref().map(sky_radiance).transpose()?,
             rows: LightTable::default(),
             sources: Vec::new(),
+            channels: channels as usize,
             lights: Vec::new(),
             emission: emission.clone(),
             emission_scale: Vec3::ONE,
@@ -183,8 +193,12 @@ impl Lights {
         Ok(made)
     }
 
-    /// Allocates the buffers of one more light, the last.
+    /// Allocates the buffers of one more light of the scene, the last.
     pub(super) fn add(&mut self) -> Result<()> {
+        (0..self.channels).try_for_each(|_| self.add_channel())
+    }
+
+    fn add_channel(&mut self) -> Result<()> {
         let buffer = |name: BufferName<'static>, count: u32| {
             Buffer::storage(&self.context, name, 4 * u64::from(count))
         };
@@ -219,9 +233,39 @@ impl Lights {
         Ok(())
     }
 
-    /// Removes the buffers of a light.
+    /// Removes the buffers of a light of the scene. Its last channels may have none.
     pub(super) fn remove(&mut self, light: usize) {
-        self.caches.remove(light);
+        let own = light * self.channels..self.caches.len().min((light + 1) * self.channels);
+        self.caches.drain(own);
+    }
+
+    /// The light of the scene whose channel this is.
+    pub(super) fn of_scene(&self, light: OneLight<'_>) -> usize {
+        light.index as usize / self.channels
+    }
+
+    /// Results of the plan for each light.
+    fn plans<'a>(&self, plan: &'a [LightResults]) -> impl Iterator<Item = &'a LightResults> + use<'a> {
+        let channels = self.channels;
+        plan.iter().flat_map(move |results| std::iter::repeat_n(results, channels))
+    }
+
+    /// The lights of one channel each that stand for these.
+    fn of_channels(&self, lights: &[Light]) -> Vec<Light> {
+        let masks = [Vec3::X, Vec3::Y, Vec3::Z];
+        let of_light = |light: &Light| -> Vec<Light> {
+            let of_channel = |mask: &Vec3| Light {
+                kind: light.kind.with_emission(*mask * light.kind.emission()),
+                ..light.clone()
+            };
+            if self.channels == 1 { vec![light.clone()] } else { masks.iter().map(of_channel).collect() }
+        };
+        lights.iter().flat_map(of_light).collect()
+    }
+
+    /// The channel of a light. `None` if it has all.
+    fn channel(&self, light: usize) -> Option<u32> {
+        (self.channels > 1).then_some((light % self.channels) as u32)
     }
 
     /// Allocates buffers for `point_count` points that the camera sees and `sample_count` samples
@@ -269,7 +313,13 @@ impl Lights {
     pub(super) fn edit(&mut self, lights: &[Light]) -> Result<Edited> {
         let emissions =
             |sources: &[LightSource]| sources.iter().map(|source| source.emission).collect::<Vec<_>>();
-        let rows = LightTable::new(lights, &self.emission);
+        let scene_lights = lights;
+        let lights = &self.of_channels(lights)[..];
+        let mut rows = LightTable::new(lights, &self.emission);
+        for (index, light) in rows.lights.iter().enumerate() {
+            let channel = self.channel(index).map_or(0, |channel| channel + 1) << CHANNEL_SHIFT;
+            rows.rows[light.rows()].iter_mut().for_each(|row| row.shape |= channel);
+        }
         let first = |light: &LightRows| rows.rows[light.parts.start as usize];
         let mut sources: Vec<LightSource> = rows.lights.iter().map(first).collect();
         for (source, light) in sources.iter_mut().zip(lights) {
@@ -282,8 +332,9 @@ impl Lights {
         };
         let mut new_beams = Vec::new();
         if let Some(gloss) = self.gloss {
+            let channels: Vec<_> = (0..sources.len()).map(|index| self.channel(index)).collect();
             for (index, (source, cache)) in sources.iter().zip(&mut self.caches).enumerate() {
-                let light = one_light(&self.table, &rows, index, source);
+                let light = one_light(&self.table, &rows, (index, channels[index]), source);
                 let bytes = u64::from(light.beam_count()) * gloss.beam_bytes;
                 if cache.beams.as_ref().is_none_or(|beams| beams.bytes() < bytes) {
                     cache.beams = Some(Buffer::storage(
@@ -291,7 +342,7 @@ impl Lights {
                         GrowsWith::EntryPoints.named("gloss beams"),
                         bytes,
                     )?);
-                    new_beams.push(index);
+                    new_beams.push(index / self.channels);
                 }
             }
         }
@@ -302,15 +353,15 @@ impl Lights {
         let emission = emissions(&self.sources) != emissions(&sources);
         let composition = self.emission_scale != emission_scale;
         (self.sources, self.emission_scale) = (sources, emission_scale);
-        (self.rows, self.lights) = (rows, lights.to_vec());
+        (self.rows, self.lights) = (rows, scene_lights.to_vec());
         Ok(Edited { emission, composition, new_beams })
     }
 
     /// The table for path tracing: the lights as frames see them, then their parts.
     pub(super) fn for_paths(&self) -> Vec<LightSource> {
         let mut rows = LightTable::for_paths(&self.lights, &self.emission);
-        for (row, source) in rows.iter_mut().zip(&self.sources) {
-            row.emission = source.emission;
+        for (row, sources) in rows.iter_mut().zip(self.sources.chunks(self.channels)) {
+            row.emission = sources.iter().map(|source| source.emission).sum();
         }
         rows
     }
@@ -330,7 +381,8 @@ impl Lights {
     /// # Errors
     /// The device lacks memory.
     pub(super) fn prepare_near(&mut self, plan: &FramePlan, near_lights: &mut NearLights) -> Result<()> {
-        for ((source, cache), planned) in self.sources.iter().zip(&mut self.caches).zip(&plan.lights) {
+        let plans = self.plans(&plan.lights);
+        for ((source, cache), planned) in self.sources.iter().zip(&mut self.caches).zip(plans) {
             if planned.factors {
                 cache.near = near_lights.inputs(source);
                 near_lights.reserve(cache.near.as_slice())?;
@@ -346,7 +398,8 @@ impl Lights {
         plan: &FramePlan,
         (antialias, near_lights): (&Antialias, &NearLights),
     ) {
-        for ((rows, cache), planned) in self.rows.lights.iter().zip(&self.caches).zip(&plan.lights) {
+        let plans = self.plans(&plan.lights);
+        for ((rows, cache), planned) in self.rows.lights.iter().zip(&self.caches).zip(plans) {
             if planned.irradiance && antialias.is_on() && !rows.parts.is_empty() {
                 rec.copy_to_host(&cache.shadow_groups, 12, &cache.counters, SHADOW_EDGES, 1);
             }
@@ -356,9 +409,10 @@ impl Lights {
         }
     }
 
-    /// Whether frames trace and sum each light: if it is active, or all of them.
+    /// Whether frames trace and sum each light of the scene: if it is active, or all of them.
     pub(super) fn traced(&self) -> Vec<bool> {
-        self.sources.iter().map(|source| self.traces_all || is_active(source)).collect()
+        let is_traced = |sources: &[LightSource]| self.traces_all || sources.iter().any(is_active);
+        self.sources.chunks(self.channels).map(is_traced).collect()
     }
 
     /// Radiance of the sky without its bright spots. `None` without a sky.
@@ -376,9 +430,9 @@ impl Lights {
         self.emission.sky.as_ref().map(|sky| sky.side)
     }
 
-    /// Number of lights, on or off.
+    /// Number of lights of the scene, on or off.
     pub(super) fn count(&self) -> u32 {
-        self.caches.len() as u32
+        (self.caches.len() / self.channels) as u32
     }
 
     /// Lights whose results of one kind the frame computes, each with its buffers.
@@ -387,7 +441,7 @@ impl Lights {
         plan: &'p FramePlan,
         result: fn(&LightResults) -> bool,
     ) -> impl Iterator<Item = (OneLight<'a>, &'a LightCache)> + use<'a, 'p> {
-        self.active().filter(move |(light, _)| result(&plan.lights[light.index as usize]))
+        self.active().filter(move |(light, _)| result(&plan.lights[self.of_scene(*light)]))
     }
 
     /// Lights whose form factors the frame computes, each with the buffer for them.
@@ -451,7 +505,7 @@ impl Lights {
 
     /// Clears the flux of new lights. A transfer. Returns whether there are any.
     pub(super) fn record_clear(&self, rec: &mut Recorder, plan: &FramePlan) -> bool {
-        let new = || self.caches.iter().zip(&plan.lights).filter(|(_, planned)| planned.cleared);
+        let new = || self.caches.iter().zip(self.plans(&plan.lights)).filter(|(_, planned)| planned.cleared);
         new().for_each(|(cache, _)| rec.fill_zero(&cache.clusters));
         new().next().is_some()
     }
@@ -489,7 +543,7 @@ impl Lights {
         stale: &'a [LightResults],
     ) -> impl Iterator<Item = (&'a [LightSource], Vec3, [&'a Buffer; 2], u32)> {
         let is_current = |stale: &LightResults| !stale.factors && !stale.irradiance;
-        let current = self.active().filter(move |(light, _)| is_current(&stale[light.index as usize]));
+        let current = self.active().filter(move |(light, _)| is_current(&stale[self.of_scene(*light)]));
         current.map(|(light, cache)| {
             let parts = light.row as usize..(light.row + light.part_count) as usize;
             (&self.rows.rows[parts], self.emission(light), [&cache.factors, &cache.irradiance], light.index)
@@ -552,7 +606,8 @@ impl Lights {
         let lights = self.sources.iter().zip(&self.caches);
         let active = (0..).zip(lights).filter(|(_, (source, _))| self.traces_all || is_active(source));
         active.map(|(index, (source, cache))| {
-            let light = one_light(&self.table, &self.rows, index as usize, source);
+            let index = index as usize;
+            let light = one_light(&self.table, &self.rows, (index, self.channel(index)), source);
             (OneLight { traces_all: self.traces_all, ..light }, cache)
         })
     }

@@ -113,7 +113,7 @@ impl Renderer {
             context: context.clone(),
             lights: Lights::new(
                 context,
-                (&world.scene.lights, &world.scene.emission),
+                (&world.scene.lights, &world.scene.emission, world.buffers.light_channels),
                 counts,
                 gloss_capacity,
             )?,

@@ -73,8 +73,12 @@ impl Preview {
         (self.image.view, self.image.exposure_stops) = (View::from(camera), exposure_stops);
         let (image, buffers) = (&self.image, &self.buffers);
         let of_scene = lights;
-        let lights =
-            Lights::new(&self.context, (lights, &self.emission), [0, image.direct.point_count(), 0], None)?;
+        let lights = Lights::new(
+            &self.context,
+            (lights, &self.emission, buffers.light_channels),
+            [0, image.direct.point_count(), 0],
+            None,
+        )?;
         let plan = plan(&lights.traced());
         let light =
             IndirectLight { irradiance: &self.dark, gloss: None, emission_scale: lights.emission_scale };

@@ -158,6 +158,11 @@ impl Renderer {
         self.world.buffers.refuse_truncated_loops("form factors", 0)?;
         let mut reaching = Vec::new();
         for (light, factors) in lights {
+            // One channel stands for the others.
+            if light.channel.is_some_and(|channel| channel > 0) {
+                continue;
+            }
+            let index = self.lights.of_scene(light);
             let factors: Vec<f32> = factors.read_range(0, reach.len())?;
             let brings = factors.iter().zip(self.transport.form_factors.weights()).zip(reach);
             let brings = brings.map(|((factor, weight), reaches)| match reaches {
@@ -166,8 +171,8 @@ impl Renderer {
             });
             let (sum, squares) =
                 brings.fold((0.0, 0.0), |(sum, squares), flux| (sum + flux, squares + flux * flux));
-            let flux = sum * luminance(self.world.scene.lights[light.index as usize].kind.emission());
-            reaching.push((light.index as usize, flux, sum * sum / squares));
+            let flux = sum * luminance(self.world.scene.lights[index].kind.emission());
+            reaching.push((index, flux, sum * sum / squares));
         }
         let all: f64 = reaching.iter().map(|(_, flux, _)| flux).sum();
         let few = reaching.into_iter().filter(|(_, flux, count)| *count < FEWEST && *flux > SLIGHT * all);

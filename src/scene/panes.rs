@@ -29,6 +29,13 @@ impl Pane {
     }
 }
 
+/// Form factors of each light: one of all colours if panes let all colours pass alike, else one of
+/// each.
+pub fn light_channels(panes: &[Pane]) -> u32 {
+    let is_grey = |pane: &Pane| pane.colour.max_element() - pane.colour.min_element() < 1e-3;
+    if panes.iter().all(is_grey) { 1 } else { 3 }
+}
+
 /// The tree of panes behind lists of `offsets` nodes and triangles, and the order of its triangles.
 ///
 /// # Errors

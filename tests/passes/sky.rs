@@ -48,6 +48,11 @@ fn inputs(world: &World, count: u32) -> (Vec<EntryPoint>, Vec<f32>, Buffer, SkyT
     (points, radiances, table, SkyTable { first_word, side: SIDE })
 }
 
+fn sky_light(lights: &Buffer, table: SkyTable) -> OneLight<'_> {
+    let row = LightSource::point(Vec3::ZERO, Vec3::ONE);
+    OneLight { part_count: 0, sky: Some(table), ..OneLight::new(lights, 0, &row) }
+}
+
 #[test]
 fn sky_factors_equal_the_reference() {
     let world = open_box();
@@ -56,9 +61,10 @@ fn sky_factors_equal_the_reference() {
         let entry_points = SplitBuffer::cut(&world.context, "entry points", &points, most).unwrap();
         let sky = SkyFactors::new(&world.context, &world.buffers, &entry_points).unwrap();
         let factors = Buffer::storage(&world.context, "factors", 4 * u64::from(count)).unwrap();
+        let light = sky_light(&lights, table);
         let record = |rec: &mut lightpaths::gpu::Recorder| {
             let mut pass = rec.pass("sky_factors");
-            sky.record(&mut pass, &world.buffers, (&lights, table), &entry_points, &factors);
+            sky.record(&mut pass, &world.buffers, light, &entry_points, &factors);
         };
         world.context.run(record).unwrap();
         let found: Vec<f32> = factors.read().unwrap();
@@ -93,11 +99,7 @@ fn sky_beams_hold_the_form_factor() {
             GlossEntry { position: point.position, path, normal, ..GlossEntry::zeroed() }
         })
         .collect();
-    let light = OneLight {
-        part_count: 0,
-        sky: Some(table),
-        ..OneLight::new(&lights, 0, &LightSource::point(Vec3::ZERO, Vec3::ONE))
-    };
+    let light = sky_light(&lights, table);
     let beam_count = light.beam_count();
     let entries = Buffer::from_slice(&world.context, "glossy entry points", &glossy).unwrap();
     let bytes = u64::from(beam_count) * (glossy.len() * size_of::<GlossBeam>()) as u64;

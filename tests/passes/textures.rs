@@ -131,7 +131,7 @@ fn each_image_is_stored_once_and_none_beyond_the_binding() {
     };
     let (small, other) = (image([4, 3]), image([4, 3]));
     let bytes = |materials: &[Material], coordinates: &[[Vec2; 3]]| {
-        let textures = TextureBuffers::new(&context, coordinates, materials)?;
+        let textures = TextureBuffers::new(&context, coordinates, materials, false)?;
         Ok::<u64, lightpaths::Error>(textures.after([]).iter().map(|(_, buffer)| buffer.bytes()).sum())
     };
     let coordinates = [[Vec2::ZERO; 3]];

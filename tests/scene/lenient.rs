@@ -212,8 +212,8 @@ fn what_is_passed_over_in_mtl_files_is_named() {
         scene.warnings,
         [
             "m.mtl:1: statements before the first `newmtl` are passed over",
-            "m.mtl:3: material \"m0\": `d` is passed over (transparency): surfaces are opaque (500 in all, this is the first)",
             "m.mtl:5: material \"m0\": statements that are not known are passed over: \"foo0\"; \"foo1\"; \"foo2\"; \"foo3\"; \"foo4\"; \"foo5\"; \"foo6\"; \"foo7\"; and others (500 in all, this is the first)",
+            "m.mtl:3: material \"m0\": `d` is passed over (transparency): surfaces are opaque (500 in all, this is the first)",
             "m.mtl:4: material \"m0\": `Ni` is passed over (refraction) (500 in all, this is the first)",
         ]
     );

@@ -212,8 +212,8 @@ impl FormFactors {
         light: OneLight<'_>,
         factors: &Buffer,
     ) {
-        if let (Some(sky), Some(table)) = (&self.sky, light.sky) {
-            sky.record(pass, scene, (light.table, table), &self.entry_points, factors);
+        if let Some(sky) = &self.sky {
+            sky.record(pass, scene, light, &self.entry_points, factors);
         }
         for part in light.parts() {
             // Bright spots of a sky add to the rest of it.

@@ -10,7 +10,7 @@ use crate::gpu::{Buffer, Context, HostBlock, MAX_LOOP_ITERATIONS, PassScope, Pip
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::SceneBuffers;
-use crate::types::{LIGHT_POINT, LIGHT_SPOT, LightSource, PathVertex, Surface};
+use crate::types::{CHANNEL_SHIFT, LIGHT_POINT, LIGHT_SPOT, LightSource, PathVertex, Surface};
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
@@ -83,6 +83,8 @@ gpu_struct! {
         pub point_count: u32,
         /// First point of the list of this dispatch.
         pub first_point: u32,
+        /// 1 + the channel of the light; 0: all.
+        pub channel: u32,
         /// One past its last point.
         pub end_point: u32,
     }
@@ -137,6 +139,8 @@ pub struct NearLights {
 pub struct NearInputs {
     /// Position of the light, metres.
     pub light_position: Vec3,
+    /// 1 + the channel of the light; 0: all.
+    pub channel: u32,
     /// Spacing of entry points beside the light, metres.
     pub spacing: f32,
     /// Rays from the light.
@@ -246,6 +250,7 @@ impl NearLights {
         let reach = REACH * self.spacing + SHARED * spacing;
         Some(NearInputs {
             light_position: light.position,
+            channel: light.shape >> CHANNEL_SHIFT,
             spacing,
             rays: rays(light),
             points: self.within(light.position, reach).copied().collect(),
@@ -291,6 +296,7 @@ impl NearLights {
             ray_count,
             point_count,
             first_point: points.start,
+            channel: inputs.channel,
             end_point: points.end,
         };
         let all = push(0..point_count);

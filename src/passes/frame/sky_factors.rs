@@ -6,7 +6,6 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Chunk, Context, PassScope, Pipeline, SplitBuffer};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::light_table::SkyTable;
 use crate::passes::one_light::SKY_BEAMS;
 use crate::passes::precompute::Chunks;
 use crate::passes::precompute::gather_rays::Hemisphere;
@@ -22,6 +21,8 @@ gpu_struct! {
         pub first_word: u32,
         /// Words of the dispatch.
         pub word_count: u32,
+        /// Sets of bits of an entry point: 1, or 3 if panes have colours.
+        pub channels: u32,
         /// Seed of the rays.
         pub seed: u32,
     }
@@ -38,6 +39,10 @@ gpu_struct! {
         pub first_radiance: u32,
         /// Side of the sky's table.
         pub side: u32,
+        /// Sets of visible rays of an entry point.
+        pub channels: u32,
+        /// The set for the light.
+        pub channel: u32,
         /// Seed of the rays.
         pub seed: u32,
     }
@@ -60,6 +65,10 @@ gpu_struct! {
         pub first_radiance: u32,
         /// Side of the sky's table.
         pub side: u32,
+        /// Sets of visible rays of an entry point.
+        pub channels: u32,
+        /// The set for the light.
+        pub channel: u32,
         /// Seed of the rays.
         pub seed: u32,
     }
@@ -83,8 +92,10 @@ pub const VISIBILITY_STEM: &str = "sky_visibility";
 pub struct SkyFactors {
     factors: Pipeline,
     beams: Pipeline,
-    /// [`WORDS`] words an entry point, for each chunk of the entry points.
+    /// Sets of [`WORDS`] words an entry point, for each chunk of the entry points.
     visible: Vec<Buffer>,
+    /// Sets of an entry point: 1, or 3 if panes have colours.
+    channels: u32,
 }
 
 impl SkyFactors {
@@ -100,19 +111,21 @@ impl SkyFactors {
             factors: Pipeline::new(context, "sky_factors", &hemisphere)?,
             beams: Pipeline::new(context, "sky_beams", &hemisphere)?,
             visible: visible.collect::<Result<_>>()?,
+            channels: scene.light_channels,
         })
     }
 
-    /// Fills the form factors of a sky, whose table is in the table of lights. Records into an open
-    /// pass; the caller records barriers around it.
+    /// Fills the form factors of a sky. Records into an open pass; the caller records barriers around
+    /// it. Does nothing for other lights.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,
         scene: &SceneBuffers,
-        (lights, table): (&Buffer, SkyTable),
+        light: OneLight<'_>,
         entry_points: &SplitBuffer,
         factors: &Buffer,
     ) {
+        let Some(table) = light.sky else { return };
         for (chunk, visible) in entry_points.iter().zip(&self.visible) {
             if chunk.items.start > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
@@ -126,11 +139,13 @@ impl SkyFactors {
                     point_count,
                     first_radiance: table.first_word,
                     side: table.side,
+                    channels: self.channels,
+                    channel: light.channel.unwrap_or(0),
                     seed: SKY_SEED,
                 },
                 &[
                     ("Surfaces", &scene.surfaces),
-                    ("Lights", lights),
+                    ("Lights", light.table),
                     ("EntryPoints", &chunk.buffer),
                     ("VisibleSky", visible),
                     ("FormFactors", factors),
@@ -163,6 +178,8 @@ impl SkyFactors {
                     point_count: chunk.items.len() as u32,
                     first_radiance: table.first_word,
                     side: table.side,
+                    channels: self.channels,
+                    channel: light.channel.unwrap_or(0),
                     seed: SKY_SEED,
                 },
                 &[
@@ -183,12 +200,18 @@ fn visible_rays(
     trace: &Pipeline,
     chunk: &Chunk,
 ) -> Result<Buffer> {
-    let words = WORDS * chunk.items.len() as u32;
+    let channels = scene.light_channels;
+    let words = WORDS * channels * chunk.items.len() as u32;
     let visible =
         Buffer::storage(context, GrowsWith::EntryPoints.named("visible sky"), 4 * u64::from(words.max(1)))?;
     Chunks::new(1 << 12, words.max(1)).run(words, |first_word, word_count| {
-        let push =
-            SkyVisibilityPush { first_point: chunk.items.start, first_word, word_count, seed: SKY_SEED };
+        let push = SkyVisibilityPush {
+            first_point: chunk.items.start,
+            first_word,
+            word_count,
+            channels,
+            seed: SKY_SEED,
+        };
         let ((), timings) = context.run(|rec| {
             rec.pass(VISIBILITY_STEM).dispatch(
                 trace,

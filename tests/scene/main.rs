@@ -19,6 +19,7 @@ mod emission;
 mod film;
 mod fit;
 mod gltf;
+mod gltf_documents;
 mod images;
 mod keys;
 mod lenient;

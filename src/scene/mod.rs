@@ -38,6 +38,7 @@ mod load_options;
 pub mod material;
 mod material_names;
 pub mod measures;
+mod metallic;
 mod missed;
 mod model_keys;
 mod mtl;

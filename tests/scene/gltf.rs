@@ -266,8 +266,9 @@ fn metalness_and_roughness_become_albedos_and_a_lobe() {
     assert!((smooth.exponent - 312.0).abs() < 0.1, "{smooth:?}");
     let metal = material(json!({ "baseColorFactor": colour, "roughnessFactor": 0.5 }));
     assert!(close(metal.diffuse, Vec3::ZERO) && close(metal.specular, base), "{metal:?}");
+    // Light between the facets of a rough metal is lost: 1.49 − 1.14 is left.
     let rough_metal = material(json!({ "baseColorFactor": colour }));
-    assert!(rough_metal.specular == Vec3::ZERO && close(rough_metal.diffuse, base), "{rough_metal:?}");
+    assert!(rough_metal.specular == Vec3::ZERO && close(rough_metal.diffuse, 0.35 * base), "{rough_metal:?}");
     let bare = load(&square()).materials[0].clone();
     assert!(bare.specular == Vec3::ZERO && bare.diffuse.max_element() < 0.9, "{bare:?}");
 }

@@ -42,6 +42,7 @@ mod metallic;
 mod missed;
 mod model_keys;
 mod mtl;
+mod mtl_draft;
 mod notes;
 mod numbers;
 mod obj;

@@ -49,7 +49,7 @@ impl Scene {
         let surface = vertex_colours::Surface { triangles: &triangles, colours: &colours };
         let folded = surface.colour(&mut materials, &mut coordinates);
         warnings.extend(counted(folded.first(), folded.len()));
-        let emits = materials.iter().any(|material| material.emission != Vec3::ZERO);
+        let emits = triangles.iter().any(|t| materials[t.material as usize].emission != Vec3::ZERO);
         let wish = fit::Wish { place: options.place, up: options.up };
         if !is_empty(source.root.get("camera")) {
             wish.refuse_for(&file)?;

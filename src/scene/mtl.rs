@@ -4,46 +4,22 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 
 use super::alpha::Alpha;
-use super::cutouts::{self, CUT_AT_HALF, Coverage, Cutout};
+use super::cutouts::{self, CUT_AT_HALF, Cutout};
 use super::image_map::Map;
 use super::limits::MATERIALS;
 use super::lines::Lines;
-use super::material::{Material, NEUTRAL};
-use super::material_names::{NO_MATERIAL, shown};
+use super::material_names::NO_MATERIAL;
 use super::missed::{Missed, missed};
+use super::mtl_draft::{Definition, Draft, place};
 use super::obj_lines::{Checking, name, statement};
 use super::reading::Reading;
 use super::texture::{BOUNDED, Image, Texture};
-use super::transparency::{self, IS_PANE, Transparency};
+use super::transparency;
 use super::value::{excerpt, printable};
 use crate::{Error, Result};
-
-/// A material with its texture transform.
-pub(super) struct Definition {
-    pub(super) material: Material,
-    pub(super) coverage: Coverage,
-    /// Image coordinates are `scale·vt + offset`.
-    pub(super) scale: DVec2,
-    /// Offset of image coordinates, see `scale`.
-    pub(super) offset: DVec2,
-    /// Whether the file states a diffuse albedo or an image.
-    pub(super) states_colour: bool,
-}
-
-impl Definition {
-    pub(super) fn new(material: Material) -> Self {
-        let (scale, offset) = (DVec2::ONE, DVec2::ZERO);
-        Self { material, coverage: Coverage::Full, scale, offset, states_colour: false }
-    }
-
-    /// Whether triangles need texture coordinates.
-    pub(super) fn has_image(&self) -> bool {
-        self.material.texture.is_some() || matches!(self.coverage, Coverage::Cutout(_))
-    }
-}
 
 /// Notes about images of emission: a light has one colour.
 pub(super) const EMISSION_BY_MEAN: &str = "images of emission count by their mean colour";
@@ -52,30 +28,6 @@ pub(super) const EMISSION_LEFT_OUT: &str =
 
 /// Upper bound of `Kd`, `Ks` and `Ns`.
 const LARGEST: f64 = 1e6;
-
-/// A material while its lines are read.
-#[derive(Default)]
-struct Draft {
-    name: String,
-    diffuse: Option<Vec3>,
-    specular: Option<Vec3>,
-    exponent: Option<f32>,
-    texture: Option<(Texture, [DVec2; 2])>,
-    emission: Option<Vec3>,
-    /// Mean colour of the image of the emission.
-    emission_colour: Option<Vec3>,
-    opacity: Option<(Cutout, [DVec2; 2])>,
-    /// Line of an image whose alpha counts only with `map_d`.
-    alpha: Option<usize>,
-    /// Line of a `d` of zero.
-    hidden: Option<usize>,
-    /// Lines of `Ka` and `Ni`, which are noted only in combination with other statements.
-    ambient: Option<usize>,
-    refraction: Option<usize>,
-    transparency: Transparency,
-    /// A statement other than those of [`Transparency`] makes it transparent.
-    is_transparent: bool,
-}
 
 /// An MTL file while it is read.
 struct Library<'a, 'b> {
@@ -90,7 +42,7 @@ struct Library<'a, 'b> {
 /// An image with its alpha channel. `None`: all of it is opaque.
 type Picture = (Arc<Image>, Option<Arc<Alpha>>);
 
-/// Reads `text`, the contents of `path`: `Kd`, `Ks`, `Ns`, `map_Kd` and `map_d`. Image paths are
+/// Reads `text`, the contents of `path`. Image paths are
 /// relative to `path`. Notes other statements that would change the picture.
 ///
 /// Fails on too many materials and on names that cannot be printed.
@@ -117,11 +69,14 @@ impl Library<'_, '_> {
             "kd" => self.draft().diffuse = self.colour("Kd", rest).or(self.draft().diffuse),
             "ks" => self.draft().specular = self.colour("Ks", rest).or(self.draft().specular),
             "ns" => self.draft().exponent = self.exponent(rest).or(self.draft().exponent),
+            "pr" => self.draft().roughness = self.fraction(keyword, rest).or(self.draft().roughness),
+            "pm" => self.draft().metal = self.fraction(keyword, rest).or(self.draft().metal),
             "map_kd" => self.colour_map(rest),
             "map_d" => self.opacity_map(rest),
             "d" if is_zero(rest) => self.draft().hidden = Some(self.line),
             "d" | "tr" | "tf" | "illum" if self.transparency(keyword, rest) => (),
             "ke" => self.draft().emission = self.colour("Ke", rest).or(self.draft().emission),
+            "map_ks" => self.specular_map(keyword, rest),
             "map_ke" | "map_emissive" => self.emission_map(keyword, rest),
             other => self.pass_over(keyword, missed(other, rest)),
         }
@@ -249,6 +204,18 @@ impl Library<'_, '_> {
         Some((clamped as f32).max(1.0))
     }
 
+    /// A roughness or metalness. `None` if it is no number.
+    fn fraction(&mut self, keyword: &str, rest: &str) -> Option<f32> {
+        let found = rest.split_whitespace().next().and_then(|word| word.parse::<f32>().ok());
+        let found = found.filter(|value| !value.is_nan());
+        match found {
+            Some(value) if (0.0..=1.0).contains(&value) => (),
+            Some(_) => self.note(&format!("`{keyword}` below 0 or above 1 is clamped")),
+            None => self.note(&format!("`{keyword}` without a number is passed over")),
+        }
+        found.map(|value| value.clamp(0.0, 1.0))
+    }
+
     fn colour_map(&mut self, rest: &str) {
         let what = "images that cannot be used are left out, `Kd` is taken instead";
         if let Some(((image, alpha), map)) = self.map("map_Kd", rest, what) {
@@ -295,21 +262,36 @@ impl Library<'_, '_> {
 
     /// Reads an image of the emission. A light has one colour: the image counts by its mean.
     fn emission_map(&mut self, keyword: &str, rest: &str) {
+        let unusable = "images of emission that cannot be used are left out";
+        if let Some(image) = self.image_of_mean(keyword, rest, unusable) {
+            let colour = image.emission();
+            self.note(if colour.is_some() { EMISSION_BY_MEAN } else { EMISSION_LEFT_OUT });
+            self.draft().emission_colour = Some(colour.unwrap_or(Vec3::ZERO));
+        }
+    }
+
+    /// Reads an image of the specular albedo, which counts by its mean.
+    fn specular_map(&mut self, keyword: &str, rest: &str) {
+        let unusable = "images of highlights that cannot be used are left out, `Ks` is taken instead";
+        if let Some(image) = self.image_of_mean(keyword, rest, unusable) {
+            self.note("images of highlights count by their mean colour");
+            self.draft().specular_colour = Some(image.mean());
+        }
+    }
+
+    /// An image whose place does not matter. Notes `unusable` if the image is.
+    fn image_of_mean(&mut self, keyword: &str, rest: &str, unusable: &str) -> Option<Arc<Image>> {
         let (files, folder) = (&self.reading.files, self.path.with_file_name(""));
         let is_file = |name: &str| files.is_file(&folder.join(name.replace('\\', "/")));
         let Some(map) = Map::parse(rest, is_file, |_| ()) else {
-            return self.note(&format!("`{keyword}` without the name of an image is passed over"));
+            self.note(&format!("`{keyword}` without the name of an image is passed over"));
+            return None;
         };
         match self.image(map.file) {
-            Ok(Some((image, _))) => {
-                let colour = image.emission();
-                self.note(if colour.is_some() { EMISSION_BY_MEAN } else { EMISSION_LEFT_OUT });
-                self.draft().emission_colour = Some(colour.unwrap_or(Vec3::ZERO));
-            }
-            Ok(None) => (),
+            Ok(picture) => picture.map(|(image, _)| image),
             Err(why) => {
-                let what = format!("{} {why}", excerpt(map.file));
-                self.note_named("images of emission that cannot be used are left out", &what);
+                self.note_named(unusable, &format!("{} {why}", excerpt(map.file)));
+                None
             }
         }
     }
@@ -338,95 +320,12 @@ impl Library<'_, '_> {
 
     fn finish(self) -> Vec<Definition> {
         let Self { reading, path, drafts, .. } = self;
-        for draft in &drafts {
-            let at = |line| place(path, line, Some(draft));
-            let is_coloured = draft.diffuse.is_some() || draft.texture.is_some();
-            if let Some(line) = draft.ambient.filter(|_| !is_coloured) {
-                reading
-                    .notes
-                    .add("`Ka` is passed over, and there is no `Kd`: the material is grey", || at(line));
-            }
-            let pane = draft.pane();
-            if let Some((_, line)) = pane {
-                reading.notes.add(IS_PANE, || at(line));
-            }
-            let opaque: Vec<_> = draft.transparency.without_effect().filter(|_| pane.is_none()).collect();
-            for &(keyword, line) in &opaque {
-                let what = format!("`{keyword}` is passed over (transparency): surfaces are opaque");
-                reading.notes.add(&what, || at(line));
-            }
-            let is_transparent = draft.is_transparent || pane.is_some() || !opaque.is_empty();
-            if let Some(line) = draft.refraction.filter(|_| is_transparent) {
-                reading.notes.add("`Ni` is passed over (refraction)", || at(line));
-            }
-            let is_black = draft.emission.unwrap_or(Vec3::ZERO) == Vec3::ZERO;
-            if is_black && draft.emission_colour.is_some_and(|colour| colour != Vec3::ZERO) {
-                let place = || format!("{}: material {:?}", shown(path), draft.name);
-                reading.notes.add("does not emit: its image of emission is multiplied with a Ke of 0", place);
-            }
-            if let Some(line) = draft.alpha.filter(|_| draft.opacity.is_none()) {
-                reading.notes.add("the transparency of images is passed over", || at(line));
-            }
-            if let Some(line) = draft.hidden.filter(|_| draft.opacity.is_none()) {
-                reading.notes.add("`d` is 0: surfaces that are not there are left out", || at(line));
-            }
-            if let (Some((_, place)), Some((_, other))) = (&draft.texture, &draft.opacity)
-                && place != other
-            {
-                let what = "`map_d` has other options than `map_Kd`, and is placed like it";
-                reading.notes.add(what, || format!("{}: material {:?}", shown(path), draft.name));
-            }
-            if draft.texture.is_some() && draft.diffuse == Some(Vec3::ZERO) {
-                let place = || format!("{}: material {:?}", shown(path), draft.name);
-                reading.notes.add("is black: its image is multiplied with a Kd of 0", place);
-            }
-        }
+        drafts.iter().for_each(|draft| draft.note(reading, path));
         drafts.into_iter().map(Draft::definition).collect()
-    }
-}
-
-impl Draft {
-    /// Colour of the light that passes, and the line that states it. An opacity map comes first.
-    fn pane(&self) -> Option<(Vec3, usize)> {
-        self.transparency.pane().filter(|_| self.opacity.is_none() && self.hidden.is_none())
-    }
-
-    fn definition(self) -> Definition {
-        // The image provides the colour.
-        let colour = if self.texture.is_some() { Vec3::ONE } else { NEUTRAL };
-        let mut definition = Definition::new(Material {
-            diffuse: self.diffuse.unwrap_or(colour),
-            specular: self.specular.unwrap_or(Vec3::ZERO),
-            exponent: self.exponent.unwrap_or(1.0),
-            emission: self.emission.unwrap_or(Vec3::ZERO) * self.emission_colour.unwrap_or(Vec3::ONE),
-            ..Material::neutral(&self.name)
-        });
-        if self.hidden.is_some() {
-            definition.coverage = Coverage::Hidden;
-        }
-        let pane = self.pane();
-        if let Some((cutout, [scale, offset])) = self.opacity {
-            (definition.scale, definition.offset) = (scale, offset);
-            definition.coverage = Coverage::Cutout(cutout);
-        }
-        if let Some((colour, _)) = pane {
-            definition.coverage = Coverage::Pane(colour);
-        }
-        definition.states_colour = self.diffuse.is_some() || self.texture.is_some();
-        if let Some((texture, [scale, offset])) = self.texture {
-            (definition.scale, definition.offset) = (scale, offset);
-            definition.material.texture = Some(texture);
-        }
-        definition
     }
 }
 
 /// Whether a `d` makes its material invisible.
 fn is_zero(rest: &str) -> bool {
     rest.split_whitespace().next().and_then(|word| word.parse::<f64>().ok()).is_some_and(|value| value <= 0.0)
-}
-
-fn place(path: &Path, line: usize, draft: Option<&Draft>) -> String {
-    let material = draft.map(|draft| format!(": material {}", excerpt(&draft.name)));
-    format!("{}:{line}{}", shown(path), material.unwrap_or_default())
 }

@@ -11,10 +11,11 @@ use super::limits::{LIBRARIES, MATERIALS, MTL_BYTES};
 use super::lines::decode;
 use super::material::Material;
 use super::material_names::{NO_MATERIAL, shown, too_many_materials};
-use super::mtl::{self, Definition};
+use super::mtl;
+use super::mtl_draft::Definition;
 use super::obj_lines::{self, Contents, Corner, Group};
 use super::polygons::Triangulator;
-use super::reading::Reading;
+use super::reading::{OTHER_NAME, Reading};
 use super::smoothing::Smoothing;
 use super::value::excerpt;
 use crate::{Error, Result};
@@ -131,7 +132,10 @@ fn find_libraries(
         let words: Vec<&str> = name.split_whitespace().take(LIBRARIES).collect();
         let files = words.iter().map(|word| (word, reading.find(path, word, &place))).collect::<Vec<_>>();
         if words.len() < 2 || files.iter().all(|(_, file)| file.is_err()) {
-            refused.push(format!("{} {why}", excerpt(name)));
+            match of_same_name(reading, path, name, &place) {
+                Some(file) => found.push(file),
+                None => refused.push(format!("{} {why}", excerpt(name))),
+            }
             continue;
         }
         for (word, file) in files {
@@ -142,6 +146,22 @@ fn find_libraries(
         }
     }
     (found, refused)
+}
+
+/// The library that is named like the model and lies beside it: files are renamed together, and
+/// the line keeps the former name. Notes it.
+fn of_same_name(
+    reading: &mut Reading,
+    path: &Path,
+    name: &str,
+    place: impl Fn() -> String,
+) -> Option<PathBuf> {
+    let file = path.with_extension("mtl");
+    reading.files.is_file(&file).then(|| {
+        let renamed = format!("{} as {:?}", excerpt(name), file.display());
+        reading.notes.add_named(OTHER_NAME, &renamed, place);
+        file
+    })
 }
 
 /// The names in a line. Each ends in `.mtl`, except possibly the last.

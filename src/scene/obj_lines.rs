@@ -104,7 +104,8 @@ fn read_with(path: &Path, text: &str, totals: Option<[usize; 2]>) -> Result<Cont
             "v" => contents.vertex(rest, place),
             "vn" => contents.normal(rest),
             "vt" => contents.coordinates(rest, place),
-            "f" => contents.face(line, rest, place),
+            // `fo` is the former name.
+            "f" | "fo" => contents.face(line, rest, place),
             "#MRGB" => {
                 contents.hidden_colours(rest);
                 Ok(())

@@ -42,6 +42,13 @@ struct Face {
     vertex_indices: Vec<u32>,
 }
 
+/// A row of the element `tristrips`: strips of triangles, each ended by -1.
+#[derive(Deserialize)]
+struct Strips {
+    #[serde(alias = "vertex_index")]
+    vertex_indices: Vec<i64>,
+}
+
 /// A row that is skipped.
 #[derive(Deserialize)]
 struct Skipped {}
@@ -50,8 +57,11 @@ type Checking<T> = Result<T, String>;
 
 /// Reads the contents of `path`. Fails with a reason that follows the file's name.
 pub(super) fn load(reading: &mut Reading, path: &Path, bytes: &[u8]) -> Checking<(Mesh, Material)> {
-    let fault = |error: serde_ply::DeserializeError| {
-        format!("is no readable PLY: {}", printable(&error.0.to_string().replace('\n', " ")))
+    let fault = |error: serde_ply::DeserializeError| match error.0.to_string() {
+        text if text.contains("failed to fill whole buffer") => {
+            "is no readable PLY: it ends early".to_owned()
+        }
+        text => format!("is no readable PLY: {}", printable(&text.replace('\n', " "))),
     };
     let header = PlyReader::from_reader(bytes).map_err(fault)?.header().clone();
     // The last word of a text may lack the blank by which the crate finds its end.
@@ -71,6 +81,11 @@ pub(super) fn load(reading: &mut Reading, path: &Path, bytes: &[u8]) -> Checking
                 }
             }
             "face" => model.faces(reader.next_element::<Vec<Face>>().map_err(fault)?)?,
+            "tristrips" => {
+                for strips in reader.next_element::<Vec<Strips>>().map_err(fault)? {
+                    model.strips(&strips.vertex_indices)?;
+                }
+            }
             name => {
                 let name = excerpt(name);
                 reading.notes.add_named("elements of PLY files are passed over", &name, || shown(path));
@@ -129,6 +144,20 @@ impl Model {
         self.faces.extend(faces);
         let triangles = self.faces.iter().map(|face| face.vertex_indices.len().saturating_sub(2)).sum();
         if triangles > TRIANGLES { Err(too_many(triangles)) } else { Ok(()) }
+    }
+
+    fn strips(&mut self, indices: &[i64]) -> Checking<()> {
+        let mut faces = Vec::new();
+        for strip in indices.split(|&index| index == -1) {
+            let strip: Vec<u32> =
+                strip.iter().map(|&index| u32::try_from(index).unwrap_or(u32::MAX)).collect();
+            let turned = |(index, c): (usize, &[u32])| [c[0], c[1 + index % 2], c[2 - index % 2]];
+            // Strips turn by repeating a corner.
+            let triangles =
+                strip.windows(3).enumerate().map(turned).filter(|[a, b, c]| a != b && b != c && c != a);
+            faces.extend(triangles.map(|corners| Face { vertex_indices: corners.to_vec() }));
+        }
+        self.faces(faces)
     }
 
     fn finish(self, reading: &mut Reading, path: &Path) -> Checking<(Mesh, Material)> {

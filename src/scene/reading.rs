@@ -15,6 +15,9 @@ use super::texture::{Decoded, Image};
 use super::value::excerpt;
 use crate::files::guarded;
 
+/// The note on files that are named otherwise.
+pub(super) const OTHER_NAME: &str = "files are found under another name";
+
 /// Source of the files, notes on them, and remaining limits.
 pub(super) struct Reading<'a> {
     pub(super) files: Files,
@@ -89,9 +92,9 @@ impl<'a> Reading<'a> {
         Ok(decoded)
     }
 
-    /// Finds the file that `by` names `name`: as written; with slashes for backslashes; in other
-    /// letter case; then its last component, beside `by`. Notes a name that differs by more than
-    /// slashes at `place`.
+    /// Finds the file that `by` names `name`: as written; without backslashes before blanks; with
+    /// slashes for backslashes; in other letter case; then its last component, beside `by`. Notes
+    /// a name that differs by more than slashes at `place`.
     ///
     /// Fails with a reason that follows the name.
     pub(super) fn find(
@@ -103,7 +106,7 @@ impl<'a> Reading<'a> {
         let folder = by.with_file_name("");
         let slashed = name.replace('\\', "/");
         let portable = folder.join(&slashed);
-        for path in [folder.join(name), portable.clone()] {
+        for path in [folder.join(name), folder.join(name.replace("\\ ", " ")), portable.clone()] {
             if self.files.is_file(&path) {
                 return Ok(path);
             }
@@ -116,7 +119,7 @@ impl<'a> Reading<'a> {
             return Err(why.unwrap_or_else(|| "is no file that can be read".to_owned()));
         };
         let shown = format!("{} as {:?}", excerpt(name), path.display());
-        self.notes.add_named("files are found under another name", &shown, place);
+        self.notes.add_named(OTHER_NAME, &shown, place);
         Ok(path)
     }
 

@@ -81,7 +81,7 @@ impl File {
         root.to_string()
     }
 
-    fn glb(&self) -> Vec<u8> {
+    pub(super) fn glb(&self) -> Vec<u8> {
         let mut root = self.root.clone();
         root["buffers"] = json!([{ "byteLength": self.buffer.len() }]);
         let mut json = root.to_string().into_bytes();
@@ -117,7 +117,7 @@ pub(super) fn load_text(text: &str) -> Result<Scene> {
     load_files(&[("m.gltf", text.as_bytes())], "m.gltf", &LoadOptions::default())
 }
 
-fn load(file: &File) -> Scene {
+pub(super) fn load(file: &File) -> Scene {
     load_text(&file.text()).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -128,7 +128,7 @@ fn corners(scene: &Scene) -> Vec<[Vec3; 3]> {
 }
 
 /// Corners of the square's triangles in some order.
-fn sorted(scene: &Scene) -> Vec<[[i32; 3]; 3]> {
+pub(super) fn sorted(scene: &Scene) -> Vec<[[i32; 3]; 3]> {
     let key = |corners: [Vec3; 3]| {
         let mut all = corners.map(|p| (1000.0 * p).round().as_ivec3().to_array());
         all.sort_unstable();
@@ -266,8 +266,9 @@ fn metalness_and_roughness_become_albedos_and_a_lobe() {
     assert!((smooth.exponent - 312.0).abs() < 0.1, "{smooth:?}");
     let metal = material(json!({ "baseColorFactor": colour, "roughnessFactor": 0.5 }));
     assert!(close(metal.diffuse, Vec3::ZERO) && close(metal.specular, base), "{metal:?}");
+    // Light between the facets of a rough metal is lost: 1.49 − 1.14 is left.
     let rough_metal = material(json!({ "baseColorFactor": colour }));
-    assert!(rough_metal.specular == Vec3::ZERO && close(rough_metal.diffuse, base), "{rough_metal:?}");
+    assert!(rough_metal.specular == Vec3::ZERO && close(rough_metal.diffuse, 0.35 * base), "{rough_metal:?}");
     let bare = load(&square()).materials[0].clone();
     assert!(bare.specular == Vec3::ZERO && bare.diffuse.max_element() < 0.9, "{bare:?}");
 }

@@ -38,7 +38,7 @@ fn png() -> Vec<u8> {
 
 #[test]
 fn faces_without_normals_borrow_none() {
-    let obj = format!("{SQUARE}vn 1 1 0\nv 2 0 0\nf 2//1 5//1 3//1\nl 1 2 3\nf 2 5 4\n");
+    let obj = format!("{SQUARE}vn 1 1 0\nv 2 0 0\nfo 2//1 5//1 3//1\nl 1 2 3\nf 2 5 4\n");
     let scene = load(obj.as_bytes(), &[]);
     let tilted = scene.triangles.iter().filter(|t| !close(t.normals[0], t.geometric_normal())).count();
     assert_eq!((scene.triangles.len(), tilted), (4, 1));
@@ -179,8 +179,10 @@ fn what_is_passed_over_in_mtl_files_is_named() {
         ("bump a.png", "`bump` is passed over (bumps)"),
         ("norm a.png", "`norm` is passed over (bumps)"),
         ("disp a.png", "`disp` is passed over (displacement)"),
-        ("Pr 0.2", "`Pr` is passed over (roughness)"),
-        ("Pm 1", "`Pm` is passed over (metal)"),
+        ("map_Pr a.png", "`map_Pr` is passed over (roughness)"),
+        ("map_Pm a.png", "`map_Pm` is passed over (metal)"),
+        ("Pr", "`Pr` without a number is passed over"),
+        ("Pm 2", "`Pm` below 0 or above 1 is clamped"),
         ("refl -type sphere a.png", "`refl` is passed over (reflection maps)"),
         ("map_Ns a.png", "`map_Ns` is passed over (images of highlights)"),
         ("Ka 0.5 0.5 0.5", "`Ka` is passed over, and there is no `Kd`: the material is grey"),

@@ -174,3 +174,20 @@ fn scans_are_scenes_alone() {
         assert!(scene.cameras.len() == 1 && !scene.lights.is_empty(), "{name}");
     }
 }
+
+/// Strips end with -1, and a repeated corner turns one.
+#[test]
+fn strips_of_ply_files_are_triangles() {
+    let vertices = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
+element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n";
+    for (strips, triangles) in [("9 0 1 2 3 -1 2 3 4 -1", 3), ("4 0 1 2 -1", 1), ("5 0 1 2 2 4", 1)] {
+        let scene = load("m.ply", format!("{vertices}{strips}\n").as_bytes()).unwrap();
+        assert_eq!(scene.triangles.len(), triangles, "{strips}");
+        assert!(scene.triangles.iter().all(|t| close(t.geometric_normal(), Vec3::Z)), "{strips}");
+        assert_eq!(scene.warnings, [""; 0]);
+    }
+    for strips in ["4 0 1 7 -1", "4 0 1 -2 -1"] {
+        let found = message(load("m.ply", format!("{vertices}{strips}\n").as_bytes()));
+        assert!(found.contains("is damaged: a face names vertex"), "{found}");
+    }
+}

@@ -74,11 +74,15 @@ impl Buffers {
         if accessor.dimensions() != Dimensions::Scalar || !is_index || accessor.sparse().is_some() {
             return Err("has a list of indices of another kind than unsigned integers".to_owned());
         }
-        let view = accessor.view().ok_or("has indices without a view")?;
-        let stride = view.stride().unwrap_or(accessor.size());
-        let bytes = self.view(&view)?.get(accessor.offset()..).ok_or(BEYOND)?;
-        let indices = elements(bytes, stride, accessor.size(), count)?;
-        let indices: Vec<u32> = indices.map(|bytes| number(bytes, kind, false) as u32).collect();
+        let indices: Vec<u32> = match accessor.view() {
+            Some(view) => {
+                let stride = view.stride().unwrap_or(accessor.size());
+                let bytes = self.view(&view)?.get(accessor.offset()..).ok_or(BEYOND)?;
+                let indices = elements(bytes, stride, accessor.size(), count)?;
+                indices.map(|bytes| number(bytes, kind, false) as u32).collect()
+            }
+            None => vec![0; count],
+        };
         match indices.iter().find(|&&index| index as usize >= length) {
             Some(index) => Err(format!("is damaged: vertex {index} is named, there are {length}")),
             None => Ok(indices),

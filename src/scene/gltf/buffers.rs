@@ -11,8 +11,8 @@ use super::super::material_names::shown;
 use super::super::reading::Reading;
 use super::super::value::excerpt;
 
-/// Contents of the buffers, by index.
-pub(super) struct Buffers(Vec<Vec<u8>>);
+/// Contents of the buffers, by index. `None` for a buffer without data, which may be unused.
+pub(super) struct Buffers(Vec<Option<Vec<u8>>>);
 
 impl Buffers {
     /// Reads all buffers. Fails with a reason that follows the file's name.
@@ -26,23 +26,29 @@ impl Buffers {
         let mut all = Vec::new();
         for buffer in document.buffers() {
             let bytes = match buffer.source() {
-                Source::Bin => binary.take().ok_or("names a binary part that it does not have")?,
-                Source::Uri(uri) => bytes_of(reading, path, uri, left)?,
+                Source::Bin => binary.take(),
+                Source::Uri(uri) => Some(bytes_of(reading, path, uri, left)?),
+            };
+            let Some(bytes) = bytes else {
+                all.push(None);
+                continue;
             };
             if bytes.len() < buffer.length() {
                 let (stated, found) = (buffer.length(), bytes.len());
                 return Err(format!("is damaged: a buffer of {stated} bytes has {found}"));
             }
             left = left.saturating_sub(bytes.len() as u64);
-            all.push(bytes);
+            all.push(Some(bytes));
         }
         Ok(Self(all))
     }
 
     /// The bytes of a view. Fails with a reason that follows the file's name.
     pub(super) fn view(&self, view: &View) -> Result<&[u8], String> {
+        let buffer = self.0.get(view.buffer().index()).and_then(Option::as_ref);
+        let buffer = buffer.ok_or("names a binary part that it does not have")?;
         let end = view.offset().checked_add(view.length());
-        let range = end.and_then(|end| self.0.get(view.buffer().index())?.get(view.offset()..end));
+        let range = end.and_then(|end| buffer.get(view.offset()..end));
         range.ok_or_else(|| "is damaged: a view reaches beyond its buffer".to_owned())
     }
 }
@@ -53,7 +59,7 @@ pub(super) fn bytes_of(reading: &mut Reading, path: &Path, uri: &str, most: u64)
     if let Some(data) = uri.strip_prefix("data:") {
         let (kind, text) = data.split_once(',').ok_or("has a data URI without data")?;
         if !kind.ends_with(";base64") {
-            return Err(format!("has a data URI that is not base64: {}", excerpt(kind)));
+            return Ok(urlencoding::decode_binary(text.as_bytes()).into_owned());
         }
         let decoded = base64::engine::general_purpose::STANDARD.decode(text);
         return decoded.map_err(|error| format!("has a data URI that cannot be decoded: {error}"));

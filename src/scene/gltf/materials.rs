@@ -15,22 +15,13 @@ use super::super::cutouts::{CUT_AT_HALF, Coverage, Cutout};
 use super::super::limits::IMAGE_BYTES;
 use super::super::material::{Material, Sides};
 use super::super::material_names::{NO_MATERIAL, shown};
+use super::super::metallic::Metallic;
 use super::super::mtl::{EMISSION_BY_MEAN, EMISSION_LEFT_OUT};
 use super::super::reading::Reading;
 use super::super::texture::{self, Image};
 use super::super::transparency::{IS_PANE, PANE};
 use super::super::value::printable;
 use super::buffers::{Buffers, bytes_of, file_of};
-
-/// Reflectance of a dielectric at normal incidence, as glTF defines it.
-const DIELECTRIC: f32 = 0.04;
-
-/// Lobes of smaller exponents count as diffuse. That of a dielectric is weak, and may be sharper.
-const DIFFUSE_METAL: f32 = 2.0;
-const DIFFUSE_DIELECTRIC: f32 = 10.0;
-
-/// Largest exponent; sharper lobes are mirrors.
-const SHARPEST: f32 = 10_000.0;
 
 /// How a glTF material maps to one of ours.
 pub(super) struct Mapping {
@@ -145,10 +136,7 @@ impl Images<'_, '_> {
             }
         }
         let (metal, roughness) = (metal.clamp(0.0, 1.0), roughness.clamp(0.0, 1.0));
-        let colour = match &texture {
-            Some((texture, ..)) => base * texture.image.mean(),
-            None => base,
-        };
+        let image = texture.as_ref().map_or(Vec3::ONE, |(texture, ..)| texture.image.mean());
         let mut read = Material {
             emission: self.emission(material, &name),
             emitting_sides: Some(if material.double_sided() { Sides::Both } else { Sides::Front }),
@@ -160,23 +148,7 @@ impl Images<'_, '_> {
             read.diffuse = base;
             return (read, coverage, mapping);
         }
-        let lobe = Lobe::of(roughness);
-        let of_metal = metal * colour;
-        let of_dielectric = Vec3::splat((1.0 - metal) * DIELECTRIC);
-        read.diffuse = (1.0 - metal) * (1.0 - DIELECTRIC) * base;
-        read.exponent = lobe.exponent;
-        // Such a lobe joins the diffuse albedo, which the image multiplies.
-        let of_base = |albedo: Vec3| albedo * base / colour.max(Vec3::splat(1e-4));
-        if lobe.exponent < DIFFUSE_METAL {
-            read.diffuse += metal * base;
-        } else {
-            read.specular += of_metal;
-        }
-        if lobe.exponent < DIFFUSE_DIELECTRIC {
-            read.diffuse = (read.diffuse + of_base(of_dielectric)).min(Vec3::ONE);
-        } else {
-            read.specular += of_dielectric;
-        }
+        Metallic { base, image, metal, roughness }.apply(&mut read);
         (read, coverage, mapping)
     }
 
@@ -315,38 +287,9 @@ impl Images<'_, '_> {
     }
 }
 
-/// The Phong lobe of a GGX roughness.
-struct Lobe {
-    exponent: f32,
-}
-
-impl Lobe {
-    /// The exponent whose lobe is as wide as that of GGX: with α = roughness², the half vector's
-    /// Blinn exponent is 2/α² − 2 [Walter 2007], and about the mirror direction a lobe is twice as
-    /// wide, which divides the exponent by four.
-    fn of(roughness: f32) -> Self {
-        let alpha = (roughness * roughness).max(1e-4);
-        let exponent = 0.25 * (2.0 / (alpha * alpha) - 2.0);
-        Self { exponent: exponent.clamp(1.0, SHARPEST) }
-    }
-}
-
 /// Mean of each channel's codes, 0..=1.
 fn mean(image: &Image) -> [f32; 3] {
     let count = image.codes.len().max(1) as f64;
     let sum = |channel: usize| image.codes.iter().map(|code| f64::from(code[channel])).sum::<f64>();
     std::array::from_fn(|channel| (sum(channel) / (255.0 * count)) as f32)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lobes_are_between_diffuse_and_mirror() {
-        assert_eq!(Lobe::of(1.0).exponent, 1.0);
-        assert_eq!(Lobe::of(0.0).exponent, SHARPEST);
-        // α = 1/4.
-        assert!((Lobe::of(0.5).exponent - 7.5).abs() < 1e-5);
-    }
 }

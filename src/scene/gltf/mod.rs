@@ -3,6 +3,7 @@
 
 mod accessors;
 mod buffers;
+mod document;
 mod materials;
 
 use std::collections::HashMap;
@@ -10,10 +11,9 @@ use std::path::Path;
 use std::rc::Rc;
 
 use glam::{DAffine3, DMat4, DVec3};
-use gltf::json::validation::Checked;
 use gltf::khr_lights_punctual::Kind;
 use gltf::mesh::Mode;
-use gltf::{Document, Node, Primitive, Semantic};
+use gltf::{Node, Primitive, Semantic};
 
 use super::geometry::{Codes, Mesh, too_many};
 use super::limits::{MATERIALS, TRIANGLES};
@@ -21,7 +21,7 @@ use super::material::Material;
 use super::material_names::shown;
 use super::reading::Reading;
 use super::texture;
-use super::value::{excerpt, printable};
+use super::value::printable;
 use crate::{Error, Result};
 use accessors::used;
 use buffers::Buffers;
@@ -33,20 +33,6 @@ const NODES: usize = 1 << 20;
 
 /// Lumens of one watt at 555 nm, as exporters take it: glTF states candela and lux.
 const LUMENS_A_WATT: f64 = 683.0;
-
-/// Extensions that are read, or that change nothing here: surfaces reflect on both sides.
-const READ: [&str; 6] = [
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-];
-
-/// Extensions that compress geometry, which is then not in the file's buffers.
-const COMPRESSED: [&str; 3] =
-    ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 /// The contents of a glTF file.
 #[derive(Default)]
@@ -113,11 +99,15 @@ pub(super) fn load(
     bytes: &[u8],
     world_from_file: &DAffine3,
 ) -> Result<Model> {
-    let fault = |message: String| Error::input(path, message);
-    let (document, binary) = parse(bytes).map_err(fault)?;
-    note_extensions(reading, path, &document)?;
-    let buffers = Buffers::read(reading, path, &document, binary).map_err(fault)?;
-    let materials = Materials::read(reading, path, &document, &buffers).map_err(fault)?;
+    let (document, binary) = document::parse(bytes).map_err(|message| Error::input(path, message))?;
+    let required = document::required(&document);
+    let fault = |message: String| {
+        let hint = required.as_ref().map(|name| format!("; the file requires {name}, which is not read"));
+        Error::input(path, message + &hint.unwrap_or_default())
+    };
+    document::note_unread(reading, path, &document);
+    let buffers = Buffers::read(reading, path, &document, binary).map_err(&fault)?;
+    let materials = Materials::read(reading, path, &document, &buffers).map_err(&fault)?;
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let roots: Vec<Node> = match &scene {
         Some(scene) => scene.nodes().collect(),
@@ -138,66 +128,17 @@ pub(super) fn load(
         model: Model::default(),
     };
     for root in roots {
-        walk.node(&root, DAffine3::IDENTITY, 0).map_err(fault)?;
+        walk.node(&root, DAffine3::IDENTITY, 0).map_err(&fault)?;
     }
     let mut model = walk.model;
     if model.meshes.is_empty() {
-        return Err(fault("holds no triangle".to_owned()));
+        return Err(fault("holds no triangle: points and lines have no surface".to_owned()));
     }
     if materials.all.len() > MATERIALS {
         return Err(fault(super::material_names::too_many_materials()));
     }
     (model.materials, model.coverages) = (materials.all, materials.coverages);
     Ok(model)
-}
-
-/// The document, and the binary chunk of a GLB file. A failure's reason follows the file's name.
-fn parse(bytes: &[u8]) -> std::result::Result<(Document, Option<Vec<u8>>), String> {
-    let fault = |error: gltf::Error| match error {
-        // Too long a list in one message.
-        gltf::Error::Validation(faults) => match faults.first() {
-            Some((place, fault)) => format!("is no valid glTF: {}: {fault}", printable(place.as_str())),
-            None => "is no valid glTF".to_owned(),
-        },
-        error => format!("is no readable glTF 2.0: {}", printable(&error.to_string())),
-    };
-    let (json, binary) = if bytes.starts_with(b"glTF") {
-        let glb = gltf::Glb::from_slice(bytes).map_err(fault)?;
-        (glb.json.into_owned(), glb.bin.map(std::borrow::Cow::into_owned))
-    } else {
-        (bytes.to_vec(), None)
-    };
-    let json = json.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&json);
-    let mut root: gltf::json::Root =
-        gltf::json::deserialize::from_slice(json).map_err(|error| fault(gltf::Error::Deserialize(error)))?;
-    if !root.asset.version.starts_with("2.") {
-        return Err(format!("is glTF {}, only 2.0 is read", excerpt(&root.asset.version)));
-    }
-    // The validation refuses extensions that it does not know; they are judged here instead.
-    root.extensions_used.append(&mut root.extensions_required);
-    // It also refuses attributes of applications, such as `_ID`.
-    for primitive in root.meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives) {
-        primitive.attributes.retain(|name, _| matches!(name, Checked::Valid(_)));
-    }
-    Ok((Document::from_json(root).map_err(fault)?, binary))
-}
-
-/// Notes the extensions that are not read. Fails if one of them holds the geometry.
-fn note_extensions(reading: &mut Reading, path: &Path, document: &Document) -> Result<()> {
-    for extension in document.extensions_used().filter(|name| !READ.contains(name)) {
-        if COMPRESSED.contains(&extension) {
-            let hint = "save it without compression of meshes";
-            return Err(Error::input(
-                path,
-                format!("is compressed by {extension}, which is not read: {hint}"),
-            ));
-        }
-        reading.notes.add_named("extensions that are not read", &excerpt(extension), || shown(path));
-    }
-    if document.animations().len() > 0 {
-        reading.notes.add("animations are passed over", || shown(path));
-    }
-    Ok(())
 }
 
 /// The nodes of a scene while they are visited.
@@ -308,13 +249,16 @@ impl Walk<'_, '_> {
             self.note("primitives without positions are left out");
             return Ok(());
         };
+        if !matches!(primitive.mode(), Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+            self.note("points and lines are left out");
+            return Ok(());
+        }
         let positions = self.list(&positions)?;
         let corners = match primitive.indices() {
             Some(indices) => self.buffers.indices(&indices, positions.len())?,
             None => (0..positions.len() as u32).collect(),
         };
         let indices: Vec<u32> = match primitive.mode() {
-            Mode::Triangles => corners[..corners.len() / 3 * 3].to_vec(),
             Mode::TriangleStrip => {
                 let turned = |(index, c): (usize, &[u32])| [c[0], c[1 + index % 2], c[2 - index % 2]];
                 corners.windows(3).enumerate().flat_map(turned).collect()
@@ -323,10 +267,7 @@ impl Walk<'_, '_> {
                 let around = |c: &[u32]| [corners[0], c[0], c[1]];
                 corners.get(1..).unwrap_or(&[]).windows(2).flat_map(around).collect()
             }
-            _ => {
-                self.note("points and lines are left out");
-                return Ok(());
-            }
+            _ => corners[..corners.len() / 3 * 3].to_vec(),
         };
         self.triangles += indices.len() / 3;
         if self.triangles > TRIANGLES {

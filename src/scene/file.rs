@@ -55,7 +55,9 @@ impl Scene {
             wish.refuse_for(&file)?;
         }
         let wish = wish.for_models(&source.root);
-        source.complete(origin, |own| fit::choose(&triangles, origin, wish, own), emits, &mut warnings)?;
+        let emitting = |material: u32| materials[material as usize].emission != Vec3::ZERO;
+        let choose = |own: Option<&Camera>| fit::choose(&triangles, origin, wish, own, emitting);
+        source.complete(origin, choose, emits, &mut warnings)?;
         source.change(&others, options)?;
 
         let root = &source.root;
@@ -323,7 +325,9 @@ impl Source {
         warnings: &mut Vec<String>,
     ) -> Result<()> {
         let no_camera = is_empty(self.root.get("camera"));
-        let no_light = is_empty(self.root.get("light")) && !emits && !self.has_emission();
+        let no_light = is_empty(self.root.get("light")) && !self.has_emission();
+        // Emission lights rooms. On things it is signs and displays.
+        let no_light = no_light && (!emits || self.is_model_only);
         if no_light && !self.is_model_only {
             return Err(Error::input(
                 &self.file,
@@ -334,14 +338,18 @@ impl Source {
             return Ok(());
         }
         let own = if no_camera { Vec::new() } else { read_cameras(&self.file, &self.root, origin)? };
-        let fit::Chosen { camera, lights, said: [about_camera, about_lights] } = choose(own.first())?;
+        let fit::Chosen { camera, lights, sky, is_lit, said } = choose(own.first())?;
+        let [about_camera, about_lights] = said;
         let name = self.file.display();
         if no_camera {
             warnings.push(format!("{name} has no camera: {about_camera}"));
             self.root.set("camera", fit::camera_node(&camera, origin));
         }
-        if no_light {
+        if no_light && !is_lit {
             warnings.push(format!("{name} has no light: {about_lights}"));
+            if let Some(radiance) = sky {
+                self.root.set("environment", fit::sky_node(radiance));
+            }
             let nodes = lights.iter().map(|light| fit::light_node(light, origin));
             self.root.set("light", fit::list(nodes.collect()));
         }

@@ -104,7 +104,11 @@ keys! {
         radiance: "3 numbers, W/m²/sr", "0 to 1e15", "[1, 1, 1]", "Radiance of the sky; with an image, its factor", "[0.5, 0.6, 0.8]", "[-1.0, 0.0, 0.0]";
         image: "text", "", "none: one colour", "Panorama, width twice the height: `.hdr`, `.exr`, `.png` …; its middle shows −z, its upper edge +y", "", "";
         rotate: "number, degrees", "±360", "0", "Rotation about y", "90.0", "400.0";
-        samples: "integer", "1 to 1 024", "64", "Directional lights that stand for the sky in frames", "16", "0";
+        samples: "integer", "1 to 1 024", "64", "Directional lights at most, for bright spots of the image", "16", "0";
+        sun_elevation: "number, degrees", "0 to 90", "no sun", "Height of the sun in a clear sky [Hosek 2012]; not with image", "45.0", "-5.0";
+        sun_azimuth: "number, degrees", "-360 to 360", "0", "Direction of the sun from -Z towards +X", "120.0", "400.0";
+        turbidity: "number", "1 to 10", "3", "2 is clear air, 10 haze", "2.5", "0.5";
+        ground: "3 numbers", "0 to 1", "[0.2, 0.2, 0.2]", "Albedo of the ground below the horizon", "[0.3, 0.3, 0.2]", "[2.0, 0.0, 0.0]";
     }
     "material" "" {
         name: "text", "", "needed", "Name of the material in the model", "\"wall\"", "";

@@ -63,6 +63,7 @@ pub mod solids;
 pub mod split_planes;
 mod stacked_surfaces;
 mod stl;
+mod sun_sky;
 pub mod surfaces;
 pub mod texture;
 mod transparency;

@@ -10,14 +10,18 @@ use image::{ImageReader, Limits};
 use super::builtin::Files;
 use super::emission::Sky;
 use super::environment::Environment;
+use super::sun_sky::SunSky;
 use super::texture::linear;
 use super::value::{Node, POWER, Section};
 use super::{keys, limits};
 use crate::Result;
 use crate::files::guarded;
 
-/// Default number of directional lights that represent the sky in frames.
+/// Default maximum number of directional lights that represent the bright spots of a sky.
 const SAMPLES: u32 = 64;
+/// Turbidity of clear air, and albedo of the ground.
+const TURBIDITY: f64 = 3.0;
+const GROUND: Vec3 = Vec3::splat(0.2);
 
 /// Factor of the sky's radiance, W/m²/sr, and its rotation about +Y, radians.
 pub(super) type Placing = (Vec3, f32);
@@ -38,15 +42,16 @@ pub(super) fn read(
     let section = Section::new(file, "environment", node)?;
     section.only(&keys::names("environment", None))?;
     let samples = section.integer("samples", 1..=1024)?.unwrap_or(SAMPLES);
-    let environment = match section.text("image")? {
-        Some(name) => {
+    let environment = match (section.text("image")?, sun(&section)?) {
+        (None, Some(sun)) => sun.environment(),
+        (Some(name), _) => {
             let path = file.with_file_name(name);
             let fault = |why: String| section.fault_at("image", format!("{name:?} {why}"));
             let bytes = files.read(&path, limits::IMAGE_BYTES).map_err(fault)?;
             inputs.extend(files.on_disk(&path));
             Arc::new(guarded("image", || decode(&bytes)).map_err(fault)?)
         }
-        None => Environment::constant(),
+        (None, None) => Environment::constant(),
     };
     let placing = placing(&section)?;
     Ok(Some(Stated { sky: Sky::new(environment, samples), placing }))
@@ -58,11 +63,40 @@ fn placing(section: &Section) -> Result<Placing> {
     Ok((radiance, turn))
 }
 
+/// The sun, and the sky around it. `None` if the section states none.
+fn sun(section: &Section) -> Result<Option<SunSky>> {
+    let elevation = section.number("sun_elevation", 0.0..=90.0)?;
+    let azimuth = section.number("sun_azimuth", -360.0..=360.0)?;
+    let turbidity = section.number("turbidity", 1.0..=10.0)?;
+    let ground = section.vector("ground", 0.0..=1.0)?;
+    let Some(elevation) = elevation else {
+        let lone = [
+            ("sun_azimuth", azimuth.is_some()),
+            ("turbidity", turbidity.is_some()),
+            ("ground", ground.is_some()),
+        ];
+        return match lone.into_iter().find(|(_, is_stated)| *is_stated) {
+            Some((key, _)) => Err(section.fault_at(key, "belongs to the sun: state `sun_elevation`")),
+            None => Ok(None),
+        };
+    };
+    if section.get("image").is_some() {
+        return Err(section.fault_at("sun_elevation", "and `image` are two skies: state one of them"));
+    }
+    Ok(Some(SunSky {
+        elevation,
+        azimuth: azimuth.unwrap_or(0.0),
+        turbidity: turbidity.unwrap_or(TURBIDITY),
+        ground: ground.map_or(GROUND, |albedo| albedo.as_vec3()),
+    }))
+}
+
 /// Checks the values of the section, without its image.
 pub(super) fn check(section: &Section) -> Result<()> {
     section.only(&keys::names("environment", None))?;
     section.integer("samples", 1..=1024)?;
     section.text("image")?;
+    sun(section)?;
     placing(section).map(|_| ())
 }
 

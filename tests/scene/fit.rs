@@ -198,10 +198,10 @@ fn objects_and_backdrops_are_seen_and_lit_from_their_front() {
         let (position, forward) = seen_from(&scene);
         assert!(position.dot(front) > 2.0 && position.y > 0.0, "{quarters}: {position}");
         assert!(forward.dot(front) < -0.5, "{quarters}: {forward}");
-        for light in &scene.lights {
-            let LightKind::Directional { direction, .. } = light.kind else { panic!("{light:?}") };
-            assert!(direction.dot(front) < 0.0 && direction.y < 0.0, "{quarters}: {direction}");
-        }
+        let [sun, sky] = &scene.lights[..] else { panic!("{:?}", scene.lights) };
+        let LightKind::Directional { direction, .. } = sun.kind else { panic!("{sun:?}") };
+        assert!(direction.dot(front) < 0.0 && direction.y < 0.0, "{quarters}: {direction}");
+        assert!(matches!(sky.kind, LightKind::Sky { .. }), "{sky:?}");
     }
     // A plate is not seen from its edge, nor a triangle from its back.
     for turned in 0..4 {

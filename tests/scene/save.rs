@@ -93,11 +93,12 @@ fn again(
 fn edit(scene: &mut Scene, dice: &mut Dice) {
     for _ in 0..dice.below(3) {
         let index = dice.below(scene.lights.len() + 1);
-        if index < scene.lights.len() && scene.lights.len() > 1 {
+        if index < scene.lights.len() && scene.lights.len() > 1 && !scene.lights[index].kind.is_fixed() {
             scene.lights.remove(index);
         }
     }
-    for light in &mut scene.lights {
+    // The environment states the sky.
+    for light in scene.lights.iter_mut().filter(|light| !light.kind.is_fixed()) {
         match dice.below(4) {
             0 => light.kind = light.kind.moved_to(dice.place()),
             1 => light.kind = light.kind.with_emission(dice.vector()),
@@ -109,7 +110,9 @@ fn edit(scene: &mut Scene, dice: &mut Dice) {
     for _ in 0..dice.below(4) {
         let number = dice.below(1 << 20);
         let (kind, is_on) = (dice.kind(), dice.below(4) > 0);
-        scene.lights.push(Light { name: format!("light {number} \"é\""), kind, is_on });
+        // The sky is the last light of a file.
+        let end = scene.lights.iter().position(|light| light.kind.is_fixed()).unwrap_or(scene.lights.len());
+        scene.lights.insert(end, Light { name: format!("light {number} \"é\""), kind, is_on });
     }
     let camera = &mut scene.cameras[0];
     (camera.position, camera.target) = (dice.place() + Vec3::Z * 20.0, dice.place());

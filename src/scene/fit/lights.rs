@@ -1,21 +1,23 @@
-//! Lights that suit a view: lamps under a room's ceiling, or a sun beside the camera with a fill
-//! from its other side.
+//! Lights that suit a view: lamps under a room's ceiling, or a sun beside the camera and the sky.
 
 use std::f64::consts::PI;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::probe::{Hit, Probe};
+use super::probe::{Hit, OFFSET, Probe, sphere};
 use super::room::Room;
 use super::up::Up;
 use crate::scene::{Camera, Light, LightKind, Triangle};
 
 /// Mean direct irradiance of a lamp, W/m².
 const LAMP_IRRADIANCE: f64 = 1.0;
-/// Irradiance of the sun and of its fill, W/m².
+/// Irradiance of the sun, W/m², and radiance of the sky, W/m²/sr: as bright as on a hazy day.
 const SUN: f32 = 3.0;
-const FILL: f32 = 0.75;
+const SKY: Vec3 = Vec3::new(0.25, 0.28, 0.32);
+/// Emitting triangles, and rays from each, that decide whether they light the model.
+const EMITTERS: usize = 64;
+const EMITTER_RAYS: usize = 32;
 /// Rays along a side of the picture that the light is chosen for.
 const SIDE: usize = 20;
 /// Height of a lamp, as a fraction of the room's.
@@ -31,28 +33,55 @@ struct Candidate<T> {
     score: f32,
 }
 
-/// The lights for a camera's view. A sky would be chosen here.
-pub(super) fn choose(probe: &Probe, up: Up, room: &Room, camera: &Camera) -> Vec<Light> {
+/// Lights for a view.
+pub(super) struct Lights {
+    pub(super) lights: Vec<Light>,
+    /// Radiance of the sky. `None` in a room.
+    pub(super) sky: Option<Vec3>,
+}
+
+/// The lights for a camera's view.
+pub(super) fn choose(probe: &Probe, up: Up, room: &Room, camera: &Camera) -> Lights {
     let seen: Vec<Hit> = probe.picture(camera, SIDE).into_iter().flatten().collect();
     let sun = sun(probe, up, camera, &seen);
     if room.is_room(probe, up.vector()) {
         let lamps = lamps(probe, up, room, &seen);
         // A file's camera may look at a house from outside.
         if lamps.score > 0.0 && lamps.score >= 0.5 * sun.score {
-            return point_lights(probe, &lamps.light);
+            return Lights { lights: point_lights(probe, &lamps.light), sky: None };
         }
     }
-    let fill = fill(probe, up, camera, &seen, sun.light);
-    vec![directional("sun", sun.light, SUN), directional("fill", fill, FILL)]
+    let direction = -sun.light;
+    let sun = named("sun", LightKind::Directional { direction, irradiance: Vec3::splat(SUN) });
+    Lights { lights: vec![sun], sky: Some(SKY) }
+}
+
+/// Whether emitting surfaces light others, as lamps do. Signs and displays of a thing do not.
+pub(super) fn is_lit_by_emission(probe: &Probe, emits: impl Fn(u32) -> bool) -> bool {
+    let (own, other): (Vec<&Triangle>, Vec<&Triangle>) =
+        probe.triangles.iter().partition(|triangle| emits(triangle.material));
+    if own.is_empty() || other.is_empty() {
+        return !own.is_empty();
+    }
+    let step = own.len().div_ceil(EMITTERS);
+    let (mut rays, mut hits) = (0, 0);
+    for triangle in own.into_iter().step_by(step) {
+        let normal = triangle.geometric_normal();
+        let middle = triangle.positions.iter().sum::<Vec3>() / 3.0;
+        for (direction, side) in
+            sphere(EMITTER_RAYS).map(|direction| (direction, normal * direction.dot(normal).signum()))
+        {
+            let found = probe.cast(middle + OFFSET * side, direction);
+            rays += 1;
+            hits += usize::from(found.is_some_and(|hit| hit.is_front && !emits(hit.material)));
+        }
+    }
+    // One side of a lamp may face the ceiling.
+    10 * hits > 3 * rays
 }
 
 fn named(name: &str, kind: LightKind) -> Light {
     Light { name: name.to_owned(), kind, is_on: true }
-}
-
-/// `towards` points to the light.
-fn directional(name: &str, towards: Vec3, irradiance: f32) -> Light {
-    named(name, LightKind::Directional { direction: -towards, irradiance: Vec3::splat(irradiance) })
 }
 
 fn point_lights(probe: &Probe, places: &[Vec3]) -> Vec<Light> {
@@ -138,21 +167,10 @@ fn sun(probe: &Probe, up: Up, camera: &Camera, seen: &[Hit]) -> Candidate<Vec3> 
     best(candidates.collect()).expect("there are candidates")
 }
 
-/// The fill: it lights what the sun leaves dark.
-fn fill(probe: &Probe, up: Up, camera: &Camera, seen: &[Hit], sun: Vec3) -> Vec3 {
-    let dark: Vec<(&Hit, f32)> = seen.iter().map(|hit| (hit, 1.0 - lit_by_sun(probe, hit, sun))).collect();
-    let candidates = around_camera(up, camera).into_par_iter().map(|(towards, _)| {
-        let lit = dark.iter().map(|(hit, weight)| weight * lit_by_sun(probe, hit, towards));
-        // Light from the sun's side has the same shadows.
-        Candidate { light: towards, score: lit.sum::<f32>() * (2.0 - towards.dot(sun)) }
-    });
-    best(candidates.collect()).expect("there are candidates").light
-}
-
 /// The square root of a parallel light's irradiance: an even light is better than a bright spot.
 fn lit_by_sun(probe: &Probe, hit: &Hit, towards: Vec3) -> f32 {
     let cosine = hit.normal.dot(towards);
-    if cosine > 0.0 && probe.leaves(hit, towards) { cosine.sqrt() } else { 0.0 }
+    if cosine > 0.0 && probe.leaves(hit.point, hit.normal, towards) { cosine.sqrt() } else { 0.0 }
 }
 
 fn best<T>(candidates: Vec<Candidate<T>>) -> Option<Candidate<T>> {

@@ -16,11 +16,12 @@ use glam::{DVec3, Vec3};
 
 use super::{Camera, Light, LightKind, Triangle};
 use crate::Result;
+use lights::Lights;
 use outside::Outside;
 use probe::Probe;
 use room::Room;
 
-pub(super) use nodes::{camera_node, file_camera_node, file_light_node, light_node, list};
+pub(super) use nodes::{camera_node, file_camera_node, file_light_node, light_node, list, sky_node};
 pub use up::Up;
 pub use wish::Place;
 pub(super) use wish::Wish;
@@ -29,6 +30,10 @@ pub(super) use wish::Wish;
 pub(super) struct Chosen {
     pub(super) camera: Camera,
     pub(super) lights: Vec<Light>,
+    /// Radiance of the sky, W/m²/sr. `None` if the view is that of a room.
+    pub(super) sky: Option<Vec3>,
+    /// Emitting surfaces light the model, so that it needs no other light.
+    pub(super) is_lit: bool,
     pub(super) said: [String; 2],
 }
 
@@ -38,6 +43,7 @@ const OPEN_FRONTS: f32 = 0.95;
 const OPEN: f32 = 0.07;
 
 /// Chooses a camera and lights for recentred triangles. Lights suit the `own` camera, if any.
+/// `emits`: whether a material emits.
 ///
 /// # Errors
 /// The tree of the triangles is too deep, as for [`Bvh::build`](super::bvh::Bvh::build).
@@ -46,6 +52,7 @@ pub(super) fn choose(
     origin: DVec3,
     wish: Wish,
     own: Option<&Camera>,
+    emits: impl Fn(u32) -> bool,
 ) -> Result<Chosen> {
     let mut probe = Probe::new(triangles)?;
     let room = Room::new(&probe);
@@ -61,7 +68,8 @@ pub(super) fn choose(
         }
     };
     let [position, target] = [camera.position, camera.target].map(|point| probe.unit_from_scene(point));
-    let lights = lights::choose(&probe, up, &room, &Camera { position, target, ..camera.clone() });
+    let Lights { lights, sky } =
+        lights::choose(&probe, up, &room, &Camera { position, target, ..camera.clone() });
     let lights: Vec<Light> = lights.into_iter().map(|light| round(light, origin, probe.radius_m)).collect();
     let side = if place == Some(Place::Inside) { "inside" } else { "outside" };
     let [position, target] = [camera.position, camera.target].map(|point| point.as_dvec3() + origin);
@@ -70,9 +78,15 @@ pub(super) fn choose(
             "one was placed {side} at {position:.3}, looking at {target:.3}, with +{up:?} up \
              (--inside, --outside and --up change that)"
         ),
-        lights.iter().map(|light| describe(light, origin)).collect::<Vec<_>>().join(", "),
+        lights
+            .iter()
+            .map(|light| describe(light, origin))
+            .chain(sky.map(|sky| format!("the sky has {sky} W/m²/sr")))
+            .collect::<Vec<_>>()
+            .join(", "),
     ];
-    Ok(Chosen { camera, lights, said })
+    let is_lit = lights::is_lit_by_emission(&probe, emits);
+    Ok(Chosen { camera, lights, sky, is_lit, said })
 }
 
 /// World coordinates of a scaled point, with few digits.

@@ -41,6 +41,11 @@ pub(in crate::scene) fn light_node(light: &Light, origin: DVec3) -> Node {
     table(entries)
 }
 
+/// A chosen sky as a node of the scene file.
+pub(in crate::scene) fn sky_node(radiance: Vec3) -> Node {
+    table(vec![("radiance", vector(radiance.to_array().map(numbers::plain).into()))])
+}
+
 /// A camera of a model's file.
 pub(in crate::scene) fn file_camera_node(camera: &FileCamera) -> Node {
     let FileCamera { name, position, forward, up, fov_y_degrees, aspect } = camera;

@@ -12,7 +12,7 @@ use crate::scene::{Camera, Triangle};
 /// bound nearly all of it, and a tree over them takes minutes to build.
 const MOST_TESTS: f32 = 1000.0;
 /// Rays leave a surface by this much, in radii of the model.
-const OFFSET: f32 = 1e-4;
+pub(super) const OFFSET: f32 = 1e-4;
 
 /// The model, recentred on the middle of its bounds and scaled to a radius of one.
 pub(super) struct Probe {
@@ -40,6 +40,8 @@ pub(super) struct Hit {
     pub(super) is_front: bool,
     /// Cosine between the ray and the normal.
     pub(super) cosine: f32,
+    /// The surface's material.
+    pub(super) material: u32,
 }
 
 /// What the rays from a point meet, as fractions of all rays.
@@ -94,6 +96,7 @@ impl Probe {
             normal: if cosine < 0.0 { -normal } else { normal },
             is_front: (cosine > 0.0) != self.is_inverted,
             cosine: cosine.abs(),
+            material: self.triangles[triangle as usize].material,
         })
     }
 
@@ -103,9 +106,9 @@ impl Probe {
         !self.tree.is_blocked(from, 0.999 * (point - from))
     }
 
-    /// Whether a direction from a hit leads out of the model.
-    pub(super) fn leaves(&self, hit: &Hit, direction: Vec3) -> bool {
-        !self.tree.is_blocked(hit.point + OFFSET * hit.normal, 4.0 * direction)
+    /// Whether a direction from a point with that normal leads out of the model.
+    pub(super) fn leaves(&self, point: Vec3, normal: Vec3, direction: Vec3) -> bool {
+        !self.tree.is_blocked(point + OFFSET * normal, 4.0 * direction)
     }
 
     /// What is around a point.

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::probe::{Hit, Probe, Surroundings, sphere};
+use super::probe::{Probe, Surroundings, sphere};
 use crate::scene::Triangle;
 
 /// Points along the longer sides of the bounds.
@@ -80,8 +80,7 @@ impl Faces {
     fn new(probe: &Probe) -> Self {
         let samples = samples(probe);
         let is_exposed = |point: Vec3, normal: Vec3| {
-            let hit = Hit { point, distance: 0.0, normal, is_front: true, cosine: 1.0 };
-            sphere(RAYS).any(|way| way.dot(normal) > 0.1 && probe.leaves(&hit, way))
+            sphere(RAYS).any(|way| way.dot(normal) > 0.1 && probe.leaves(point, normal, way))
         };
         let is_solid = |point: Vec3, normal: Vec3| {
             let behind = probe.cast(point - 1e-3 * normal, (-normal + 0.01 * Vec3::ONE).normalize());

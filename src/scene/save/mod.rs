@@ -16,7 +16,7 @@ use super::builtin::{self, Files};
 use super::file::{Source, read_cameras, read_lights};
 use super::material::Override;
 use super::value::{Kind, Node, Origin, Section};
-use super::{Camera, Light, LoadOptions, Material, Quality, Scene, fit, limits};
+use super::{Camera, Light, LightKind, LoadOptions, Material, Quality, Scene, fit, limits};
 use crate::{Error, Result};
 pub use paths::relative_to;
 
@@ -61,8 +61,15 @@ impl SceneText {
         let (mut source, others) = Source::prepare(spec, options)?;
         source.take_cameras(scene);
         let (camera, lights) = (scene.cameras[0].clone(), scene.lights.clone());
-        let emits = lights.iter().any(|light| light.kind.is_fixed());
-        let chosen = fit::Chosen { camera, lights, said: [const { String::new() }; 2] };
+        let emits = lights.iter().any(|light| matches!(light.kind, LightKind::Surface { .. }));
+        let sky = lights.iter().find_map(|light| match light.kind {
+            LightKind::Sky { radiance, .. } => Some(radiance),
+            _ => None,
+        });
+        // Emission has no section of a light.
+        let lights: Vec<Light> = lights.into_iter().filter(|light| !light.kind.is_fixed()).collect();
+        let is_lit = lights.is_empty() && sky.is_none();
+        let chosen = fit::Chosen { camera, lights, sky, is_lit, said: [const { String::new() }; 2] };
         source.complete(scene.origin, |_| Ok(chosen), emits, &mut Vec::new())?;
         source.change(&others, options)?;
         let names = read_cameras(&source.file, &source.root, scene.origin)?;

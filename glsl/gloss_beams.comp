@@ -22,7 +22,7 @@ struct GlossBeamsPush {
     uint entry_count;
     uint light;       // its first part
     uint beam_count;  // of an entry point
-    uint part_beams;  // of these, those that this dispatch writes, the first
+    uint part_beams;  // the first of them, which this dispatch writes
     uint sample_count;      // of all parts
     uint samples_per_beam;
     float area_m2;    // mean area of an entry point

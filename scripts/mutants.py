@@ -108,8 +108,8 @@ BIND = ("        check_bindings(self.pass_name, program, push, bindings);\n     
 # Mutants that are always tried, because nothing saw them once: file, what stands there (once), what it becomes.
 CHOSEN = [
     ("src/renderer/edits.rs", "(old.exponent != new.exponent || ", "((!crate::mutant(ID) && old.exponent != new.exponent) || "),
-    ("src/renderer/lights.rs", "        self.caches.remove(light);",
-     "        if crate::mutant(ID) { self.caches.swap_remove(light); } else { self.caches.remove(light); }"),
+    ("src/renderer/lights.rs", "        self.caches.drain(own);",
+     "        if crate::mutant(ID) { self.caches.swap_remove(own.start); } else { self.caches.drain(own); }"),
     ("src/renderer/precompute_cache/key.rs", "words.extend([exponent.to_bits(),",
      "words.extend([if crate::mutant(ID) { 0 } else { exponent.to_bits() },"),
     ("src/renderer/precompute_cache/key.rs", "texture.wrapping()", "if crate::mutant(ID) { 0 } else { texture.wrapping() }"),

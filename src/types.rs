@@ -321,8 +321,8 @@ gpu_struct! {
         pub modulus: u32,
         /// Emission of this part over the emission of its light; 1 for a light of one part.
         pub relative: f32,
-        /// Area: [`SHAPE_TRIANGLE`], [`SHAPE_TWO_SIDED`], [`SHAPE_SURFACE`]. All kinds: the channel, see
-        /// [`CHANNEL_SHIFT`].
+        /// Area: [`SHAPE_TRIANGLE`], [`SHAPE_TWO_SIDED`], [`SHAPE_SURFACE`]. All kinds: the
+        /// channel, shifted by [`CHANNEL_SHIFT`].
         pub shape: u32,
     }
 }

@@ -1,6 +1,7 @@
 //! The device's tables of lights: one for frames, in which each light is one or more parts with
 //! point samples, and one for path and photon tracing, which choose a point at random.
 
+use super::one_light::SkyTable;
 use crate::scene::emission::Sky;
 use crate::scene::emitters::Part;
 use crate::scene::environment::{Beam, Cell};
@@ -28,8 +29,8 @@ pub struct LightTable {
 /// What a table stores about one light.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LightRows {
-    /// Rows of the parts with shadow rays. Empty for a sky without bright spots, which has one row
-    /// nevertheless.
+    /// Rows of the parts with shadow rays. Empty for a sky without bright spots, whose only row
+    /// is no part.
     pub parts: Range<u32>,
     /// The radiance that rays out of the scene find. `None` unless the light is a sky.
     pub sky: Option<SkyTable>,
@@ -39,22 +40,6 @@ impl LightRows {
     /// All rows of the light; at least one.
     pub fn rows(&self) -> Range<usize> {
         self.parts.start as usize..self.parts.end.max(self.parts.start + 1) as usize
-    }
-}
-
-/// The place of a sky's radiances: octahedral, `side`² values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SkyTable {
-    /// First word in the table of lights.
-    pub first_word: u32,
-    /// Side of the octahedral table.
-    pub side: u32,
-}
-
-impl SkyTable {
-    /// Number of values.
-    pub fn cells(self) -> u32 {
-        self.side * self.side
     }
 }
 

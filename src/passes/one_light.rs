@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
-use crate::passes::light_table::SkyTable;
 use crate::types::{ADDS, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource, TRACES_ALL};
 
 /// Point samples of a light in one dispatch. More would exceed the watchdog of a slow device, and
@@ -14,14 +13,29 @@ pub(super) const SAMPLES_A_DISPATCH: u32 = 8;
 /// Beams of a light of many parts at an entry point that may be glossy.
 const MAX_BEAMS: u32 = 16;
 
-/// Beams of the sky at an entry point that may be glossy: four rays each. Mirrors `SKY_BEAMS` in
-/// `glsl/sky_beams.comp`.
+/// Beams of the sky at an entry point that may be glossy: four rays each. `glsl/sky_beams.comp`
+/// has the same constant.
 pub(super) const SKY_BEAMS: u32 = 16;
+
+/// The place of a sky's radiances: octahedral, `side`² values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SkyTable {
+    /// First word in the table of lights.
+    pub first_word: u32,
+    /// Side of the octahedral table.
+    pub side: u32,
+}
+
+impl SkyTable {
+    /// Number of values.
+    pub fn cells(self) -> u32 {
+        self.side * self.side
+    }
+}
 
 /// One light of the table, or one part of it. Most lights have one part. Emitting meshes have
 /// several of one kind, in consecutive rows, with as many point samples each, and so have the
-/// bright spots of a sky. They share all results: a dispatch for a later part adds to that of
-/// earlier ones.
+/// bright spots of a sky. They share all results: a dispatch for a later part adds to earlier ones.
 #[derive(Clone, Copy)]
 pub struct OneLight<'a> {
     /// Table of `LightSource`s.

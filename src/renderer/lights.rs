@@ -9,8 +9,7 @@ use crate::passes::frame::antialias::Antialias;
 use crate::passes::frame::gloss::GlossLight;
 use crate::passes::frame::hvds::ClusterLight;
 use crate::passes::frame::near_lights::{NearInputs, NearLights};
-use crate::passes::light_table::LightRows;
-use crate::passes::{LightTable, OneLight};
+use crate::passes::{LightRows, LightTable, OneLight};
 use crate::scene::emission::Sky;
 use crate::scene::{Emission, Light};
 use crate::types::{CHANNEL_SHIFT, LightSource};
@@ -60,13 +59,13 @@ pub(super) struct Lights {
     /// Parts of the lights, and the radiances of skies. Kernels of frames work per unit of
     /// emission: the colour reaches them in the sums over lights.
     rows: LightTable,
-    /// Radiance of the sky by direction, W/m²/sr; three floats a cell of its table. `None` without
-    /// a sky.
+    /// Radiance of the sky by direction, W/m²/sr; three floats a cell of its table. `None` if there
+    /// is no sky.
     sky_radiance: Option<Buffer>,
     /// First part of each light, with the light's emission, which is black if the light is off.
     sources: Vec<LightSource>,
-    /// Lights of one channel each that stand for a light of the scene, one after another: 3 if panes
-    /// have colours, because results have none. Otherwise 1.
+    /// Lights of one channel each that represent a light of the scene: 3 if panes have colours,
+    /// because results have none. Otherwise 1.
     channels: usize,
     /// The lights of the scene.
     lights: Vec<Light>,

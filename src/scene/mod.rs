@@ -41,6 +41,7 @@ pub mod measures;
 mod metallic;
 mod missed;
 mod model_keys;
+mod models;
 mod mtl;
 mod mtl_draft;
 mod notes;

@@ -1,6 +1,7 @@
-//! Panes: thin surfaces that let a fraction of the light pass straight on, and reflect nothing. They
-//! are no triangles of the scene, so no other part of the method sees them. Their tree follows that
-//! of the scene, and scenes without panes do not pay for it.
+//! Panes: thin surfaces that let a fraction of the light pass straight on, and reflect nothing.
+//!
+//! They are no triangles of the scene, so no other part of the method sees them. Their tree follows
+//! that of the scene, and scenes without panes do not pay for it.
 
 use glam::Vec3;
 
@@ -14,7 +15,7 @@ use crate::types::Node;
 /// A triangle that lets light pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pane {
-    /// Corners, recentred.
+    /// Corners, in recentred metres.
     pub positions: [Vec3; 3],
     /// Fraction of light of each colour that passes, 0..=1.
     pub colour: Vec3,
@@ -29,8 +30,8 @@ impl Pane {
     }
 }
 
-/// Form factors of each light: one of all colours if panes let all colours pass alike, else one of
-/// each.
+/// Number of form factors of a light at a point: 1 if panes let all colours pass alike, else one
+/// for each channel.
 pub fn light_channels(panes: &[Pane]) -> u32 {
     let is_grey = |pane: &Pane| pane.colour.max_element() - pane.colour.min_element() < 1e-3;
     if panes.iter().all(is_grey) { 1 } else { 3 }
@@ -39,7 +40,7 @@ pub fn light_channels(panes: &[Pane]) -> u32 {
 /// The tree of panes behind lists of `offsets` nodes and triangles, and the order of its triangles.
 ///
 /// # Errors
-/// As [`Bvh::build`].
+/// The tree is too deep, as for [`Bvh::build`].
 pub fn tree(panes: &[Pane], [first_node, first_triangle]: [usize; 2]) -> Result<(Vec<Node>, Vec<u32>)> {
     let triangle =
         |pane: &Pane| Triangle { positions: pane.positions, normals: [Vec3::ZERO; 3], material: 0 };

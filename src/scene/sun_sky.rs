@@ -139,8 +139,7 @@ mod tests {
         683.0 * colour.dot(DVec3::new(0.2126, 0.7152, 0.0722))
     }
 
-    /// Illuminances of clear days, as they are measured: the sun brings 70 to 100 klx, the sky 10 to
-    /// 20.
+    /// On clear days the sun brings 70 to 100 klx, and the sky 10 to 20 klx.
     #[test]
     fn a_clear_day_is_as_bright_as_measured() {
         for elevation in [35.0, 60.0, 80.0] {

@@ -1,6 +1,6 @@
-//! Form factors of the sky without its bright spots. Which rays of an entry point leave the scene is
-//! traced once; a new image, rotation or brightness traces nothing. [Yue §3] In: entry points, the
-//! table of a sky. Out: form factors per unit emission, sr, and beams at glossy entry points.
+//! Form factors of the sky without its bright spots. Rays of entry points that leave the scene are
+//! found once; a new rotation or brightness traces nothing. [Yue §3] In: entry points, the table of
+//! a sky. Out: form factors per unit emission, sr, and beams at glossy entry points.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -80,7 +80,7 @@ pub const LAYOUTS: &[Layout] = &[SkyVisibilityPush::LAYOUT, SkyFactorsPush::LAYO
 /// Rays of an entry point: a multiple of 32.
 pub const SKY_RAYS: u32 = 64;
 const WORDS: u32 = SKY_RAYS / 32;
-const _: () = assert!(SKY_RAYS % 32 == 0 && SKY_RAYS == 4 * SKY_BEAMS);
+const _: () = assert!(SKY_RAYS.is_multiple_of(32) && SKY_RAYS == 4 * SKY_BEAMS);
 
 /// Seed of the rays' directions.
 pub const SKY_SEED: u32 = 0x51c7_5eed;
@@ -115,8 +115,8 @@ impl SkyFactors {
         })
     }
 
-    /// Fills the form factors of a sky. Records into an open pass; the caller records barriers around
-    /// it. Does nothing for other lights.
+    /// Fills the form factors of a sky. Records into an open pass between barriers of the caller.
+    /// Does nothing for other lights.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,

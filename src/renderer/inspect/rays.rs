@@ -34,8 +34,8 @@ pub struct GatherRaySegment {
     pub cluster: Option<u32>,
     /// Index of the gather target: the cluster, or its patch or gloss bin, and the material.
     pub target_index: Option<u32>,
-    /// Radiance that the last gather pass read from the target, or from the sky, W/m²/sr. Zero if the
-    /// ray reads nothing, or before the first frame.
+    /// Radiance that the last gather pass read from the target or the sky, W/m²/sr. Zero if the ray
+    /// reads nothing, or before the first frame.
     pub radiance: Vec3,
 }
 

@@ -1,7 +1,8 @@
 //! Frame passes of glossy surfaces. A scene without a glossy material has none of them.
 
 use super::image::Image;
-use super::lights::{GlossCapacity, Lights};
+use super::light_cache::GlossCapacity;
+use super::lights::Lights;
 use super::plan::FramePlan;
 use super::quality_warnings::outgoing_directions;
 use super::world::World;

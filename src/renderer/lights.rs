@@ -1,9 +1,10 @@
 //! The renderer's lights: the device's table, and the cached contributions of each light, free
 //! of its colour. [`Dirty`](super::dirty::Dirty) stores which of them are stale.
 
+use super::light_cache::{GlossCapacity, LightCache, cluster_light, gloss_light};
 use super::plan::{FramePlan, LightResults};
 use crate::error::Result;
-use crate::gpu::{Buffer, BufferName, Context, HostBlock, Recorder};
+use crate::gpu::{Buffer, BufferName, Context, Recorder};
 use crate::passes::GrowsWith;
 use crate::passes::frame::antialias::Antialias;
 use crate::passes::frame::gloss::GlossLight;
@@ -20,36 +21,6 @@ use std::sync::Arc;
 const SHADOW_EDGES: u32 = 0;
 /// Word of a light's counters: distance of the nearest surface, metres, bits of a float.
 const NEAREST: u32 = 1;
-
-/// Cached contributions of one light.
-struct LightCache {
-    /// Its form factor at each entry point.
-    factors: Buffer,
-    /// Inputs of the near-light correction. `None` if no surface is near the light.
-    near: Option<NearInputs>,
-    /// `NearState` of the light.
-    near_state: Buffer,
-    /// What the host wants of the last frame that traced the light: [`SHADOW_EDGES`], [`NEAREST`].
-    counters: HostBlock,
-    /// Irradiance by the light at each pixel and each edge sample.
-    irradiance: Buffer,
-    /// Number of pixels at the edges of the light's shadows.
-    shadow_groups: Buffer,
-    /// Irradiance buffer of the light at base clusters.
-    clusters: Buffer,
-    /// Beams at glossy entry points. `None` if no material is glossy.
-    beams: Option<Buffer>,
-    /// Outgoing flux of entry points after the first bounce. `None` if no material is glossy.
-    first_bounce: Option<Buffer>,
-    /// Flux that gloss bins (outgoing directions of clusters) emit. `None` if no
-    /// material is glossy.
-    bins: Option<Buffer>,
-    /// Radiance that the rays of glossy pixels see on glossy surfaces. `None` if no
-    /// material is glossy.
-    hits: Option<Buffer>,
-    /// Highlight of the light at each sample of glossy pixels. `None` if no material is glossy.
-    highlights: Option<Buffer>,
-}
 
 /// All lights, in the order of the scene.
 pub(super) struct Lights {
@@ -83,17 +54,6 @@ pub(super) struct Lights {
     pub(super) traces_all: bool,
 }
 
-/// Sizes of a light's buffers for glossy materials.
-#[derive(Clone, Copy)]
-pub(super) struct GlossCapacity {
-    /// Bytes of a beam of the light at all entry points.
-    pub(super) beam_bytes: u64,
-    /// Gloss bins that are not sums of other gloss bins.
-    pub(super) bin_count: u32,
-    /// Samples of glossy pixels.
-    pub(super) sample_count: u32,
-}
-
 /// Consequences of edited lights.
 pub(super) struct Edited {
     /// Emissions in the table have changed.
@@ -110,21 +70,6 @@ pub(super) struct NewIrradiances {
     sample_count: Option<u32>,
     /// Irradiance buffer of each light, with its hits and highlights.
     of_lights: Vec<(Buffer, Option<[Buffer; 2]>)>,
-}
-
-fn cluster_light(cache: &LightCache) -> ClusterLight<'_> {
-    ClusterLight { factors: &cache.factors, first_bounce: cache.first_bounce.as_ref(), flux: &cache.clusters }
-}
-
-/// A light as the passes of glossy surfaces read it. `None` if no material is glossy.
-fn gloss_light<'a>(light: OneLight<'_>, cache: &'a LightCache) -> Option<GlossLight<'a>> {
-    Some(GlossLight {
-        beam_count: light.beam_count(),
-        beams: cache.beams.as_ref()?,
-        first_bounce: cache.first_bounce.as_ref()?,
-        bins: cache.bins.as_ref()?,
-        hits: cache.hits.as_ref()?,
-    })
 }
 
 /// A light with all of its parts.
@@ -198,37 +143,8 @@ impl Lights {
     }
 
     fn add_channel(&mut self) -> Result<()> {
-        let buffer = |name: BufferName<'static>, count: u32| {
-            Buffer::storage(&self.context, name, 4 * u64::from(count))
-        };
-        let cache = LightCache {
-            factors: buffer(GrowsWith::EntryPoints.named("form factors"), self.factor_count)?,
-            near: None,
-            near_state: buffer("near state".into(), 2)?,
-            counters: HostBlock::new(&self.context, "light counters", 2)?,
-            irradiance: buffer(GrowsWith::Pixels.named("light irradiance"), self.point_count)?,
-            shadow_groups: Antialias::groups(&self.context)?,
-            // Four words each: `LightFlux`. The first frame of the light clears it.
-            clusters: buffer(GrowsWith::Cells.named("light flux"), 4 * self.cluster_count)?,
-            beams: None,
-            first_bounce: self
-                .gloss
-                .map(|_| buffer(GrowsWith::EntryPoints.named("first bounce flux"), 3 * self.factor_count))
-                .transpose()?,
-            bins: self
-                .gloss
-                .map(|gloss| buffer(GrowsWith::Cells.named("light gloss bins"), 3 * gloss.bin_count))
-                .transpose()?,
-            hits: self
-                .gloss
-                .map(|gloss| buffer(GrowsWith::Pixels.named("light hits"), 3 * gloss.sample_count))
-                .transpose()?,
-            highlights: self
-                .gloss
-                .map(|gloss| buffer(GrowsWith::Pixels.named("light highlights"), gloss.sample_count))
-                .transpose()?,
-        };
-        self.caches.push(cache);
+        let counts = [self.factor_count, self.point_count, self.cluster_count];
+        self.caches.push(LightCache::new(&self.context, counts, self.gloss)?);
         Ok(())
     }
 

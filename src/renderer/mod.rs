@@ -12,6 +12,7 @@ mod frame;
 mod gloss;
 mod image;
 mod inspect;
+mod light_cache;
 mod lights;
 mod liveness;
 mod outputs;

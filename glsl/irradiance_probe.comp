@@ -52,10 +52,10 @@ layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 5) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 6) buffer ProbePaths { ProbePath probe_paths[]; };
 layout(scalar, binding = 7) buffer Unfinished { uint unfinished[]; };  // number of invocations that have not reached the goal; or LOOP_TRUNCATED
-layout(scalar, binding = 8) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
-layout(scalar, binding = 9) readonly buffer Textures { Texture textures[]; };
-layout(scalar, binding = 10) readonly buffer Texels { uint texels[]; };
-layout(scalar, binding = 11) readonly buffer SkyRadiance { vec3 sky_radiance[]; };
+layout(scalar, binding = 8) readonly buffer SkyRadiance { vec3 sky_radiance[]; };
+layout(scalar, binding = 9) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 10) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 11) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { IrradianceProbePush push; };
 
 #include "include/triangles.glsl"

@@ -1,5 +1,5 @@
-//! The preview: a picture with direct light only, shown while light paths are traced. Its frame is
-//! the renderer's, with fewer passes.
+//! The preview: a picture with direct light, and an even light of the sky, shown while light paths
+//! are traced. Its frame is the renderer's, with fewer passes.
 
 use super::image::{Image, IndirectLight};
 use super::lights::Lights;
@@ -12,6 +12,7 @@ use crate::passes::{SceneBuffers, reflectances};
 use crate::scene::{Camera, Emission, Light, Material, Scene, bvh::Bvh, surfaces};
 use crate::types::View;
 use glam::Vec3;
+use std::f32::consts::PI;
 use std::sync::Arc;
 
 /// A scene that can be rendered with direct light.
@@ -20,8 +21,11 @@ pub struct Preview {
     buffers: SceneBuffers,
     emission: Arc<Emission>,
     image: Image,
-    /// Indirect irradiance, zero at every pixel.
-    dark: Buffer,
+    /// Irradiance that direct light lacks, the same at every pixel: half of what the sky sends to a
+    /// surface without surroundings.
+    ambient: Buffer,
+    /// The value in it.
+    ambient_irradiance: Vec3,
 }
 
 impl Preview {
@@ -35,8 +39,16 @@ impl Preview {
         let surfaces: Vec<_> =
             scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
         let buffers = SceneBuffers::new(context, &bvh, &scene, &surfaces)?;
-        let (image, dark) = images(context, &buffers, &scene.cameras[0])?;
-        Ok(Self { context: context.clone(), buffers, emission: scene.emission, image, dark })
+        let (image, ambient) = images(context, &buffers, &scene.cameras[0])?;
+        let ambient_irradiance = Vec3::ZERO;
+        Ok(Self {
+            context: context.clone(),
+            buffers,
+            emission: scene.emission,
+            image,
+            ambient,
+            ambient_irradiance,
+        })
     }
 
     /// Renders the view of a camera, with these lights and materials of the scene. The picture has
@@ -68,7 +80,8 @@ impl Preview {
         exposure_stops: f32,
     ) -> Result<Recorder> {
         if camera.size != self.image.size() {
-            (self.image, self.dark) = images(&self.context, &self.buffers, camera)?;
+            (self.image, self.ambient) = images(&self.context, &self.buffers, camera)?;
+            self.ambient_irradiance = Vec3::ZERO;
         }
         (self.image.view, self.image.exposure_stops) = (View::from(camera), exposure_stops);
         let (image, buffers) = (&self.image, &self.buffers);
@@ -79,9 +92,15 @@ impl Preview {
             [0, image.direct.point_count(), 0],
             None,
         )?;
+        let sky = lights.sky_radiance();
+        let irradiance = 0.5 * PI * sky.iter().sum::<Vec3>() / sky.len().max(1) as f32;
+        if self.ambient_irradiance != irradiance {
+            self.ambient_irradiance = irradiance;
+            self.ambient.write(&vec![irradiance; image.size().iter().product::<u32>() as usize])?;
+        }
         let plan = plan(&lights.traced());
         let light =
-            IndirectLight { irradiance: &self.dark, gloss: None, emission_scale: lights.emission_scale };
+            IndirectLight { irradiance: &self.ambient, gloss: None, emission_scale: lights.emission_scale };
         self.context.record(true, |rec| {
             lights.record_upload(rec);
             buffers.emission.record_upload(rec, of_scene);
@@ -136,10 +155,10 @@ fn plan(traced: &[bool]) -> FramePlan {
     }
 }
 
-/// A picture of a camera's size without antialiasing, and its indirect irradiance.
+/// A picture of a camera's size without antialiasing, and its ambient irradiance: none.
 fn images(context: &Arc<Context>, buffers: &SceneBuffers, camera: &Camera) -> Result<(Image, Buffer)> {
     let image = Image::new(context, buffers, View::from(camera), 0, false)?;
     let [width, height] = camera.size;
     let dark = vec![Vec3::ZERO; (width * height) as usize];
-    Ok((image, Buffer::from_slice(context, GrowsWith::Pixels.named("no indirect light"), &dark)?))
+    Ok((image, Buffer::from_slice(context, GrowsWith::Pixels.named("ambient irradiance"), &dark)?))
 }

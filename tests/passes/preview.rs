@@ -5,7 +5,10 @@ use crate::common::{assert_silent, context};
 use crate::world::textured;
 use glam::Vec3;
 use lightpaths::renderer::{Layer, Preview, Renderer, Silent};
-use lightpaths::scene::{Camera, Light, LightKind, Quality, Scene, shapes};
+use lightpaths::scene::emission::Sky;
+use lightpaths::scene::environment::Environment;
+use lightpaths::scene::{Camera, Emission, Light, LightKind, Quality, Scene, shapes};
+use std::sync::Arc;
 
 fn scene() -> Scene {
     let mut scene = shapes::closed_box(Vec3::new(1.0, 0.8, 1.2), 0.6);
@@ -75,5 +78,28 @@ fn direct_light_needs_neither_light_paths_nor_clusters() {
             assert_eq!(alone.scene().warnings, scene.warnings, "{what}: nothing is said of indirect light");
         }
     }
+    assert_silent(&context());
+}
+
+/// A sky shows in the preview: evenly, since shadows of it take cache points.
+#[test]
+fn the_sky_lights_the_preview_evenly() {
+    let mut scene = scene();
+    scene.triangles.truncate(2);
+    let sky = Some(Sky::new(Environment::constant(), 64));
+    scene.emission = Arc::new(Emission::new(&scene.triangles, &scene.materials, sky));
+    let kind = LightKind::Sky { radiance: Vec3::splat(0.5), turn: 0.0, channel: None };
+    scene.lights = vec![Light { name: "sky".to_owned(), kind, is_on: true }];
+    let mut preview = Preview::new(&context(), scene.clone()).unwrap();
+    let mut show = |lights: &[Light]| {
+        preview.frame(&scene.cameras[0], lights, &scene.materials, 0.0).unwrap();
+        preview.radiance().unwrap()
+    };
+    // Half of the sky's radiance at an albedo of 0.6, and the sky itself.
+    for pixel in show(&scene.lights) {
+        assert!((pixel[0] - 0.15).abs() < 1e-5 || (pixel[0] - 0.5).abs() < 1e-5, "{pixel:?}");
+    }
+    let off = Light { is_on: false, ..scene.lights[0].clone() };
+    assert!(show(&[off]).iter().all(|pixel| pixel[0] == 0.0));
     assert_silent(&context());
 }

@@ -237,6 +237,11 @@ class Lit(Sample):
         centre = (0.25, 1.3, 0.1)
         self.assertTrue(all(scenes.dot(n, scenes.sub(p, centre)) > 0.0 for p, n in zip(ball.positions, ball.normals)))
 
+    def test_pixels_that_show_emitters_count_for_no_energy(self):
+        file = self.folder / "a.exr"
+        exr.write(file, (3, 1), {"R": [1.0, 2.0, 4.0], "G": [0.5, 0.0, 0.5], "B": [0.0, 8.0, 0.0]})
+        self.assertEqual(features.sums(file, [True, False, True]), [5.0, 1.0, 0.0])
+
     def test_bars(self):
         row = {"energy": 1.0, "channels": [1.0, 0.994, 1.0], "relmse": 2e-3}
         self.assertEqual(features.missed(row, 1e-3), ["energy", "relMSE"])

@@ -22,6 +22,8 @@ BOUNCES = 1024
 
 def build(ours, threads):
     """Replaces whatever Blender starts with by the scene in its terms."""
+    if ours.sky or any(m.emits() or m.passes or m.opacity_map for m in ours.materials()):
+        raise scenes.SceneError("emission, skies, holes and panes go to Mitsuba alone")
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     settle(scene, threads)

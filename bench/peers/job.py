@@ -1,7 +1,9 @@
 """What run.py asks of a peer and what it gets back, as JSON files: the peers live in environments of their own.
 
     {"scene": FILE, "size": [w, h] or null, "flat": bool, "variant": NAME, "threads": N, "result": FILE,
-     "renders": [{"spp": N, "seed": N, "variance": bool, "denoise": bool, "out": FILE.exr}]}
+     "renders": [{"spp": N, "seed": N, "variance": bool, "denoise": bool, "depth": N, "out": FILE.exr}]}
+
+`depth` bounds the vertices of paths, light included, for Mitsuba; -1 (the default): no bound.
 
 The result repeats each render with `seconds` and `renderer`, or holds {"refused": REASON}.
 """
@@ -32,7 +34,7 @@ class Job:
 def load(path):
     raw = json.loads(Path(path).read_text())
     scene = scenes.load(raw["scene"], raw["size"], raw["flat"])
-    renders = [{"variance": False, "denoise": False, "seed": 1} | request for request in raw["renders"]]
+    renders = [{"variance": False, "denoise": False, "seed": 1, "depth": -1} | request for request in raw["renders"]]
     return Job(scene, raw["variant"], raw["threads"], renders, Path(raw["result"]))
 
 

@@ -2,6 +2,7 @@
 
 run.py SCENE [options]           the table; --help lists the options
 run.py witness [SCENE…] [options]   our path tracer against Mitsuba's, pixel by pixel
+run.py features [SCENE…] [options]  our frames against Mitsuba under emitters and skies, with holes and panes
 """
 
 import argparse
@@ -10,6 +11,7 @@ import platform
 import sys
 from pathlib import Path
 
+import features
 import flat
 import report
 import truth
@@ -172,6 +174,8 @@ if __name__ == "__main__":
     try:
         if sys.argv[1:2] == ["witness"]:
             sys.exit(witness.main(sys.argv[2:], options))
+        if sys.argv[1:2] == ["features"]:
+            sys.exit(features.main(sys.argv[2:], options))
         main(sys.argv[1:])
     except (PeerError, SceneError, OSError) as problem:
         sys.exit(f"peers: {problem}")

@@ -17,6 +17,12 @@ SLIVER = 1e-8
 """Triangles whose doubled area is below this share of their longest edge squared are dropped."""
 
 
+PANE = 0.5
+"""Opacity of an MTL file below which a surface is a pane."""
+
+COLOURS = {"Kd": "diffuse", "Ks": "specular", "Ke": "emission"}
+
+
 class SceneError(Exception):
     """The scene cannot be read or holds what the peers do not know."""
 
@@ -31,9 +37,23 @@ class Material:
     exponent: float = 1.0
     image: str = ""
     """What map_Kd says; the peers know no images."""
+    emission: tuple = (0.0, 0.0, 0.0)
+    """Radiance, W/m²/sr."""
+    sides: str = ""
+    """Sides that emit: front, back or both."""
+    emission_image: str = ""
+    """What map_Ke says; the peers know none."""
+    opacity_map: Path | None = None
+    """Image of map_d, holes below one half."""
+    passes: tuple | None = None
+    """Fraction of light of each colour that a pane lets pass; None: no pane."""
+    hidden: bool = False
 
     def is_diffuse(self):
         return max(self.specular) == 0.0
+
+    def emits(self):
+        return max(self.emission) > 0.0 and self.passes is None
 
 
 @dataclass
@@ -45,6 +65,8 @@ class Mesh:
     """Every corner's normal is the face's own."""
     positions: list = field(default_factory=list)
     normals: list = field(default_factory=list)
+    coordinates: list = field(default_factory=list)
+    """Texture coordinates, v from below; (0, 0) where the model has none."""
 
 
 @dataclass
@@ -65,6 +87,16 @@ class Camera:
 
 
 @dataclass
+class Sky:
+    """A constant sky, or a panorama whose middle shows -Z and whose upper edge shows +Y."""
+
+    radiance: tuple = (1.0, 1.0, 1.0)
+    image: Path | None = None
+    rotate: float = 0.0
+    """About +Y, degrees: a quarter turn shows the middle at -X."""
+
+
+@dataclass
 class Scene:
     name: str
     camera: Camera
@@ -73,6 +105,7 @@ class Scene:
     meshes: list
     bounds: tuple
     """Lowest and highest corner, metres."""
+    sky: Sky | None = None
 
     def extent(self):
         return max(high - low for low, high in zip(*self.bounds))
@@ -134,22 +167,18 @@ def load(spec, size=None, flat=False):
             model_path = path.parent / model["file"]
         library, faces = read_obj(model_path)
         materials |= {(number, name): material for name, material in library.items()}
-        triangles += [((number, name), *place(corners, normals)) for name, corners, normals in faces]
+        triangles += [((number, name), *place(*face)) for name, *face in faces]
     for override in root.get("material", []):
         found = [material for (_, name), material in materials.items() if name == override["name"]]
         if not found:
             raise SceneError(f"{path}: material {override['name']!r} is in no model")
         for material in found:
-            for key in {"diffuse", "specular", "exponent"} & override.keys():
-                value = override[key]
-                setattr(material, key, tuple(value) if isinstance(value, list) else float(value))
-            if "diffuse" in override:
-                material.image = ""
-    used = {key for key, _, _ in triangles}
-    for key, material in materials.items():
+            replace(material, override)
+    triangles = [triangle for triangle in triangles if not materials[triangle[0]].hidden]
+    for key in {key for key, *_ in triangles}:
+        check(materials[key], path)
+    for material in materials.values():
         conserve_energy(material)
-        if material.image and key in used:
-            raise SceneError(f"material {material.name!r} has an image, the peers take none: give it a diffuse in {path}")
     meshes, bounds = assemble(triangles, materials, flat)
     cameras = root.get("camera")
     if not cameras:
@@ -160,7 +189,51 @@ def load(spec, size=None, flat=False):
     if size:
         camera.size = tuple(size)
     lights = [read_light(light) for light in root.get("light", []) if light.get("on", True)]
-    return Scene(path.stem, camera, lights, meshes, bounds)
+    return Scene(path.stem, camera, lights, meshes, bounds, read_sky(root, path))
+
+
+def replace(material, override):
+    """Applies a [[material]] of the scene file."""
+    for key in {"diffuse", "specular", "exponent", "emission", "hidden"} & override.keys():
+        value = override[key]
+        setattr(material, key, tuple(value) if isinstance(value, list) else type(getattr(material, key))(value))
+    material.sides = override.get("emitting_sides", material.sides)
+    if "diffuse" in override:
+        material.image = ""
+    if "emission" in override:
+        material.emission_image = ""
+    if "tint" in override:
+        raise SceneError(f"material {material.name!r}: the peers know no tint: state its diffuse")
+    thin, opacity = override.get("thin"), override.get("opacity")
+    passes = 1.0 - (opacity if opacity is not None else 0.0 if thin else 1.0)
+    if thin:
+        material.passes = scaled(material.diffuse, passes)
+    elif thin is None and passes > 0.0:
+        material.passes = (passes,) * 3
+    elif thin is not None or opacity is not None:
+        material.passes = None
+
+
+def check(material, path):
+    """Refuses materials that no peer can show as the program does."""
+    name = f"material {material.name!r}"
+    if material.image:
+        raise SceneError(f"{name} has an image, the peers take none: give it a diffuse in {path}")
+    if material.emission_image:
+        raise SceneError(f"{name} has an image of emission, the peers take none: give it an emission in {path}")
+    if material.emits() and material.opacity_map:
+        raise SceneError(f"{name} emits and has holes, the peers take one of them")
+    if material.emits() and material.sides not in ("front", "back", "both"):
+        raise SceneError(f"{name} emits: the program finds its sides by rays; state its emitting_sides in {path}")
+
+
+def read_sky(root, path):
+    """The [environment], None if there is none."""
+    if "environment" not in root:
+        return None
+    table = root["environment"]
+    image = path.parent / table["image"] if "image" in table else None
+    return Sky(tuple(table.get("radiance", (1.0, 1.0, 1.0))), image, float(table.get("rotate", 0.0)))
 
 
 def read_light(table):
@@ -177,6 +250,8 @@ def read_light(table):
     missing = [key for key in kinds[light["kind"]] if key not in light]
     if missing:
         raise SceneError(f"light {light.get('name')!r} lacks {', '.join(missing)}")
+    if light.get("visible"):
+        raise SceneError(f"light {light.get('name')!r} is a surface that is seen: give a model an emission instead")
     if "direction" in light:
         light["direction"] = unit(light["direction"])
     return light
@@ -206,13 +281,14 @@ def transform(model):
             point = tuple(p)
         return point
 
-    def place(corners, normals):
+    def place(corners, normals, coordinates):
         corners = [sum_of(rotated(tuple(x * s for x, s in zip(p, scale))), translate) for p in corners]
         normals = normals and [rotated(tuple(x / s for x, s in zip(n, scale))) for n in normals]
         if mirrored:
             corners = [corners[0], corners[2], corners[1]]
             normals = normals and [normals[0], normals[2], normals[1]]
-        return corners, normals
+            coordinates = [coordinates[0], coordinates[2], coordinates[1]]
+        return corners, normals, coordinates
 
     return place
 
@@ -222,9 +298,9 @@ def sum_of(a, b):
 
 
 def read_obj(path):
-    """Materials by name, and triangles as (material name, corners, normals or None)."""
+    """Materials by name, and triangles as (material name, corners, normals or None, coordinates)."""
     materials, triangles, used = {}, [], "default"
-    points = {"v": [], "vn": []}
+    points = {"v": [], "vt": [], "vn": []}
     faces = []
     for line in path.read_text(encoding="utf-8-sig").splitlines():
         keyword, rest = statement(line)
@@ -239,11 +315,13 @@ def read_obj(path):
             materials |= read_mtl(path.parent / rest)
     for name, corners in faces:
         materials.setdefault(name, Material(name))
-        has_normals = all(normal is not None for _, normal in corners)
+        has_normals = all(normal is not None for *_, normal in corners)
+        has_coordinates = all(place is not None and place < len(points["vt"]) for _, place, _ in corners)
         for k in range(1, len(corners) - 1):
             fan = (corners[0], corners[k], corners[k + 1])
-            normals = [points["vn"][normal] for _, normal in fan] if has_normals else None
-            triangles.append((name, [points["v"][position] for position, _ in fan], normals))
+            normals = [points["vn"][normal] for *_, normal in fan] if has_normals else None
+            coordinates = [points["vt"][place][:2] if has_coordinates else (0.0, 0.0) for _, place, _ in fan]
+            triangles.append((name, [points["v"][position] for position, *_ in fan], normals, coordinates))
     if not triangles:
         raise SceneError(f"{path} holds no face")
     return materials, triangles
@@ -256,40 +334,61 @@ def statement(line):
 
 
 def corner(word, points):
-    """Indices from 0 of position and normal (or None) of v, v/vt, v//vn or v/vt/vn."""
-    parts = word.split("/")
+    """Indices from 0 of position, texture coordinates and normal (or None) of v, v/vt, v//vn or v/vt/vn."""
+    parts = (word + "//").split("/")
 
     def index(text, kind):
         return int(text) - 1 if int(text) > 0 else int(text) + len(points[kind])
 
-    return index(parts[0], "v"), index(parts[2], "vn") if len(parts) > 2 and parts[2] else None
+    return tuple(index(text, kind) if text else None for text, kind in zip(parts, ("v", "vt", "vn")))
 
 
 def read_mtl(path):
-    materials = {}
+    materials, transparencies = {}, {}
     material = None
     for line in path.read_text(encoding="utf-8-sig").splitlines():
         keyword, rest = statement(line)
         if keyword == "newmtl":
             material = materials[rest] = Material(rest)
-        elif keyword in ("Kd", "Ks"):
-            setattr(
-                material, {"Kd": "diffuse", "Ks": "specular"}[keyword], tuple(float(word) for word in rest.split()[:3])
-            )
+            stated = transparencies[rest] = {}
+        elif keyword in COLOURS:
+            setattr(material, COLOURS[keyword], tuple(float(word) for word in rest.split()[:3]))
         elif keyword == "map_Kd":
             material.image = rest
+        elif keyword == "map_Ke":
+            material.emission_image = rest
+        elif keyword == "map_d":
+            if rest.startswith("-"):
+                raise SceneError(f"{path}: map_d {rest}: the peers know none of its options")
+            material.opacity_map = path.parent / rest
         elif keyword == "Ns":
             material.exponent = max(float(rest.split()[0]), 1.0)
+        elif keyword in ("d", "Tr", "Tf"):
+            stated[keyword] = tuple(float(word) for word in rest.split()[:3])
+    for name, material in materials.items():
+        apply_transparency(material, transparencies[name])
     return materials
+
+
+def apply_transparency(material, stated):
+    """Makes a material a pane if its opacity is below one half, and hides it if that is 0. A map comes first."""
+    opacity = stated["d"][0] if "d" in stated else 1.0 - stated.get("Tr", (0.0,))[0]
+    if material.opacity_map:
+        return
+    if "d" in stated and opacity == 0.0:
+        material.hidden = True
+    elif 0.0 < opacity < PANE:
+        colour = stated.get("Tf", (1.0,) * 3)
+        material.passes = scaled(colour if max(colour) > 0.0 else (1.0,) * 3, 1.0 - opacity)
 
 
 def assemble(triangles, materials, flat):
     """Meshes, one for each material and kind of normal, and the bounding box."""
-    corners = [point for _, points, _ in triangles for point in points]
+    corners = [point for _, points, *_ in triangles for point in points]
     bounds = tuple(tuple(pick(axis) for axis in zip(*corners)) for pick in (min, max))
     origin = tuple(0.5 * (low + high) for low, high in zip(*bounds))
     meshes, seen = {}, set()
-    for key, points, normals in triangles:
+    for key, points, normals, coordinates in triangles:
         # Repeats are told by what f32 coordinates about the middle of the scene can tell apart.
         identity = tuple(sorted(struct.pack("3f", *(x + 0.0 for x in sub(p, origin))) for p in points))
         across = cross(sub(points[1], points[0]), sub(points[2], points[0]))
@@ -303,6 +402,7 @@ def assemble(triangles, materials, flat):
         mesh = meshes.setdefault((key, is_flat), Mesh(materials[key], is_flat))
         mesh.positions += points
         mesh.normals += normals
+        mesh.coordinates += coordinates
     return list(meshes.values()), bounds
 
 

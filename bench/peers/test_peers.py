@@ -11,12 +11,20 @@ from pathlib import Path
 
 import closed_forms
 import exr
+import features
 import flat
 import report
 import run
 import scene as scenes
 import truth
 from peers import PeerError
+
+try:
+    import mitsuba as mi
+    import mitsuba_peer
+    import numpy as np
+except ImportError:
+    mitsuba_peer = None
 
 OBJ = """mtllib m.mtl
 v 0 0 0
@@ -116,12 +124,14 @@ class Scenes(Sample):
 
     def test_models_are_scaled_then_turned_then_moved(self):
         place = scenes.transform({"scale": [2.0, 1.0, -1.0], "rotate": [90.0, 0.0, 90.0], "translate": [0.0, 0.0, 5.0]})
-        corners, normals = place([(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)], [(1.0, 0.0, 0.0)] * 3)
+        points = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+        corners, normals, coordinates = place(points, [(1.0, 0.0, 0.0)] * 3, [(0, 0), (1, 0), (0, 1)])
         # A mirror image keeps its front: two corners change places.
         for found, expected in zip(corners, [(0, 2, 5), (-1, 0, 5), (0, 0, 6)]):
             for a, b in zip(found, expected):
                 self.assertAlmostEqual(a, b)
         self.assertAlmostEqual(normals[0][1], 0.5)
+        self.assertEqual(coordinates, [(0, 0), (0, 1), (1, 0)])
 
     def test_camera_and_lights(self):
         scene = self.load(size=(16, 16))
@@ -146,6 +156,203 @@ class Scenes(Sample):
         self.assertTrue(all(mesh.flat for mesh in copy.meshes))
         corners = [sorted(p for mesh in s.meshes for p in mesh.positions) for s in (original, copy)]
         self.assertEqual(*corners)
+
+
+class Lit(Sample):
+    """Emission, skies, holes and panes as the scene file states them."""
+
+    def material(self, mtl="", more="", name="a"):
+        (self.folder / "m.mtl").write_text(MTL.replace("newmtl b", f"{mtl}\nnewmtl b"))
+        found = {material.name: material for material in self.load(more=more).materials()}
+        return found.get(name)
+
+    def test_surfaces_emit_as_the_library_and_the_scene_state(self):
+        sides = '[[material]]\nname = "a"\nemitting_sides = "back"\n'
+        lamp = self.material("Ke 3 2 1", sides)
+        self.assertEqual((lamp.emission, lamp.sides, lamp.emits()), ((3.0, 2.0, 1.0), "back", True))
+        self.assertEqual(self.material("Ke 3 2 1", sides + "emission = [4, 5, 6]").emission, (4, 5, 6))
+        self.assertFalse(self.material().emits())
+        for mtl, more, words in (
+            ("Ke 3 2 1", "", "state its emitting_sides"),
+            ("map_Ke a.png", "", "has an image of emission"),
+            ("Ke 3 2 1\nmap_d a.png", sides, "emits and has holes"),
+        ):
+            with self.assertRaisesRegex(scenes.SceneError, words):
+                self.material(mtl, more)
+        with self.assertRaisesRegex(scenes.SceneError, "is a surface that is seen"):
+            scenes.read_light(closed_forms.AREA | {"visible": True})
+
+    def test_panes_let_the_fraction_of_their_library_pass(self):
+        for mtl, passes in (
+            ("d 0.25", (0.75, 0.75, 0.75)),
+            ("Tr 0.75", (0.75, 0.75, 0.75)),
+            ("d 0.25\nTr 1\nTf 0.2 0.4 1", (0.15, 0.3, 0.75)),
+            ("Tr 0.75\nTf 0 0 0", (0.75, 0.75, 0.75)),
+            ("d 0.5", None),
+            ("Tf 0.2 0.4 1", None),
+            ("Ke 3 2 1\nd 0.25", (0.75, 0.75, 0.75)),
+        ):
+            found = self.material(mtl)
+            self.assertEqual(found.passes and tuple(round(x, 9) for x in found.passes), passes, mtl)
+            self.assertFalse(found.emits())
+        self.assertIsNone(self.material("d 0"))
+        self.assertIsNotNone(self.material("d 0", '[[material]]\nname = "a"\nhidden = false'))
+
+    def test_panes_let_the_fraction_of_the_scene_file_pass(self):
+        head = '[[material]]\nname = "a"\n'
+        for keys, passes in (
+            ("thin = true", (0.1, 0.2, 0.3)),
+            ("thin = true\nopacity = 0.5", (0.05, 0.1, 0.15)),
+            ("thin = true\ndiffuse = [0.5, 0.5, 1.0]", (0.5, 0.5, 1.0)),
+            ("opacity = 0.25", (0.75, 0.75, 0.75)),
+            ("opacity = 1.0", None),
+            ("thin = false", None),
+        ):
+            self.assertEqual(self.material("d 0.25" if passes is None else "", head + keys).passes, passes, keys)
+
+    def test_holes_have_an_image_and_coordinates(self):
+        leaf = self.material("map_d leaf.png\nd 0.1")
+        self.assertEqual((leaf.opacity_map, leaf.passes, leaf.hidden), (self.folder / "leaf.png", None, False))
+        obj = OBJ.replace("usemtl a", "vt 0 0\nvt 1 0\nvt 1 1\nvt 0.5 2\nusemtl a")
+        obj = obj.replace("f 1 2 3 4", "f 1/1 2/2 3/3 4/4")
+        (self.folder / "m.obj").write_text(obj)
+        mesh = next(mesh for mesh in self.load().meshes if mesh.material.name == "a")
+        self.assertEqual(mesh.coordinates, [(0, 0), (1, 0), (1, 1), (0, 0), (1, 1), (0.5, 2)])
+        with self.assertRaisesRegex(scenes.SceneError, "none of its options"):
+            self.material("map_d -s 2 2 leaf.png")
+
+    def test_skies(self):
+        self.assertIsNone(self.load().sky)
+        self.assertEqual(self.load(more="[environment]").sky, scenes.Sky())
+        found = self.load(more='[environment]\nimage = "a.exr"\nradiance = [1, 2, 3]\nrotate = 30').sky
+        self.assertEqual(found, scenes.Sky((1, 2, 3), self.folder / "a.exr", 30.0))
+
+    def test_the_scenes_that_are_measured_load(self):
+        features.generate.main()
+        found = [scenes.load(spec) for spec in features.SCENES[1:]]
+        lamps = [sum(len(mesh.positions) // 3 for mesh in s.meshes if mesh.material.emits()) for s in found]
+        self.assertEqual(lamps, [2, 1280, 0, 0, 2, 2, 2, 0])
+        self.assertEqual([k for k, s in enumerate(found) if s.sky], [2, 3, 7])
+        ball = next(mesh for mesh in found[1].meshes if mesh.material.emits())
+        centre = (0.25, 1.3, 0.1)
+        self.assertTrue(all(scenes.dot(n, scenes.sub(p, centre)) > 0.0 for p, n in zip(ball.positions, ball.normals)))
+
+    def test_pixels_that_show_emitters_count_for_no_energy(self):
+        file = self.folder / "a.exr"
+        exr.write(file, (3, 1), {"R": [1.0, 2.0, 4.0], "G": [0.5, 0.0, 0.5], "B": [0.0, 8.0, 0.0]})
+        self.assertEqual(features.sums(file, [True, False, True]), [5.0, 1.0, 0.0])
+
+    def test_bars(self):
+        row = {"energy": 1.0, "channels": [1.0, 0.994, 1.0], "relmse": 2e-3}
+        self.assertEqual(features.missed(row, 1e-3), ["energy", "relMSE"])
+        self.assertEqual(features.missed(row | {"channels": [1.004] * 3}, 3e-3), [])
+
+
+@unittest.skipIf(mitsuba_peer is None, "Mitsuba is not installed")
+class Mitsuba(Sample):
+    """What Mitsuba is given, seen by single rays."""
+
+    def setUp(self):
+        super().setUp()
+        mi.set_variant("scalar_rgb")
+
+    def square(self, more="", mtl=""):
+        """A scene of the unit square, its front towards +z."""
+        corners = ("0 0", "1 0", "1 1", "0 1")
+        lines = ["mtllib m.mtl"] + [f"v {corner} 0\nvt {corner}" for corner in corners]
+        (self.folder / "m.obj").write_text("\n".join([*lines, "usemtl a", "f 1/1 2/2 3/3 4/4", ""]))
+        (self.folder / "m.mtl").write_text(f"newmtl a\nKd 0.5 0.5 0.5\n{mtl}\n")
+        text = TOML.format(model="", more=more)
+        text = text.replace('[[material]]\nname = "nowhere"\ndiffuse = [0.5, 0.5, 0.5]\n', "")
+        (self.folder / "s.toml").write_text(text)
+        return scenes.load(self.folder / "s.toml")
+
+    def hit(self, built, towards, origin):
+        return built.ray_intersect(mi.Ray3f(origin, towards))
+
+    def test_surfaces_emit_on_the_stated_sides(self):
+        for sides, expected in (("front", (3.0, 0.0)), ("back", (0.0, 3.0)), ("both", (3.0, 3.0))):
+            scene = self.square(f'[[material]]\nname = "a"\nemission = [3, 2, 1]\nemitting_sides = "{sides}"')
+            built = mitsuba_peer.build(scene)
+            found = []
+            for z in (1.0, -1.0):
+                si = self.hit(built, [0.0, 0.0, -z], [0.4, 0.3, z])
+                found.append(0.0 if si.emitter(built) is None else si.emitter(built).eval(si)[0])
+            self.assertEqual(tuple(found), expected, sides)
+
+    def test_panes_let_light_of_each_channel_pass(self):
+        scene = self.square('[[material]]\nname = "a"\nthin = true\ndiffuse = [0.2, 0.4, 0.9]')
+        self.assertEqual((len(mitsuba_peer.channels(scene)), mitsuba_peer.integrator(scene)), (3, "volpath"))
+        for channel, passes in enumerate((0.2, 0.4, 0.9)):
+            # The interaction does not keep the scene alive.
+            built = mitsuba_peer.build(scene, channel)
+            si = self.hit(built, [0.0, 0.6, -0.8], [0.4, 0.1, 0.5])
+            self.assertAlmostEqual(si.bsdf().eval_null_transmission(si)[0], passes, 6)
+            self.assertEqual(max(si.bsdf().eval(mi.BSDFContext(), si, [0.0, 0.0, 1.0])), 0.0)
+        grey = self.square('[[material]]\nname = "a"\nopacity = 0.4')
+        self.assertEqual(len(mitsuba_peer.channels(grey)), 1)
+
+    def test_holes_lie_where_the_image_has_them(self):
+        features.generate.write_png(self.folder / "leaf.png", [[255, 0, 0], [255, 255, 0]])
+        built = mitsuba_peer.build(self.square(mtl="map_d leaf.png"))
+        for x, y, is_hole in ((1, 5, False), (3, 5, True), (5, 5, True), (1, 1, False), (3, 1, False), (5, 1, True)):
+            si = self.hit(built, [0.0, 0.0, -1.0], [x / 6.0, (y + 1.0) / 8.0, 1.0])
+            self.assertEqual(si.bsdf().eval_null_transmission(si)[0], float(is_hole), (x, y))
+
+    def test_alpha_is_bilinear_before_it_is_cut(self):
+        parts = mitsuba_peer.finer(np.array([[0.0, 8.0], [0.0, 8.0]]), 4)
+        self.assertEqual(parts.shape, (8, 8))
+        # The image repeats: both edges of the left texel are half way to the right one.
+        for found, expected in zip(parts[3], (3.0, 1.0, 1.0, 3.0, 5.0, 7.0, 7.0, 5.0)):
+            self.assertAlmostEqual(found, expected)
+
+    def test_panoramas_show_what_ours_show(self):
+        width, height = 8, 4
+        for texel, rotate, towards in (
+            ((3, 1), 0.0, None),
+            ((6, 2), 0.0, None),
+            ((2, 0), 50.0, None),
+            ((4, 1), 90.0, (-1.0, 0.3, 0.0)),
+        ):
+            planes = {name: [0.0] * (width * height) for name in "RGB"}
+            for k, name in enumerate("RGB"):
+                planes[name][texel[1] * width + texel[0]] = 1.0 + k
+            exr.write(self.folder / "sky.exr", (width, height), planes)
+            scene = self.square(f'[environment]\nimage = "sky.exr"\nradiance = [1, 2, 1]\nrotate = {rotate}')
+            sky = mitsuba_peer.build(scene).environment()
+            if towards:
+                self.assertGreater(self.along(sky, towards)[0], 0.3)
+            seen = 0
+            for k in range(400):
+                direction = scenes.unit([random.gauss(0.0, 1.0) for _ in range(3)])
+                expected = bilinear(planes["R"], (width, height), direction, math.radians(rotate))
+                found = self.along(sky, direction)
+                seen += expected > 0.0
+                for channel, factor in enumerate((1.0, 4.0, 3.0)):
+                    self.assertAlmostEqual(found[channel], factor * expected, 3)
+            self.assertGreater(seen, 10)
+
+    def along(self, sky, direction):
+        si = mi.SurfaceInteraction3f()
+        si.wi = [-x for x in direction]
+        return sky.eval(si)
+
+
+def bilinear(texels, size, direction, turn):
+    """A panorama's texels along a direction, as glsl/include/sky.glsl reads them."""
+    width, height = size
+    azimuth = math.atan2(direction[0], -direction[2]) + turn
+    column = ((azimuth / math.tau + 0.5) % 1.0) * width - 0.5
+    row = math.acos(max(-1.0, min(1.0, direction[1]))) / math.pi * height - 0.5
+    left, top = math.floor(column), math.floor(row)
+
+    def texel(x, y):
+        return texels[min(max(y, 0), height - 1) * width + x % width]
+
+    def along(y):
+        return texel(left, y) + (texel(left + 1, y) - texel(left, y)) * (column - left)
+
+    return along(top) + (along(top + 1) - along(top)) * (row - top)
 
 
 class Files(Sample):

@@ -23,8 +23,8 @@ const BRIGHT: f64 = 32.0;
 const MIN_BRIGHT: f64 = 1e-2;
 /// Steps towards the radiance that divides the sky.
 const BOUND_ROUNDS: usize = 8;
-/// Samples of a table's cell along each side.
-const CELL_SAMPLES: u32 = 4;
+/// Samples of a table's cell.
+const CELL_SAMPLES: u32 = 21;
 
 /// A sky without its brightness: radiance per unit of the lights that show it.
 #[derive(Clone, PartialEq)]
@@ -331,6 +331,17 @@ mod tests {
                 assert!((radiance.x - expected).abs() < 1e-9, "{towards} {radiance}");
             }
         }
+    }
+
+    /// The horizon divides cells of the table along their diagonals.
+    #[test]
+    fn a_table_halves_the_cells_at_the_horizon() {
+        let texel = |index: usize| Vec3::splat(if index < 256 * 64 { 1.0 } else { 0.0 });
+        let sky = Environment { size: [256, 128], texels: (0..256 * 128).map(texel).collect() };
+        let table = sky.table(64, 0.0);
+        let divided: Vec<f64> = table.iter().map(|radiance| radiance.x).filter(|x| x.fract() > 0.0).collect();
+        let mean = divided.iter().sum::<f64>() / divided.len() as f64;
+        assert!(divided.len() == 128 && (mean - 0.5).abs() < 0.02, "{} of {mean}", divided.len());
     }
 
     /// Cells of the table differ in solid angle, and radiance varies within them.

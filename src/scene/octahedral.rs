@@ -3,12 +3,14 @@
 
 use glam::{DVec2, DVec3};
 
-/// Unit directions spread over a cell of a table of `side`² cells: `samples`² of them.
+/// Unit directions spread over a cell of a table of `side`² cells: `samples` of them. They are no
+/// grid, because the horizon runs along the diagonals of cells.
 pub fn directions_in(cell: u32, side: u32, samples: u32) -> impl Iterator<Item = DVec3> {
+    const GOLDEN: f64 = 0.618_033_988_749_895;
     let first = DVec2::new(f64::from(cell % side), f64::from(cell / side));
-    (0..samples * samples).map(move |sample| {
-        let inside =
-            (DVec2::new(f64::from(sample % samples), f64::from(sample / samples)) + 0.5) / f64::from(samples);
+    (0..samples).map(move |sample| {
+        let number = f64::from(sample) + 0.5;
+        let inside = DVec2::new(number / f64::from(samples), (number * GOLDEN).fract());
         direction(2.0 * (first + inside) / f64::from(side) - 1.0)
     })
 }
@@ -53,7 +55,7 @@ mod tests {
     fn directions_lie_in_their_cells() {
         for side in [1, 2, 7, 32] {
             for index in 0..side * side {
-                for towards in directions_in(index, side, 4) {
+                for towards in directions_in(index, side, 16) {
                     assert!((towards.length() - 1.0).abs() < 1e-12);
                     assert_eq!(cell(towards, side), index, "{towards}");
                 }

@@ -130,11 +130,11 @@ fn sky_beams_hold_the_form_factor() {
 fn an_open_point_receives_all_of_its_hemisphere() {
     let table = vec![1.0; (SIDE * SIDE) as usize];
     let whole: f64 = (0..SIDE * SIDE)
-        .flat_map(|cell| octahedral::directions_in(cell, SIDE, 16))
+        .flat_map(|cell| octahedral::directions_in(cell, SIDE, 256))
         .map(|direction| octahedral::relative_solid_angle(direction) * direction.dot(DVec3::Y).max(0.0))
         .sum();
     let all: f64 = (0..SIDE * SIDE)
-        .flat_map(|cell| octahedral::directions_in(cell, SIDE, 16))
+        .flat_map(|cell| octahedral::directions_in(cell, SIDE, 256))
         .map(octahedral::relative_solid_angle)
         .sum();
     assert!((4.0 * PI * whole / all / PI - 1.0).abs() < 1e-3);

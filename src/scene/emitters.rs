@@ -143,16 +143,35 @@ fn squares(surface: &[Part]) -> Vec<Part> {
     order.sort_by_key(|&(place, _)| place);
     let total: f64 = surface.iter().map(Part::area_m2).sum();
     let area = total / MAX_PARTS as f64;
+    let typical = typical_parts(&order, area);
     let (mut squares, mut end) = (Vec::new(), 0.0);
     for (_, part) in order {
         end += part.area_m2();
         // A large part may hold the middle of several fractions: it then gets as many squares, all
         // at its centre.
         while squares.len() < MAX_PARTS && (squares.len() as f64 + 0.5) * area <= end {
-            squares.push(part.square(area));
+            squares.push(typical[squares.len()].unwrap_or(part).square(area));
         }
     }
     squares
+}
+
+/// The part of each fraction of the surface whose normal is closest to the mean. A square with the
+/// mean normal itself would light the surface beside it.
+fn typical_parts<'a>(order: &[(u32, &'a Part)], area: f64) -> Vec<Option<&'a Part>> {
+    let mut end = 0.0;
+    let mut groups: Vec<Vec<&Part>> = vec![Vec::new(); MAX_PARTS];
+    for &(_, part) in order {
+        let middle = end + 0.5 * part.area_m2();
+        groups[((middle / area) as usize).min(MAX_PARTS - 1)].push(part);
+        end += part.area_m2();
+    }
+    let normal = |part: &Part| part.cross().normalize();
+    let typical = |group: Vec<&'a Part>| {
+        let mean: DVec3 = group.iter().map(|part| part.area_m2() * normal(part)).sum();
+        group.into_iter().max_by(|a, b| mean.dot(normal(a)).total_cmp(&mean.dot(normal(b))))
+    };
+    groups.into_iter().map(typical).collect()
 }
 
 /// Bits of a number with two zeros after each, for ten bits.

@@ -209,8 +209,7 @@ fn path_parts(kind: &LightKind, emission: &Emission) -> Option<Vec<LightSource>>
                 ..LightSource::point(Vec3::ZERO, radiance)
             };
             let power = |cell: &Cell| of_channel(cell.radiance, channel) * cell.solid_angle();
-            let smooth = sky.smooth.cells().0;
-            let lit = sky.cells.iter().zip(&smooth).filter(|(cell, _)| power(cell) > 0.0);
+            let lit = sky.cells.iter().zip(&sky.smooth_cells).filter(|(cell, _)| power(cell) > 0.0);
             lit.map(|both| (part(both), power(both.0))).unzip()
         }
         _ => return None,
@@ -240,8 +239,8 @@ fn of_channel(colour: DVec3, channel: Option<u8>) -> f64 {
 
 /// Radiance per unit emission in each cell of a sky's table.
 fn sky_radiances(sky: &Sky, turn: f32, channel: Option<u8>) -> impl Iterator<Item = f32> {
-    let cells = sky.smooth.table(sky.side, f64::from(turn)).into_iter();
-    cells.map(move |radiance| of_channel(radiance, channel) as f32)
+    let table = sky.table(turn);
+    (0..table.len()).map(move |cell| of_channel(table[cell], channel) as f32)
 }
 
 /// Step and modulus of a lattice of `samples` points, with one in every row and every column. The

@@ -1,7 +1,7 @@
 //! Surfaces and directions behind lights of the kinds `Surface` and `Sky`.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::{DVec3, Vec3};
 
@@ -31,11 +31,18 @@ pub struct Sky {
     pub cells: Vec<Cell>,
     /// The radiance without bright spots. Rays that leave the scene bring it in.
     pub smooth: Environment,
+    /// Its cells, as many as of the whole sky.
+    pub smooth_cells: Vec<Cell>,
     /// Side of the octahedral table of `smooth` in frames.
     pub side: u32,
     /// Directional lights that represent the bright spots.
     pub beams: Vec<Beam>,
+    /// The last table and its rotation: most edits of lights do not turn the sky.
+    last_table: Arc<Mutex<Option<(f32, Table)>>>,
 }
+
+/// Radiance of each cell of an octahedral table.
+type Table = Arc<Vec<DVec3>>;
 
 impl Sky {
     /// Prepares an environment, with at most `samples` directional lights for bright spots.
@@ -44,9 +51,24 @@ impl Sky {
         Self {
             cells: environment.cells().0,
             side: if smooth.is_constant() { 1 } else { TABLE_SIDE },
+            smooth_cells: smooth.cells().0,
             smooth,
+            last_table: Arc::default(),
             beams: bright.map_or_else(Vec::new, |bright| bright.beams(samples as usize)),
             environment,
+        }
+    }
+
+    /// Radiance of each cell of the octahedral table, with the sky rotated by `turn` radians.
+    pub fn table(&self, turn: f32) -> Table {
+        let mut last = self.last_table.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*last {
+            Some((known, table)) if *known == turn => table.clone(),
+            _ => {
+                let table = Arc::new(self.smooth.table(&self.smooth_cells, self.side, f64::from(turn)));
+                *last = Some((turn, table.clone()));
+                table
+            }
         }
     }
 }

@@ -7,7 +7,7 @@ use glam::Vec3;
 use image::{DynamicImage, ImageFormat, Rgb, Rgb32FImage};
 use lightpaths::scene::material::Sides;
 use lightpaths::scene::save::{Edited, SceneText};
-use lightpaths::scene::{LightKind, LoadOptions, Scene};
+use lightpaths::scene::{Light, LightKind, LoadOptions, Scene};
 
 use super::refused::message;
 use super::{CAMERA, HEAD, SQUARE, close, load, load_files, set};
@@ -36,6 +36,23 @@ fn emitting_materials_are_the_lights_of_a_bare_model() {
     assert!(scene.warnings.iter().all(|warning| !warning.contains("has no light")), "{:?}", scene.warnings);
     let dark = lamp("newmtl wall\nKd 0.5 0.5 0.5\nnewmtl lamp\nKe 0 0 0\n");
     assert!(dark.lights.iter().all(|light| light.kind.word() != "surface"), "{:?}", dark.lights);
+}
+
+/// A lamp needs no ceiling; a small sign beside a floor is no lamp.
+#[test]
+fn a_lamp_over_a_floor_is_the_only_light_and_a_sign_is_not() {
+    let lights = |lamp: &str| {
+        let obj = format!(
+            "mtllib m.mtl\nv -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\n{lamp}\nusemtl wall\nf 4 3 2 1\nusemtl lamp\nf 5 6 7 8\n"
+        );
+        let mtl = "newmtl wall\nKd 0.5 0.5 0.5\nnewmtl lamp\nKd 0.5 0.5 0.5\nKe 17 12 4\n";
+        let files: [(&str, &[u8]); 2] = [("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes())];
+        load_files(&files, "m.obj", &LoadOptions::default()).unwrap().lights
+    };
+    let over = lights("v -0.3 1.9 -0.3\nv 0.3 1.9 -0.3\nv 0.3 1.9 0.3\nv -0.3 1.9 0.3");
+    assert!(matches!(over[..], [Light { kind: LightKind::Surface { .. }, .. }]), "{over:?}");
+    let sign = lights("v 1.1 0 -0.05\nv 1.1 0 0.05\nv 1.1 0.1 0.05\nv 1.1 0.1 -0.05");
+    assert!(sign.iter().any(|light| light.kind.word() == "directional"), "{sign:?}");
 }
 
 #[test]

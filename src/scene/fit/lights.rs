@@ -18,6 +18,11 @@ const SKY: Vec3 = Vec3::new(0.25, 0.28, 0.32);
 /// Emitting triangles, and rays from each, that decide whether they light the model.
 const EMITTERS: usize = 64;
 const EMITTER_RAYS: usize = 32;
+/// Points that decide how much of the other surfaces they light, the form factor from which one is
+/// lit, and the least fraction.
+const LIT_POINTS: f64 = 256.0;
+const LEAST_FACTOR: f64 = 0.01;
+const LIT: f64 = 0.4;
 /// Rays along a side of the picture that the light is chosen for.
 const SIDE: usize = 20;
 /// Height of a lamp, as a fraction of the room's.
@@ -65,7 +70,7 @@ pub(super) fn is_lit_by_emission(probe: &Probe, emits: impl Fn(u32) -> bool) -> 
     }
     let step = own.len().div_ceil(EMITTERS);
     let (mut rays, mut hits) = (0, 0);
-    for triangle in own.into_iter().step_by(step) {
+    for triangle in own.iter().step_by(step) {
         let normal = triangle.geometric_normal();
         let middle = triangle.positions.iter().sum::<Vec3>() / 3.0;
         for (direction, side) in
@@ -77,7 +82,38 @@ pub(super) fn is_lit_by_emission(probe: &Probe, emits: impl Fn(u32) -> bool) -> 
         }
     }
     // One side of a lamp may face the ceiling.
-    10 * hits > 3 * rays
+    10 * hits > 3 * rays || lit_fraction(probe, &own, &other) > LIT
+}
+
+/// Fraction of the area of other surfaces, from their fronts, on which emitters cast light.
+fn lit_fraction(probe: &Probe, own: &[&Triangle], other: &[&Triangle]) -> f64 {
+    let step = own.len().div_ceil(EMITTERS);
+    let middle = |triangle: &Triangle| triangle.positions.iter().sum::<Vec3>() / 3.0;
+    let is_lit = |place: Vec3, normal: Vec3| {
+        let hit = Hit { point: place, distance: 0.0, normal, is_front: true, cosine: 1.0, material: 0 };
+        let of_emitter = |emitter: &&Triangle| {
+            let to_emitter = middle(emitter) - place;
+            let direction = to_emitter.normalize_or_zero();
+            let cosines = normal.dot(direction).max(0.0) * emitter.geometric_normal().dot(direction).abs();
+            let factor = step as f64 * emitter.area_m2() * f64::from(cosines / to_emitter.length_squared());
+            if factor > 0.0 && probe.sees(&hit, middle(emitter)) { factor / PI } else { 0.0 }
+        };
+        own.iter().step_by(step).map(of_emitter).sum::<f64>() > LEAST_FACTOR
+    };
+    let area: f64 = other.iter().map(|triangle| triangle.area_m2()).sum();
+    let (mut before, mut lit) = (0.0, 0);
+    for triangle in other {
+        let end = before + triangle.area_m2() / area * LIT_POINTS;
+        for number in before.ceil() as u32..end.ceil() as u32 {
+            let turn = (number as f32 * 0.618_034).fract();
+            let spread = (number as f32 * 0.754_878).fract().sqrt();
+            let [a, b, c] = triangle.positions;
+            let place = a.lerp(b.lerp(c, turn), spread);
+            lit += u32::from(is_lit(place, triangle.geometric_normal()));
+        }
+        before = end;
+    }
+    f64::from(lit) / LIT_POINTS
 }
 
 fn named(name: &str, kind: LightKind) -> Light {

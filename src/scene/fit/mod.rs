@@ -19,6 +19,7 @@ use crate::Result;
 use lights::Lights;
 use outside::Outside;
 use probe::Probe;
+pub(super) use probe::sphere;
 use room::Room;
 
 pub(super) use nodes::{camera_node, file_camera_node, file_light_node, light_node, list, sky_node};

@@ -170,7 +170,7 @@ fn bounding_box(low: Vec3, high: Vec3) -> Vec<Triangle> {
 
 /// Unit directions, spread evenly over the sphere (a Fibonacci spiral). None is along an axis,
 /// where rays pass between the triangles of a model's middle edges.
-pub(super) fn sphere(count: usize) -> impl Iterator<Item = Vec3> {
+pub(in crate::scene) fn sphere(count: usize) -> impl Iterator<Item = Vec3> {
     const GOLDEN_ANGLE: f32 = 2.399_963_2;
     (0..count).map(move |index| {
         let height = 1.0 - (2 * index + 1) as f32 / count as f32;

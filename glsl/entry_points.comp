@@ -30,7 +30,7 @@ layout(binding = 0) uniform usamplerBuffer Triangles;
 layout(binding = 1) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 2) readonly buffer EntryPatches { EntryPatch entry_patches[]; };
 layout(scalar, binding = 3) readonly buffer PointOffsets { uint point_offsets[]; };  // of each patch
-layout(scalar, binding = 4) readonly buffer CellOffsets { uint cell_offsets[]; };
+layout(scalar, binding = 4) readonly buffer Octree { uint octree[]; };
 layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[]; };
 layout(scalar, binding = 6) writeonly buffer EntryPoints { PathVertex entry_points[]; };
 layout(scalar, push_constant) uniform Push { EntryPointsPush push; };
@@ -69,6 +69,6 @@ void main() {
     position = mix(position, (triangle.p0 + triangle.p1 + triangle.p2) * (1.0 / 3.0), 1.0 / 32768.0);
 
     vec3 normal = back ? -surface.normal : surface.normal;
-    uint cluster = base_cluster(grid_cell(push.grid, position, normal), side_code(surface.sides, back), position);
+    uint cluster = base_cluster(cell_at(push.grid, position, normal), side_code(surface.sides, back), position);
     entry_points[flat_invocation()] = PathVertex(position, entry_patch.side, vec3(0.0), entry_patch.weight, cluster, 0.0);
 }

@@ -35,7 +35,7 @@ struct GatherRaysPush {
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
-layout(scalar, binding = 3) readonly buffer CellOffsets { uint cell_offsets[]; };
+layout(scalar, binding = 3) readonly buffer Octree { uint octree[]; };
 layout(scalar, binding = 4) readonly buffer CellClusters { uint cell_clusters[]; };
 layout(scalar, binding = 5) readonly buffer ClusterLinks { ClusterLink links[]; };
 layout(scalar, binding = 6) readonly buffer UnweightedClusters { uint unweighted_clusters[]; };

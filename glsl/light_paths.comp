@@ -41,15 +41,16 @@ layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
-layout(scalar, binding = 4) readonly buffer CellOffsets { uint cell_offsets[]; };
+layout(scalar, binding = 4) readonly buffer Octree { uint octree[]; };
 layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[]; };
-layout(scalar, binding = 6) buffer Paths { PathState paths[]; };
-layout(scalar, binding = 7) writeonly buffer Vertices { PathVertex vertices[]; };      // STEPS a path
-layout(scalar, binding = 8) writeonly buffer VertexCounts { uint vertex_counts[]; };
-layout(scalar, binding = 9) writeonly buffer VertexColours { uint vertex_colours[]; };  // of the vertex before, packed; STEPS a path
-layout(scalar, binding = 10) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
-layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
-layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
+layout(scalar, binding = 6) readonly buffer Guides { Guide guides[]; };
+layout(scalar, binding = 7) buffer Paths { PathState paths[]; };
+layout(scalar, binding = 8) writeonly buffer Vertices { PathVertex vertices[]; };      // STEPS a path
+layout(scalar, binding = 9) writeonly buffer VertexCounts { uint vertex_counts[]; };
+layout(scalar, binding = 10) writeonly buffer VertexColours { uint vertex_colours[]; };  // of the vertex before, packed; STEPS a path
+layout(scalar, binding = 11) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 12) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 13) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { LightPathsPush push; };
 
 #include "include/triangles.glsl"
@@ -57,6 +58,7 @@ layout(scalar, push_constant) uniform Push { LightPathsPush push; };
 #include "include/bvh.glsl"
 #include "include/grid.glsl"
 #include "include/textures.glsl"
+#include "include/guides.glsl"
 
 void main() {
     uint index = flat_invocation();
@@ -78,9 +80,10 @@ void main() {
             colour = image_at(surface.material, triangle, barycentric_at(triangle, state.position));
             material.diffuse *= colour;
         }
-        vec3 direction = frame_around(normal) * sample_cosine(u.xy);
-        vec3 reflected = material.diffuse;
         float weight = 1.0;
+        vec3 direction = HAS_REGIONS == 0u ? frame_around(normal) * sample_cosine(u.xy) : guided_direction(state.position, normal, u.xy, weight);
+        float guided = weight;
+        vec3 reflected = material.diffuse;
         float lobe = 0.0;
         if (IS_GLOSSY == 1u && (material.flags & MAY_BE_GLOSSY) != 0u) {
             bool is_editable = (material.flags & EDITABLE) != 0u;
@@ -88,6 +91,7 @@ void main() {
             if (state.depth > 0u) {
                 if (!is_editable) {
                     BrdfSample found = sample_brdf(material, normal, -state.incoming, u.xy);
+                    guided = 1.0;
                     direction = found.incident;
                     reflected = found.weight;
                     weight = dot(normal, direction) / (PI * max(found.pdf, 1e-30));
@@ -96,14 +100,16 @@ void main() {
             }
         }
         // True also if a sampled lobe direction points below the surface.
-        if (!(max(reflected.x, max(reflected.y, reflected.z)) > 0.0)) { alive = false; break; }
+        if (!(max(reflected.x, max(reflected.y, reflected.z)) > 0.0) || weight == 0.0) { alive = false; break; }
         // Russian roulette: the survival probability falls with the throughput; dividing by it
         // keeps the estimate unbiased.
         state.throughput *= reflected;
         float peak = max(state.throughput.x, max(state.throughput.y, state.throughput.z));
-        float survival = min(1.0, peak / threshold);
+        float nominal = HAS_REGIONS == 0u ? 1.0 : nominal_weight(state.position);
+        float survival = min(1.0, peak / (threshold * nominal));
         if (!(u.z < survival)) { alive = false; break; }
         state.throughput /= survival;
+        if (HAS_REGIONS != 0u) state.throughput *= guided;
 
         Hit hit;
         vec3 origin = offset_origin(state.position, normal);
@@ -117,7 +123,7 @@ void main() {
         state.side = 2u * hit.triangle + uint(back);
         state.incoming = direction;
         vec3 found_normal = back ? -found.normal : found.normal;
-        uint cluster = base_cluster(grid_cell(push.grid, state.position, found_normal), side_code(found.sides, back), state.position);
+        uint cluster = base_cluster(cell_at(push.grid, state.position, found_normal), side_code(found.sides, back), state.position);
         vertices[index * STEPS + count] = PathVertex(state.position, state.side, direction, weight / survival, cluster, lobe);
         if (HAS_TEXTURES != 0u) vertex_colours[index * STEPS + count] = pack_colour(passed * colour);
         ++count;

@@ -51,7 +51,7 @@ Frustum frustum;  // of this invocation's pixel
 Frustum frustum_of(View view, vec2 corner) {
     Frustum made;
     made.apex = view.position;
-    made.clear = clear_distance();
+    made.clear = scene_clear_distance();
     for (uint i = 0u; i < 4u; ++i) {
         vec2 side = vec2(i == 1u || i == 2u, i >= 2u);
         made.corners[i] = normalize(direction_through(view, corner + mix(vec2(-MARGIN), vec2(1.0 + MARGIN), side)));

@@ -45,7 +45,7 @@ struct Shaft {
     Box light;
     Box around;        // both boxes and a clear distance more, which exceeds rounding
     vec3 planes[12];   // four for each pair of axes k, k + 1: normal along these, offset; all zero where there is none
-    float clear;
+    float offset;      // of the points from their surfaces
 };
 
 // The box of a light. For a directional light it is the box of the points, moved out of the scene.
@@ -58,12 +58,12 @@ Box light_box(LightSource light, Box points, float far) {
 
 Shaft shaft;  // of this invocation's batch
 
-Shaft shaft_between(Box points, Box light, float clear) {
+Shaft shaft_between(Box points, Box light, float clear, float offset) {
     Shaft made;
     made.points = points;
     made.light = light;
     made.around = Box(min(points.low, light.low) - clear, max(points.high, light.high) + clear);
-    made.clear = clear;
+    made.offset = offset;
     for (uint k = 0u; k < 3u; ++k) {
         uint l = (k + 1u) % 3u;
         for (uint quadrant = 0u; quadrant < 4u; ++quadrant) {
@@ -124,7 +124,7 @@ bool is_inside(Corners corners) {
     // Origins are clear of their own surface.
     vec3 across = cross(p1 - p0, p2 - p0);
     float blur = 5e-7 * length(p1 - p0) * length(p2 - p0);
-    float slack = 0.25 * shaft.clear * length(across);
+    float slack = 0.25 * shaft.offset * length(across);
     vec2 here = extent(shaft.points, across, p0, blur, slack);
     vec2 there = extent(shaft.light, across, p0, blur, slack);
     return min(here.x, there.x) <= 0.0 && max(here.y, there.y) >= 0.0;
@@ -147,10 +147,10 @@ void main() {
     PointBatch batch = point_batches[index];
     Node root = node_at(0u);
     Box points = Box(batch.low, batch.high);
-    float clear = clear_distance();
+    float clear = scene_clear_distance();
     Box light = light_box(light_at(Lights, push.light), points, 1024.0 * dot(node_cell(root), vec3(1.0)));
     uint counts = 0u;
-    shaft = shaft_between(points, light, clear);
+    shaft = shaft_between(points, light, clear, least_clear_distance(batch.low, batch.high));
     if (push.traces_all != 0u) {
         shaft_roots[first + MAX_ROOTS] = 0u;
         counts = 1u << 16;

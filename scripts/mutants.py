@@ -127,7 +127,7 @@ CHOSEN = [
      "storage_range_bytes / size_of::<T>() as u64 + u64::from(crate::mutant(ID));"),
     ("src/cpu/emission.rs", "mean.cos() * lost)", "mean.cos() * if crate::mutant(ID) { 0.0 } else { lost })"),
     ("src/passes/loop_limit.rs", "    if !is_truncated {", "    if !is_truncated || crate::mutant(ID) {"),
-    ("glsl/shafts.comp", "float slack = 0.25 * shaft.clear * length(across);", "float slack = 0.0;"),
+    ("glsl/shafts.comp", "float slack = 0.25 * shaft.offset * length(across);", "float slack = 0.0;"),
     ("glsl/include/bvh.glsl", "vec3 slack = 4e-7 * (abs(base) + 255.0 * abs(cell));", "vec3 slack = vec3(0.0);"),
     ("glsl/form_factors.comp", "if (!loops_completed(push.point_count)) truncated_loops[0] = LOOP_TRUNCATED;", ""),
     ("glsl/light_paths.comp", "loops_completed(push.path_count) ? count : LOOP_TRUNCATED", "count"),

@@ -78,16 +78,28 @@ impl Node {
 }
 
 gpu_struct! {
-    /// Base grid of the volumetric hierarchy.
+    /// Finest cells of the volumetric hierarchy.
     pub struct Grid {
-        /// Corner of cell (0, 0, 0).
+        /// Low corner of the cell that the octree names the first: near it, coordinates are exact.
         pub low: Vec3,
-        /// 1 / base cell size, 1/m.
+        /// 1 / size of a finest cell, 1/m.
         pub inverse_cell: f32,
-        /// Base cells along each axis.
+        /// Finest cells along each axis.
         pub cells: UVec3,
         /// How far a point is pulled inside its surface before it is binned, metres.
         pub pull: f32,
+    }
+}
+
+gpu_struct! {
+    /// Ball around a region of small cells.
+    pub struct Guide {
+        /// Its middle, metres.
+        pub centre: Vec3,
+        /// Half of its diagonal, metres.
+        pub radius: f32,
+        /// Area of an entry point in it, over that in the region with the smallest cells.
+        pub weight: f32,
     }
 }
 
@@ -397,6 +409,7 @@ pub const LAYOUTS: &[Layout] = &[
     Surface::LAYOUT,
     Node::LAYOUT,
     Grid::LAYOUT,
+    Guide::LAYOUT,
     PathVertex::LAYOUT,
     Contribution::LAYOUT,
     ContributionRange::LAYOUT,

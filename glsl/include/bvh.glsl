@@ -185,18 +185,32 @@ float passed_by_panes(Ray ray, uint channel) {
 // As `trace_from`, over the whole scene.
 bool trace(Ray ray, const bool any_hit, out Hit hit) { return trace_from(0u, Nodes, 0u, 0u, ray, any_hit, hit); }
 
-// Offset of ray origins from surfaces: some 32 units in the last place of the scene's largest
-// coordinate. A position is rounded in such units if its triangle reaches the scene's edge. The
-// offset therefore scales with the scene.
-float clear_distance() {
+// Some 32 units in the last place.
+const float CLEAR = 1.0 / 262144.0;
+
+float largest_of(vec3 v) { return max(v.x, max(v.y, v.z)); }
+
+// More than the rounding error of any position: it scales with the scene's largest coordinate.
+float scene_clear_distance() {
     Node root = node_at(0);
     vec3 low = node_origin(root);
-    vec3 size = max(abs(low), abs(low + 255.0 * node_cell(root)));
-    return max(size.x, max(size.y, size.z)) * (1.0 / 262144.0);
+    return CLEAR * largest_of(max(abs(low), abs(low + 255.0 * node_cell(root))));
+}
+
+// Offset of ray origins from surfaces, at a position. A position is rounded in units of the corners
+// of its triangle, which may reach the scene's edge. If a scene has regions of small cells,
+// triangles are as small as their distance from these (src/scene/cell_sizes.rs).
+float clear_distance(vec3 p) {
+    return HAS_REGIONS == 0u ? scene_clear_distance() : CLEAR * max(largest_of(abs(p)), region_side());
+}
+
+// The least clear distance in a box.
+float least_clear_distance(vec3 low, vec3 high) {
+    return clear_distance(max(vec3(0.0), max(low, -high)));
 }
 
 // Moves a ray origin off its surface, towards `normal`.
-vec3 offset_origin(vec3 p, vec3 normal) { return p + clear_distance() * normal; }
+vec3 offset_origin(vec3 p, vec3 normal) { return p + clear_distance(p) * normal; }
 
 // Position of a hit, interpolated from the triangle's corners, so that it lies on the surface
 // whatever the ray's length. It also stays off the triangle's edges: rounding may put a point on an
@@ -205,7 +219,7 @@ vec3 offset_origin(vec3 p, vec3 normal) { return p + clear_distance() * normal; 
 vec3 hit_position(Hit hit) {
     Corners t = corners_of(hit.triangle);
     vec3 edges = vec3(distance(t.p1, t.p2), distance(t.p2, t.p0), distance(t.p0, t.p1));
-    vec3 least = 4.0 * clear_distance() * edges / length(cross(t.p1 - t.p0, t.p2 - t.p0));
+    vec3 least = 4.0 * clear_distance(t.p0) * edges / length(cross(t.p1 - t.p0, t.p2 - t.p0));
     vec3 weights = max(hit.barycentric, min(least, 0.25));
     return (weights.x * t.p0 + weights.y * t.p1 + weights.z * t.p2) / (weights.x + weights.y + weights.z);
 }

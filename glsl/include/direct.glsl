@@ -125,7 +125,7 @@ float accumulated(LightSource light, uint flags, uint end, float before, float f
 // is on, and one of them would be fully lit.
 bool is_on_light(LightSource light, vec3 position) {
     if ((light.shape & SHAPE_SURFACE) == 0u) return false;
-    return abs(dot(light.axis, light.position - position)) <= 4.0 * clear_distance();
+    return abs(dot(light.axis, light.position - position)) <= 4.0 * clear_distance(position);
 }
 
 // Unoccluded irradiance from the point sample at `u` per unit emission, before its weight; see

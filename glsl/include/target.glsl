@@ -2,10 +2,10 @@
 // shader binds `ClusterLink links[]` and `uint unweighted_clusters[]` (by base cluster); its push
 // block `push` has `grid` and `min_entry_points`.
 
-// Distance, in base cells, within which a ray reads the unweighted cluster.
+// Distance, in cells at the hit, within which a ray reads the unweighted cluster.
 const float NEARBY = 2.0;
 // Covered surface receives no light. The covering surface is within this distance, in
-// base cells (`exposed_fractions`).
+// cells (`exposed_fractions`).
 const float COVERED_SIGHT = 0.5;
 
 // The cluster whose size fits a footprint of that width (metres, before projection to the surface),
@@ -18,16 +18,17 @@ uint cluster_for(Hit hit, vec3 direction, float footprint) {
     if (!side_is_active(surface.sides, back)) return NO_CLUSTER;
     vec3 normal = back ? -surface.normal : surface.normal;
     vec3 position = hit_position(hit);
-    uint cell = grid_cell(push.grid, position, normal);
+    Cell cell = cell_at(push.grid, position, normal);
+    float inverse_cell = push.grid.inverse_cell / float(1u << cell.level);
     uint cluster = base_cluster(cell, side_code(surface.sides, back), position);
     if (cluster == NO_CLUSTER) return NO_CLUSTER;
     // A coarser cluster would have the light of exposed surface.
-    bool is_covered = links[cluster].entry_points == 0.0 && hit.t * push.grid.inverse_cell < COVERED_SIGHT;
+    bool is_covered = links[cluster].entry_points == 0.0 && hit.t * inverse_cell < COVERED_SIGHT;
     if (is_covered) return NO_CLUSTER;
-    bool is_near = hit.t * push.grid.inverse_cell < NEARBY;
+    bool is_near = hit.t * inverse_cell < NEARBY;
     if (is_near && unweighted_clusters[cluster] != NO_CLUSTER) cluster = unweighted_clusters[cluster];
 
-    float size = footprint * inversesqrt(max(abs(facing), 0.1)) * push.grid.inverse_cell;
+    float size = footprint * inversesqrt(max(abs(facing), 0.1)) * inverse_cell;
     for (; size >= 1.41421356 && links[cluster].parent != NO_CLUSTER; size *= 0.5) {
         cluster = links[cluster].parent;
     }

@@ -4,6 +4,8 @@
 layout(constant_id = 16) const uint HAS_CUTOUTS = 0;
 // 1 if the bound list of nodes has a second tree, of panes; it follows from the bindings.
 layout(constant_id = 17) const uint HAS_PANES = 0;
+// 1 if some regions of the scene have smaller cells; it follows from the bindings.
+layout(constant_id = 18) const uint HAS_REGIONS = 0;
 
 struct Corners {
     vec3 p0;
@@ -30,7 +32,11 @@ uint triangle_word(uint index) {
 const uint TRIANGLE_WORDS = 4u * TRIANGLE_TEXELS;
 
 // Root of the tree of panes. Triangle 0 stores it.
-uint pane_root() { return triangle_word(11u); }
+uint pane_root() { return triangle_word(11u) & 0xffffffu; }
+
+// Side of the region with the smallest cells, rounded down to a power of two, metres. Triangle 0
+// stores the exponent.
+float region_side() { return uintBitsToFloat(triangle_word(11u) >> 24 << 23); }
 
 // Fraction of light of each colour that a pane lets pass.
 vec3 pane_colour(uint index) {

@@ -36,12 +36,19 @@ struct Node {
     uvec4 z_planes;
 };
 
-// Base grid of the volumetric hierarchy.
+// Finest cells of the volumetric hierarchy.
 struct Grid {
-    vec3 low;            // corner of cell (0,0,0), metres
-    float inverse_cell;  // 1 / base cell size, 1/m
-    uvec3 cells;         // base cells along each axis
+    vec3 low;            // low corner of the cell that the octree names the first, metres
+    float inverse_cell;  // 1 / size of a finest cell, 1/m
+    uvec3 cells;         // finest cells along each axis
     float pull;          // how far a point is pulled inside its surface before it is binned, metres
+};
+
+// Ball around a region of small cells.
+struct Guide {
+    vec3 centre;   // metres
+    float radius;  // metres
+    float weight;  // area of an entry point in it, over that in the region with the smallest cells
 };
 
 // A point of a precomputed light path.

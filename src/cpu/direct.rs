@@ -78,7 +78,7 @@ pub fn lit_samples(
 ) -> Vec<(u32, DVec3, f64)> {
     // Rounding decides which side of the emitting surface a receiver on it is on.
     let height = light.axis.dot(light.position - position).abs();
-    if light.shape & SHAPE_SURFACE != 0 && height <= 4.0 * geometry.clear_distance {
+    if light.shape & SHAPE_SURFACE != 0 && height <= 4.0 * geometry.clear_distance.at(position) {
         return Vec::new();
     }
     let white = LightSource { emission: Vec3::ONE, ..*light };

@@ -1,5 +1,6 @@
 //! Small geometry; mirrors `glsl/include/math.glsl`.
 
+use crate::scene::CellSizes;
 use crate::types::Node;
 use glam::{Mat3, Vec3};
 
@@ -15,11 +16,29 @@ pub fn frame_around(n: Vec3) -> Mat3 {
     )
 }
 
-/// Offset of ray origins from surfaces, metres: some 32 units in the last place of the root node's
-/// largest coordinate; mirrors `clear_distance` in `glsl/include/bvh.glsl`.
-pub fn clear_distance(root: &Node) -> f32 {
-    let cell = |axis: u32| f32::from_bits((root.frame.w >> (8 * axis) & 0xff) << 23);
-    let low = root.origin();
-    let high = low + 255.0 * Vec3::new(cell(0), cell(1), cell(2));
-    low.abs().max(high.abs()).max_element() / 262_144.0
+/// Offset of ray origins from surfaces; mirrors `clear_distance` in `glsl/include/bvh.glsl`.
+#[derive(Clone, Copy, Debug)]
+pub struct ClearDistance {
+    /// Largest coordinate; in a scene with regions of small cells, the least that counts, metres.
+    coordinate_m: f32,
+    /// Whether the offset follows the position.
+    is_local: bool,
+}
+
+impl ClearDistance {
+    /// That of a scene whose tree has this root.
+    pub fn new(root: &Node, sizes: &CellSizes) -> Self {
+        let cell = |axis: u32| f32::from_bits((root.frame.w >> (8 * axis) & 0xff) << 23);
+        let low = root.origin();
+        let high = low + 255.0 * Vec3::new(cell(0), cell(1), cell(2));
+        let scene = || low.abs().max(high.abs()).max_element();
+        let least = sizes.least_side_m();
+        Self { coordinate_m: least.unwrap_or_else(scene), is_local: least.is_some() }
+    }
+
+    /// The offset at a position, metres: some 32 units in the last place.
+    pub fn at(self, position: Vec3) -> f32 {
+        let own = if self.is_local { position.abs().max_element() } else { 0.0 };
+        own.max(self.coordinate_m) / 262_144.0
+    }
 }

@@ -1,5 +1,6 @@
 //! Reference of the ray traversal: tests every triangle.
 
+use crate::cpu::math::ClearDistance;
 use crate::cpu::textures::Textures;
 use crate::scene::{OpacityMaps, Triangle, hvds::Hvds};
 use crate::types::{NO_CLUSTER, Surface};
@@ -17,7 +18,7 @@ pub struct Geometry<'a> {
     /// Holes in them.
     pub opacity: &'a OpacityMaps,
     /// Offset of ray origins from surfaces, metres.
-    pub clear_distance: f32,
+    pub clear_distance: ClearDistance,
 }
 
 /// The hit of a ray on a triangle.
@@ -70,7 +71,7 @@ impl Geometry<'_> {
 
     /// A ray origin offset from the side that `normal` faces.
     pub fn offset_origin(&self, position: Vec3, normal: Vec3) -> Vec3 {
-        position + self.clear_distance * normal
+        position + self.clear_distance.at(position) * normal
     }
 
     /// 2·triangle + (1 if the ray comes from behind).
@@ -102,7 +103,7 @@ impl Geometry<'_> {
 
     /// The base cluster that holds a point of a side; mirrors `glsl/include/grid.glsl`.
     pub fn cluster(&self, hvds: &Hvds, position: Vec3, side: u32) -> u32 {
-        let cell = hvds.grid.index_of(hvds.grid.cell_of(position, self.normal(side)));
+        let cell = hvds.cell_at(position, self.normal(side));
         let code = self.surfaces[side as usize / 2].side_code(side % 2 == 1);
         hvds.base_cluster(cell, code, position).unwrap_or(NO_CLUSTER)
     }

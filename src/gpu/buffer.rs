@@ -51,8 +51,8 @@ pub(super) struct Allocated {
     texels: OnceLock<vk::BufferView>,
     /// Buffer to which the stored address points.
     pointee: Option<Arc<Self>>,
-    /// Specialisation constant that kernels need for these contents.
-    constant: Option<&'static str>,
+    /// Specialisation constants that kernels need for these contents.
+    constants: Vec<&'static str>,
     /// `None` only during drop.
     allocation: Option<Allocation>,
 }
@@ -198,13 +198,13 @@ impl Buffer {
     #[must_use]
     pub fn with_constant(mut self, name: &'static str) -> Self {
         let allocated = Arc::get_mut(&mut self.allocated).expect("a new buffer has one handle");
-        allocated.constant = Some(name);
+        allocated.constants.push(name);
         self
     }
 
     pub(super) fn needs_constant(&self, name: &str) -> bool {
-        let Allocated { pointee, constant, .. } = &*self.allocated;
-        *constant == Some(name) || name == USE_BUFFER_DEVICE_ADDRESS && pointee.is_some()
+        let Allocated { pointee, constants, .. } = &*self.allocated;
+        constants.contains(&name) || name == USE_BUFFER_DEVICE_ADDRESS && pointee.is_some()
     }
 
     /// Requested size, bytes.
@@ -317,7 +317,7 @@ impl Allocated {
             location,
             texels: OnceLock::new(),
             pointee: None,
-            constant: None,
+            constants: Vec::new(),
             allocation: None,
         };
         context.set_name(handle, name);

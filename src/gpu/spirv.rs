@@ -160,8 +160,12 @@ pub const HAS_CUTOUTS: &str = "HAS_CUTOUTS";
 /// The specialisation constant of kernels that trace rays. It is 1 if panes follow the bound nodes.
 pub const HAS_PANES: &str = "HAS_PANES";
 
+/// The specialisation constant of kernels that trace rays. It is 1 if regions of the bound scene
+/// have smaller cells.
+pub const HAS_REGIONS: &str = "HAS_REGIONS";
+
 /// The specialisation constants that follow from the bindings. Callers do not pass them.
-pub const FROM_BINDINGS: [&str; 3] = [USE_BUFFER_DEVICE_ADDRESS, HAS_CUTOUTS, HAS_PANES];
+pub const FROM_BINDINGS: [&str; 4] = [USE_BUFFER_DEVICE_ADDRESS, HAS_CUTOUTS, HAS_PANES, HAS_REGIONS];
 
 /// Reads the declarations of a module.
 pub fn reflect(words: &[u32]) -> Module {

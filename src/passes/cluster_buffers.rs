@@ -4,7 +4,9 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
+use crate::scene::grid::CellGrid;
 use crate::scene::hvds::Hvds;
+use crate::scene::octree::Octree;
 use crate::types::Grid;
 use bytemuck::Zeroable;
 use glam::UVec3;
@@ -47,11 +49,7 @@ impl ClusterTables {
         let links: Vec<ClusterLink> = (0..).zip(&self.entry_points).map(link).collect();
         Ok(ClusterBuffers {
             grid: hvds.grid,
-            cell_offsets: Buffer::from_slice(
-                context,
-                GrowsWith::Cells.named("cell offsets"),
-                &hvds.cell_offsets,
-            )?,
+            octree: Buffer::from_slice(context, GrowsWith::Cells.named("octree"), &hvds.octree.words)?,
             cell_clusters: Buffer::from_slice(
                 context,
                 GrowsWith::Cells.named("cell clusters"),
@@ -74,10 +72,11 @@ impl ClusterBuffers {
     /// # Errors
     /// The device lacks memory.
     pub fn none(context: &Arc<Context>) -> Result<Self> {
+        let grid = CellGrid::new(Grid { cells: UVec3::ONE, ..Zeroable::zeroed() });
         let list = |name, words: &[u32]| Buffer::from_slice(context, GrowsWith::Cells.named(name), words);
         Ok(Self {
-            grid: Grid { cells: UVec3::ONE, ..Zeroable::zeroed() },
-            cell_offsets: list("cell offsets", &[0; 2])?,
+            octree: list("octree", &Octree::new(&grid, &[]).0.words)?,
+            grid,
             cell_clusters: list("cell clusters", &[])?,
             links: list("cluster links", &[])?,
             unweighted: list("unweighted clusters", &[])?,
@@ -88,10 +87,10 @@ impl ClusterBuffers {
 
 /// Cluster tables on the device. The gather rays need them; so do the rays of glossy pixels.
 pub struct ClusterBuffers {
-    /// The base grid.
-    pub grid: Grid,
-    /// CSR offsets into `cell_clusters`: one for each base cell, and the end.
-    pub cell_offsets: Buffer,
+    /// The smallest cells.
+    pub grid: CellGrid,
+    /// The octree of base cells, whose words refer to `cell_clusters`.
+    pub octree: Buffer,
     /// `code << 26 | cluster` of the base cells.
     pub cell_clusters: Buffer,
     /// `ClusterLink` of each cluster: its parent, or `NO_CLUSTER` if the parent may not replace it.

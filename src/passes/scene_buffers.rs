@@ -1,7 +1,7 @@
 //! The scene on the device: the bindings of every pass that traces rays.
 
 use crate::error::Result;
-use crate::gpu::spirv::{HAS_CUTOUTS, HAS_PANES};
+use crate::gpu::spirv::{HAS_CUTOUTS, HAS_PANES, HAS_REGIONS};
 use crate::gpu::{Buffer, Context};
 use crate::passes::GrowsWith;
 use crate::passes::{EmissionBuffers, TextureBuffers, loop_limit};
@@ -53,6 +53,10 @@ impl SceneBuffers {
         let is_bound = longest as u64 <= context.limits().storage_range_bytes;
         let triangles = list(context, "triangles", &corners, is_bound)?;
         let nodes = list(context, "nodes", &nodes, is_bound)?;
+        let nodes = match scene.cell_sizes.regions.is_empty() {
+            true => nodes,
+            false => nodes.with_constant(HAS_REGIONS),
+        };
         Ok(Self {
             nodes: if panes.is_empty() { nodes } else { nodes.with_constant(HAS_PANES) },
             triangles: match scene.opacity.is_empty() {
@@ -89,13 +93,16 @@ fn trees(bvh: &Bvh, scene: &Scene) -> Result<(Vec<types::Node>, Vec<types::Trian
     let mut nodes = bvh.nodes.clone();
     let mut list: Vec<types::Triangle> =
         scene.triangles.iter().map(|found| triangle(&found.positions)).collect();
+    if let (Some(first), Some(side_m)) = (list.first_mut(), scene.cell_sizes.least_side_m()) {
+        first.p2.w = f32::from_bits(side_m.to_bits() >> 23 << 24);
+    }
     if !scene.panes.is_empty() {
         let (pane_nodes, order) = panes::tree(&scene.panes, [nodes.len(), list.len()])?;
         let first = list.len();
         let pane = |&index: &u32| &scene.panes[index as usize];
         list.extend(order.iter().map(|index| triangle(&pane(index).positions)));
         let words: &mut [u32] = bytemuck::cast_slice_mut(&mut list);
-        words[11] = nodes.len() as u32;
+        words[11] |= nodes.len() as u32;
         for (place, pane) in (first..).zip(order.iter().map(pane)) {
             words[WORDS * place + 11] = pane.packed_colour();
         }

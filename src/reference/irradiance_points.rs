@@ -4,7 +4,7 @@
 //! [Christensen 1999] estimates irradiance at photons. Such an estimate counts its own photon, so
 //! it is too bright by 1 over the number of photons around it.
 
-use crate::cpu::math::clear_distance;
+use crate::cpu::math::ClearDistance;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::SceneBuffers;
@@ -40,7 +40,7 @@ impl Reachable {
         let mut surfaces: Vec<Surface> =
             pairs.map(|(triangle, active)| surfaces::surface(triangle, active)).collect();
         let root: Vec<Node> = scene.buffers.nodes.followed().read_range(0, 1)?;
-        let clear_distance = clear_distance(&root[0]);
+        let clear_distance = ClearDistance::new(&root[0], &scene.scene.cell_sizes);
         let rays = Rays::new(context)?;
         let solids = Solids::of_scene(&scene.scene);
         let (buffers, world) = (&scene.buffers, &scene.scene);

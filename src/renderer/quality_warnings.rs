@@ -5,9 +5,8 @@ use crate::passes::precompute::visibility::narrow_cavities;
 use crate::scene::directions::{Directions, directions_for, resolved_exponent};
 
 use crate::scene::fragment::Fragment;
-use crate::scene::grid::{FINEST, finest_cells};
+use crate::scene::grid::{CellGrid, FINEST, finest_cells};
 use crate::scene::{Material, Scene};
-use crate::types::Grid;
 use glam::Vec3;
 
 /// Maximum number of direction bins of glossy clusters, unless the settings request more. It
@@ -130,17 +129,22 @@ pub(super) fn typical_clearance(fragments: &[Fragment], clearances: &[f32]) -> f
 
 /// The warning about cells that are wide beside the clearance of most surface, as in a scene that
 /// fills a small fraction of its box. `grid` is that of the finest level.
-pub(super) fn wide_cells(clearance: f64, grid: &Grid, cells: u32) -> Option<String> {
+pub(super) fn wide_cells(clearance: f64, grid: &CellGrid, cells: u32) -> Option<String> {
     wide_cells_beside("half of the surface", (clearance, CLEARANCE), grid, cells)
 }
 
 /// The warning about cells that are wide beside the surface in view, such as a small building on a
 /// large ground. `clearance` is the median clearance in view.
-pub(super) fn wide_cells_in_view(clearance: f64, grid: &Grid, cells: u32) -> Option<String> {
+pub(super) fn wide_cells_in_view(clearance: f64, grid: &CellGrid, cells: u32) -> Option<String> {
     wide_cells_beside("half of what the camera sees", (clearance, CLEARANCE_IN_VIEW), grid, cells)
 }
 
-fn wide_cells_beside(what: &str, (clearance, least): (f64, f64), grid: &Grid, cells: u32) -> Option<String> {
+fn wide_cells_beside(
+    what: &str,
+    (clearance, least): (f64, f64),
+    grid: &CellGrid,
+    cells: u32,
+) -> Option<String> {
     let size = grid.cell_size();
     let hint = match finest_cells(cells) < FINEST {
         true => "raise quality.cells",

@@ -42,7 +42,6 @@ impl Seen {
         let view = View::from(&scene.cameras[0]);
         let queries: Vec<RayQuery> = camera_rays(&view).collect();
         let answers = made.enclosures.rays.trace(&made.buffers, &queries)?;
-        let cell_size = made.hvds.grid.cell_size() as f32;
         // Spacing of two rays at a distance of one metre.
         let spacing = 2.0 * view.right.length() / RAYS[0] as f32;
         let clear = 1e-5 * (scene.bounds().1 - scene.bounds().0).length();
@@ -50,11 +49,14 @@ impl Seen {
         for (query, answer) in queries.iter().zip(&answers).filter(|(_, answer)| answer.t >= 0.0) {
             let (surface, is_back) = (&made.surfaces[answer.side as usize / 2], answer.side % 2 == 1);
             let (position, normal) = (query.origin + answer.t * query.direction, surface.normal_of(is_back));
-            let cell = made.hvds.grid.index_of(made.hvds.grid.cell_of(position, normal));
+            let cell = made.hvds.cell_at(position, normal);
             let Some(cluster) = made.hvds.base_cluster(cell, surface.side_code(is_back), position) else {
                 continue;
             };
-            let levels = (answer.t * spacing / cell_size).log2().ceil().clamp(0.0, LEVELS as f32) as usize;
+            let levels = (answer.t * spacing / made.hvds.cell_size_of(cluster))
+                .log2()
+                .ceil()
+                .clamp(0.0, LEVELS as f32) as usize;
             clusters.extend(above(made, cluster).take(1 + levels).last());
             around.extend(hemisphere(position + clear * normal, normal));
         }

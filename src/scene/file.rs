@@ -21,7 +21,7 @@ use super::settings::{SECTIONS, Setting};
 use super::value::{Kind, Node, Origin, Section, unknown};
 use super::{
     Camera, Emission, Light, LightKind, Material, Quality, Scene, Triangle, camera, emission, fit, gltf,
-    kinds, limits, model_keys, ply, sky, stl, vertex_colours,
+    kinds, limits, model_keys, ply, regions, sky, stl, subdivide, vertex_colours,
 };
 use crate::files::guarded;
 use crate::{Error, Result};
@@ -70,6 +70,15 @@ impl Scene {
         let mut lights = read_lights(&file, root, origin)?;
         show_lights(&file, root, &mut lights, &mut materials, (&mut triangles, &mut coordinates))?;
         opacity.add_full(triangles.len() - of_models);
+        let cameras = read_cameras(&file, root, origin)?;
+        let regions = regions::find(&triangles, &cameras, &lights);
+        let stays = |triangle: usize| opacity.has_holes(triangle as u32);
+        let added = match regions.is_empty() {
+            true => 0,
+            false => subdivide::subdivide(&mut triangles, &mut coordinates, &regions, stays),
+        };
+        opacity.add_full(added);
+        let cell_sizes = regions::reach(&triangles, regions);
         emission::choose_sides(&triangles, &mut materials);
         let stated = sky::read((&file, root), &source.files, &mut inputs)?;
         let (sky, placing) = stated.map_or((None, None), |stated| (Some(stated.sky), Some(stated.placing)));
@@ -90,10 +99,11 @@ impl Scene {
             texture_coordinates,
             opacity,
             panes,
+            cell_sizes,
             materials,
             lights,
             emission: Arc::new(emission),
-            cameras: read_cameras(&file, root, origin)?,
+            cameras,
             quality,
             origin,
             interior_viewpoints: Vec::new(),

@@ -18,6 +18,11 @@ pub struct Fragment {
 }
 
 impl Fragment {
+    /// Mean of the corners.
+    pub fn middle(&self) -> Vec3 {
+        self.corners.iter().sum::<Vec3>() / self.corners.len() as f32
+    }
+
     /// Exposed area, m².
     pub fn open_area_m2(&self) -> f64 {
         f64::from(self.open) * self.area_m2
@@ -26,6 +31,3 @@ impl Fragment {
 
 /// The plane that splits a cluster: `normal·x = w`. The second half lies in front of it.
 pub type Plane = [f32; 4];
-
-/// Items with the key of their cluster.
-pub(super) type Keyed<T> = Vec<(u64, T)>;

@@ -1,13 +1,15 @@
 //! The base grid of the volumetric hierarchy, and the normal codes that divide a cell's
 //! surface into clusters.
 
+use crate::scene::cell_sizes::CellSizes;
 use crate::types;
-use glam::{DVec3, UVec3, Vec3};
+use glam::{DVec3, IVec3, UVec3, Vec3};
+use std::ops::Deref;
 
 /// Factor of the resolution of the finest level over the requested one. Where surfaces are nearer
 /// than a requested cell, clusters are smaller than that cell.
 const REFINED: u32 = 2;
-/// Maximum number of finest cells along an axis: the table of cells is dense.
+/// Maximum number of cells of the full width along an axis.
 pub const FINEST: u32 = 256;
 
 /// Cells of the finest level along an axis, for `cells` requested ones.
@@ -25,8 +27,58 @@ const PAD: f64 = 0.381_966_011_250_105;
 /// Distance by which lookups move inside the surface, in cells.
 const PULL: f64 = 1.0 / 64.0;
 
+/// Cells of a brick of the octree along each axis, as a power of two.
+pub const BRICK_BITS: u32 = 3;
+
+/// The cells of a scene: a grid of the smallest ones, and where they are larger.
+#[derive(Clone, Debug)]
+pub struct Cells {
+    /// The smallest cells.
+    pub grid: CellGrid,
+    /// Which cells are larger.
+    pub sizes: CellSizes,
+}
+
+impl Cells {
+    /// Cells over a box, with `cells` (a power of two) of the full width along its longest axis.
+    pub fn new(low: Vec3, high: Vec3, cells: u32, sizes: &CellSizes) -> Self {
+        let full = grid(low, high, cells);
+        let Some(centre) = sizes.regions.first() else {
+            return Self::uniform(full);
+        };
+        let halvings = sizes.max_halvings();
+        let inverse_cell = full.inverse_cell * (halvings as f32).exp2();
+        let cell = 1.0 / f64::from(inverse_cell);
+        // Coordinates are exact near the smallest cells.
+        let origin = (centre.low.as_dvec3() - PAD * cell).as_vec3();
+        let [before, behind] =
+            [origin - low, high - origin].map(|extent| (extent.as_dvec3() / cell).max(DVec3::ZERO));
+        let first = (before + PAD).ceil().as_uvec3();
+        let smallest = types::Grid {
+            low: origin,
+            inverse_cell,
+            cells: first + (behind + PULL).as_uvec3() + UVec3::ONE,
+            pull: (PULL * cell) as f32,
+        };
+        let grid = CellGrid { smallest, first, shift: halvings + BRICK_BITS };
+        Self { grid, sizes: sizes.clone() }
+    }
+
+    /// Cells of one size.
+    pub fn uniform(grid: CellGrid) -> Self {
+        Self { grid, sizes: CellSizes::default() }
+    }
+
+    /// Levels of the smallest and of the largest cells in a cube, which is given in smallest cells.
+    pub(super) fn levels_in(&self, corner: UVec3, width: u32) -> [u32; 2] {
+        let [low, high] =
+            [corner.as_dvec3(), (corner.as_dvec3() + f64::from(width))].map(|place| self.grid.place(place));
+        self.sizes.levels_in(low, high)
+    }
+}
+
 /// A grid of cubic cells over a box: `cells` (a power of two) along its longest axis.
-pub fn grid(low: Vec3, high: Vec3, cells: u32) -> types::Grid {
+pub fn grid(low: Vec3, high: Vec3, cells: u32) -> CellGrid {
     let extent = (high - low).as_dvec3();
     // The padding at both ends shares one cell. A flat or tiny scene still gets cells
     // of positive size.
@@ -35,42 +87,83 @@ pub fn grid(low: Vec3, high: Vec3, cells: u32) -> types::Grid {
     let inverse_cell = (1.0 / cell) as f32;
     let cell = 1.0 / f64::from(inverse_cell);
     let count = (extent / cell + PAD + PULL).as_uvec3() + UVec3::ONE;
-    types::Grid {
+    CellGrid::new(types::Grid {
         low: (low.as_dvec3() - PAD * cell).as_vec3(),
         inverse_cell,
         cells: count.min(UVec3::splat(cells)),
         pull: (PULL * cell) as f32,
+    })
+}
+
+/// The smallest cells, and the top nodes of the octree over them.
+#[derive(Clone, Copy, Debug)]
+pub struct CellGrid {
+    /// As the device reads them.
+    pub smallest: types::Grid,
+    /// The cell at the grid's low corner. Near it, coordinates are exact.
+    pub first: UVec3,
+    /// Width of a top node: two to that power, in smallest cells.
+    pub shift: u32,
+}
+
+impl Deref for CellGrid {
+    type Target = types::Grid;
+
+    fn deref(&self) -> &types::Grid {
+        &self.smallest
     }
 }
 
-impl types::Grid {
-    /// Edge of a base cell, metres.
+impl CellGrid {
+    /// A grid whose cells have one size, with the first cell at its low corner.
+    pub fn new(smallest: types::Grid) -> Self {
+        Self { smallest, first: UVec3::ZERO, shift: BRICK_BITS }
+    }
+
+    /// Edge of a finest cell, metres.
     pub fn cell_size(&self) -> f64 {
         1.0 / f64::from(self.inverse_cell)
     }
 
-    /// Number of base cells.
-    pub fn cell_count(&self) -> usize {
-        self.cells.as_usizevec3().element_product()
+    /// Lowest and highest corner of all cells, metres.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let [low, high] = [-self.first.as_vec3(), (self.cells - self.first).as_vec3()]
+            .map(|corner| self.low + corner / self.inverse_cell);
+        (low, high)
     }
 
-    /// Base cell of a point on the side that `normal` faces; mirrors
-    /// `grid_cell` in `glsl/include/grid.glsl`.
+    /// Number of top nodes of the octree along each axis.
+    pub fn top_nodes(&self) -> UVec3 {
+        ((self.cells - 1) >> self.shift) + 1
+    }
+
+    /// Levels from the finest cells to the one cell that holds them all.
+    pub fn depth(&self) -> u32 {
+        self.cells.max_element().next_power_of_two().ilog2()
+    }
+
+    /// Finest cell of a point on the side that `normal` faces; mirrors
+    /// `cell_at` in `glsl/include/grid.glsl`.
     pub fn cell_of(&self, position: Vec3, normal: Vec3) -> UVec3 {
         let inside = position - self.pull * normal;
-        let scaled = (inside - self.low) * self.inverse_cell;
-        scaled.max(Vec3::ZERO).as_uvec3().min(self.cells - UVec3::ONE)
+        let place = ((inside - self.low) * self.inverse_cell).floor().as_ivec3();
+        let cell = place.saturating_add(self.first.as_ivec3());
+        cell.clamp(IVec3::ZERO, self.cells.as_ivec3() - 1).as_uvec3()
     }
 
-    /// Index of a cell in the cell table.
-    pub fn index_of(&self, cell: UVec3) -> usize {
-        let [x, y, z] = cell.as_usizevec3().to_array();
-        (z * self.cells.y as usize + y) * self.cells.x as usize + x
+    /// Position of a point given in finest cells, metres.
+    pub fn place(&self, cells: DVec3) -> DVec3 {
+        self.low.as_dvec3() + (cells - self.first.as_dvec3()) * self.cell_size()
+    }
+
+    /// A position in finest cells.
+    pub fn in_cells(&self, position: DVec3) -> DVec3 {
+        (position - self.low.as_dvec3()) / self.cell_size() + self.first.as_dvec3()
     }
 
     /// Low corner of a cell in f64, metres.
     pub fn corner(&self, cell: UVec3) -> DVec3 {
-        self.low.as_dvec3() + cell.as_dvec3() * self.cell_size()
+        self.place(cell.as_dvec3())
     }
 }
 
@@ -121,7 +214,7 @@ mod tests {
     #[test]
     fn two_sides_of_a_wall_on_a_cell_boundary_fall_behind_themselves() {
         let mut grid = grid(Vec3::ZERO, Vec3::splat(2.0), 64);
-        grid.low = Vec3::ZERO;
+        grid.smallest.low = Vec3::ZERO;
         let wall = Vec3::new(8.0 / grid.inverse_cell, 0.5, 0.5);
         assert_eq!(grid.cell_of(wall, Vec3::X).x, 7);
         assert_eq!(grid.cell_of(wall, Vec3::NEG_X).x, 8);

@@ -12,7 +12,9 @@ mod alpha;
 pub mod builtin;
 pub mod bvh;
 pub mod camera;
+pub mod cell_sizes;
 pub mod clip;
+mod cluster_key;
 mod containers;
 mod cutouts;
 pub mod directions;
@@ -49,12 +51,14 @@ mod numbers;
 mod obj;
 mod obj_lines;
 pub mod octahedral;
+pub mod octree;
 pub mod opacity;
 pub mod panes;
 mod ply;
 mod polygons;
 pub mod quality;
 mod reading;
+mod regions;
 pub mod save;
 mod settings;
 pub mod shapes;
@@ -64,6 +68,7 @@ pub mod solids;
 pub mod split_planes;
 mod stacked_surfaces;
 mod stl;
+mod subdivide;
 mod sun_sky;
 pub mod surfaces;
 pub mod texture;
@@ -74,6 +79,7 @@ mod vertex_colours;
 mod words;
 
 pub use camera::Camera;
+pub use cell_sizes::CellSizes;
 pub use emission::Emission;
 pub use film::Film;
 pub use fit::{Place, Up};
@@ -141,6 +147,8 @@ pub struct Scene {
     pub opacity: OpacityMaps,
     /// Thin surfaces that let light pass and reflect nothing.
     pub panes: Vec<Pane>,
+    /// Sizes of the cells that hold light.
+    pub cell_sizes: CellSizes,
     /// Materials that triangles refer to.
     pub materials: Vec<Material>,
     /// Lights, recentred; empty only if a command allows it. Emitting materials and the sky follow
@@ -181,6 +189,13 @@ impl Scene {
         (0..).zip(&self.triangles).map(solid).sum()
     }
 
+    /// Extent in which rays are short enough for small cells: that of the regions with small cells,
+    /// or of the whole scene, metres.
+    pub fn span_m(&self) -> f32 {
+        let (low, high) = self.bounds();
+        self.cell_sizes.span_m().unwrap_or_else(|| (high - low).length())
+    }
+
     /// Interior viewpoints: all cameras and `places`. An enclosure without any of them is never
     /// seen and takes no part in transport. A light in it has no visible effect either.
     pub fn viewpoints(&self) -> Vec<Vec3> {
@@ -212,6 +227,12 @@ impl Scene {
             row("bounds", format!("{low:.3} to {high:.3} m")),
             row("materials", names(self.materials.iter().map(|material| material.name.as_str()).collect())),
         ];
+        let sizes = &self.cell_sizes;
+        if !sizes.regions.is_empty() {
+            let least = 0.5f64.powi(sizes.max_halvings() as i32) * 100.0;
+            let count = sizes.regions.len();
+            rows.push(row("small cells", format!("{count} regions, down to {least:.2} % of the full width")));
+        }
         let images = self.materials.iter().filter_map(|material| {
             let [width, height] = material.texture.as_ref()?.image.size;
             Some(row("image", format!("{} ({width}×{height})", material.name)))

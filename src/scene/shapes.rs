@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
-use super::{Camera, Light, LightKind, Material, OpacityMaps, Quality, Scene, Triangle};
+use super::{Camera, CellSizes, Light, LightKind, Material, OpacityMaps, Quality, Scene, Triangle};
 
 /// The inside of a sphere around the origin: an icosahedron whose faces were split into four
 /// `subdivisions` times. It has 20·4ⁿ triangles with corners on the sphere, fronts and smooth
@@ -91,6 +91,7 @@ fn scene(name: &str, triangles: Vec<Triangle>, material: Material, light: Light,
         texture_coordinates: Vec::new(),
         opacity: OpacityMaps::default(),
         panes: Vec::new(),
+        cell_sizes: CellSizes::default(),
         materials: vec![material],
         lights: vec![light],
         emission: Arc::default(),

@@ -2,7 +2,8 @@
 //! surface, however near they are, so the cluster is split along the wall. A cluster of stacked
 //! surfaces is split between them.
 
-use super::fragment::{Fragment, Keyed, Plane};
+use super::cluster_key::{self, Key, Keyed};
+use super::fragment::{Fragment, Plane};
 use super::{clip, stacked_surfaces};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -43,22 +44,22 @@ pub struct Splits {
 
 /// Splits the fragments of clusters with stacked surfaces, and of clusters on which a wall of this
 /// kind stands in the same cell. `is_sheet`: whether light reaches both sides of a side's triangle.
-/// The lowest bits of the keys are free for the half. Returns the plane of each split cluster, by
+/// `smallest_m`: width of the smallest cells, metres. Returns the plane of each split cluster, by
 /// the key of its first half.
 pub(super) fn split(
     fragments: &mut Keyed<Fragment>,
-    cell_size: f64,
+    smallest_m: f64,
     normal_of: impl Fn(u32) -> Vec3,
-    cell_of: impl Fn(u64) -> u64,
     is_sheet: impl Fn(u32) -> bool,
     splits: Splits,
-) -> HashMap<u64, Plane> {
+) -> HashMap<Key, Plane> {
     let mut order: Vec<u32> = (0..fragments.len() as u32).collect();
-    order.sort_by_key(|&index| (cell_of(fragments[index as usize].0), fragments[index as usize].0));
+    let cell_of = |index: u32| cluster_key::cell(fragments[index as usize].0);
+    order.sort_by_key(|&index| (cell_of(index), fragments[index as usize].0));
     let mut planes = HashMap::new();
-    for cell in order.chunk_by(|&a, &b| cell_of(fragments[a as usize].0) == cell_of(fragments[b as usize].0))
-    {
-        let all: Vec<&(u64, Fragment)> = cell.iter().map(|&index| &fragments[index as usize]).collect();
+    for cell in order.chunk_by(|&a, &b| cell_of(a) == cell_of(b)) {
+        let cell_size = smallest_m * f64::from(1u32 << cluster_key::level(fragments[cell[0] as usize].0));
+        let all: Vec<&(Key, Fragment)> = cell.iter().map(|&index| &fragments[index as usize]).collect();
         for cluster in all.chunk_by(|a, b| a.0 == b.0) {
             let stands = |side: u32| match splits.walls {
                 Walls::None => false,
@@ -87,7 +88,8 @@ pub(super) fn split(
             let area_m2 = clip::area(&kept);
             if area_m2 > 0.0 {
                 let corners = kept.iter().map(|p| p.as_vec3()).collect();
-                cut.push((key | part, Fragment { corners, area_m2, ..fragment }));
+                let key = if part == 0 { key } else { cluster_key::second_half(key) };
+                cut.push((key, Fragment { corners, area_m2, ..fragment }));
             }
         }
     }
@@ -97,8 +99,8 @@ pub(super) fn split(
 
 /// The wall that touches most of a cluster and divides it.
 fn wall_on(
-    cluster: &[&(u64, Fragment)],
-    all: &[&(u64, Fragment)],
+    cluster: &[&(Key, Fragment)],
+    all: &[&(Key, Fragment)],
     cell_size: f64,
     normal_of: &impl Fn(u32) -> Vec3,
     stands: &impl Fn(u32) -> bool,
@@ -211,14 +213,6 @@ pub fn is_list(list: &[u32], clusters: usize) -> bool {
     true
 }
 
-/// Bits of a key for the half of a split cluster; the cell's bits follow above them.
-pub(super) const PART_BITS: u32 = 3;
-
-/// The key of a cell, without cluster code and half.
-pub(super) fn cell_key(key: u64) -> u64 {
-    key & ((1 << 48) - 1) & !((1 << PART_BITS) - 1)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -245,12 +239,12 @@ mod tests {
     #[test]
     fn a_wall_without_thickness_always_parts_the_floor_and_no_other_does() {
         let triangles = floor_and_wall();
-        let grid: types::Grid = grid::grid(Vec3::ZERO, Vec3::new(2.0, 1.0, 2.0), 32);
-        let split = |wall: [bool; 2], build: fn(&[Triangle], &[types::Surface], types::Grid, u32) -> Hvds| {
+        let grid = grid::grid(Vec3::ZERO, Vec3::new(2.0, 1.0, 2.0), 32);
+        let split = |wall: [bool; 2], build: fn(&[Triangle], &[types::Surface], grid::CellGrid) -> Hvds| {
             let active = |index: usize| if index < 2 { [true, false] } else { wall };
             let surface = |(index, t): (usize, &Triangle)| surfaces::surface(t, active(index));
             let surfaces: Vec<_> = triangles.iter().enumerate().map(surface).collect();
-            build(&triangles, &surfaces, grid, 32).split_clusters().count()
+            build(&triangles, &surfaces, grid).split_clusters().count()
         };
         let by_sheet = split([true; 2], Hvds::build);
         assert!(by_sheet > 2 * 25, "{by_sheet} parts of the floor");
@@ -262,8 +256,8 @@ mod tests {
     fn a_wall_parts_the_floor_on_its_two_sides() {
         let triangles = floor_and_wall();
         let surfaces: Vec<_> = triangles.iter().map(|t| surfaces::surface(t, [true, true])).collect();
-        let grid: types::Grid = grid::grid(Vec3::ZERO, Vec3::new(2.0, 1.0, 2.0), 32);
-        let hvds = Hvds::build_split(&triangles, &surfaces, grid, 32);
+        let grid = grid::grid(Vec3::ZERO, Vec3::new(2.0, 1.0, 2.0), 32);
+        let hvds = Hvds::build_split(&triangles, &surfaces, grid);
         let mut split = [false; 2];
         for fragment in hvds.fragments.iter().filter(|fragment| fragment.side < 4 && fragment.area_m2 > 1e-6)
         {
@@ -278,7 +272,7 @@ mod tests {
             );
             let middle = fragment.corners.iter().sum::<Vec3>() / fragment.corners.len() as f32;
             let normal = surfaces[fragment.side as usize / 2].normal_of(fragment.side % 2 == 1);
-            let cell = hvds.grid.index_of(hvds.grid.cell_of(middle, normal));
+            let cell = hvds.cell_at(middle, normal);
             let code = surfaces[fragment.side as usize / 2].side_code(fragment.side % 2 == 1);
             assert_eq!(hvds.base_cluster(cell, code, middle), Some(fragment.cluster));
             let is_split = hvds.clusters_in(cell).any(|found| found.code == code && found.plane.is_some());

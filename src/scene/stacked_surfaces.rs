@@ -2,6 +2,7 @@
 //! wall. The gap between them may be bright while the room is dark, so they need separate clusters.
 //! [Yue §5, Figure 3]
 
+use super::cluster_key::Key;
 use super::fragment::{Fragment, Plane};
 use glam::{DVec2, DVec3, Vec3};
 
@@ -42,7 +43,7 @@ impl Slab {
 /// The plane half-way between two stacked surfaces of a cluster, in the widest gap. `None` if no
 /// surface covers another.
 pub(super) fn between(
-    cluster: &[&(u64, Fragment)],
+    cluster: &[&(Key, Fragment)],
     cell_size: f64,
     normal_of: &impl Fn(u32) -> Vec3,
 ) -> Option<Plane> {
@@ -104,14 +105,14 @@ mod tests {
         let triangles = [level(0.0, 0.0, 2.0), upper].concat();
         let surfaces: Vec<_> = triangles.iter().map(|t| surfaces::surface(t, [true, true])).collect();
         let grid = grid::grid(Vec3::ZERO, Vec3::new(2.0, 1.0, 2.0), 16);
-        let hvds = Hvds::build(&triangles, &surfaces, grid, 16);
+        let hvds = Hvds::build(&triangles, &surfaces, grid);
         let mut heights = vec![[false; 2]; hvds.levels[0].len()];
         for fragment in hvds.fragments.iter().filter(|fragment| fragment.area_m2 > 1e-6) {
             let middle = fragment.corners.iter().sum::<Vec3>() / fragment.corners.len() as f32;
             heights[fragment.cluster as usize][usize::from(middle.y > 0.5 * (both[0] + both[1]))] = true;
             let surface = &surfaces[fragment.side as usize / 2];
             let is_back = fragment.side % 2 == 1;
-            let cell = grid.index_of(grid.cell_of(middle, surface.normal_of(is_back)));
+            let cell = hvds.cell_at(middle, surface.normal_of(is_back));
             assert_eq!(hvds.base_cluster(cell, surface.side_code(is_back), middle), Some(fragment.cluster));
         }
         let whole = 2.0 * triangles.iter().map(Triangle::area_m2).sum::<f64>();

@@ -14,35 +14,41 @@ impl Hvds {
     /// the weighted clusters.
     #[must_use]
     pub fn with_unweighted(mut self, has_unweighted: &[bool]) -> Self {
-        let levels = std::mem::take(&mut self.levels);
-        let parents = std::mem::take(&mut self.parents);
-        let areas_m2 = std::mem::take(&mut self.areas_m2);
-        // The clusters of the current level that have an unweighted one.
-        let base = (0..).zip(has_unweighted).filter(|(_, has)| **has);
-        let mut divided: Vec<u32> = base.map(|(cluster, _)| cluster).collect();
-        for (unweighted, &cluster) in (levels[0].end..).zip(&divided) {
-            self.unweighted[cluster as usize] = unweighted;
+        // A cluster has an unweighted one if one of its children does.
+        let mut has = has_unweighted.to_vec();
+        has.resize(self.parents.len(), false);
+        for cluster in 0..has.len() {
+            if has[cluster] && self.parents[cluster] != NO_CLUSTER {
+                has[self.parents[cluster] as usize] = true;
+            }
         }
-        let mut first = 0;
-        for (depth, level) in levels.iter().enumerate() {
-            let end = first + (level.len() + divided.len()) as u32;
-            self.areas_m2.extend(&areas_m2[level.start as usize..level.end as usize]);
-            self.areas_m2.resize(end as usize, 0.0);
-            // The next level begins where this one ends. Its unweighted clusters follow
-            // its own clusters.
-            let own_up = levels.get(depth + 1).map_or(0, |up| up.len() as u32);
-            let moved = |parent: u32| if parent == NO_CLUSTER { parent } else { end + (parent - level.end) };
-            self.parents.extend(level.clone().map(|cluster| moved(parents[cluster as usize])));
-            let mut divided_up: Vec<u32> = divided.iter().map(|&cluster| parents[cluster as usize]).collect();
-            divided_up.dedup();
-            let unweighted_up = |&cluster: &u32| match parents[cluster as usize] {
-                NO_CLUSTER => NO_CLUSTER,
-                parent => end + own_up + divided_up.partition_point(|&other| other < parent) as u32,
-            };
-            self.parents.extend(divided.iter().map(unweighted_up));
-            self.levels.push(first..end);
-            (first, divided) = (end, divided_up);
+        // New numbers of the clusters, and of their unweighted ones, which follow on each level.
+        let (mut own, mut unweighted) = (vec![0; has.len()], vec![NO_CLUSTER; has.len()]);
+        let mut end = 0;
+        for level in &mut self.levels {
+            let first = end;
+            for cluster in level.clone() {
+                own[cluster as usize] = end;
+                end += 1;
+            }
+            for cluster in level.clone().filter(|&cluster| has[cluster as usize]) {
+                unweighted[cluster as usize] = end;
+                end += 1;
+            }
+            *level = first..end;
         }
+        let (mut parents, mut areas_m2) = (vec![NO_CLUSTER; end as usize], vec![0.0; end as usize]);
+        for (cluster, &parent) in self.parents.iter().enumerate() {
+            areas_m2[own[cluster] as usize] = self.areas_m2[cluster];
+            if parent != NO_CLUSTER {
+                parents[own[cluster] as usize] = own[parent as usize];
+                if has[cluster] {
+                    parents[unweighted[cluster] as usize] = unweighted[parent as usize];
+                }
+            }
+        }
+        unweighted.truncate(has_unweighted.len());
+        (self.parents, self.areas_m2, self.unweighted) = (parents, areas_m2, unweighted);
         self.link_children();
         let exact = self.areas_m2[..self.levels[0].len()].iter().map(|&area| f64::from(area));
         self.areas_m2 = self.sum_levels(self.copied_to_unweighted(exact.collect()));
@@ -101,7 +107,7 @@ mod tests {
         let triangles: Vec<Triangle> = (0..7).map(triangle).collect();
         let surfaces: Vec<_> = triangles.iter().map(|t| surfaces::surface(t, [true; 2])).collect();
         let (low, high) = (Vec3::splat(-1.0), Vec3::splat(1.0));
-        let plain = Hvds::build(&triangles, &surfaces, grid::grid(low, high, 8), 8);
+        let plain = Hvds::build(&triangles, &surfaces, grid::grid(low, high, 8));
         let base = plain.levels[0].len();
         let has_unweighted: Vec<bool> = (0..base).map(|cluster| cluster % 5 != 1).collect();
         let hvds = plain.clone().with_unweighted(&has_unweighted);
@@ -118,10 +124,10 @@ mod tests {
             assert!(unweighted > 0.0 && (unweighted - held).abs() < 1e-4 * held, "{unweighted} of {held}");
         }
         for cluster in base..hvds.cluster_count() as usize {
-            let children = hvds.child_offsets[cluster]..hvds.child_offsets[cluster + 1];
+            let children = hvds.children_of(cluster as u32);
             if cluster >= hvds.levels[0].end as usize {
                 assert!(!children.is_empty());
-                children.for_each(|child| assert_eq!(hvds.parents[child as usize], cluster as u32));
+                children.iter().for_each(|&child| assert_eq!(hvds.parents[child as usize], cluster as u32));
             }
         }
 

@@ -25,7 +25,7 @@ const POINTERS: &[(&str, usize, usize)] = &[
     ("sides", 1, 0),
     ("levels", 2, 0),
     ("levels", 2, 1),
-    ("cell offsets", 1, 0),
+    ("octree", 1, 0),
     ("unweighted clusters", 1, 0),
     ("parents", 1, 0),
     ("entry points", 10, 3),
@@ -65,7 +65,8 @@ const LENGTHS: &[&str] = &[
     "sides",
     "enclosures",
     "levels",
-    "cell offsets",
+    "octree",
+    "levels of cells",
     "cell clusters",
     "areas",
     "shown areas",
@@ -156,6 +157,12 @@ fn no_index_leads_out_of_a_list() {
             *tables.word("gloss shifts", shift) = (FAR + count).to_le_bytes();
         }
         all.assert_refused(&tables, "gloss shifts");
+    }
+    // Header, top nodes, cells.
+    for word in 1..tables.words("octree").min(40) {
+        let mut tables = all.tables.clone();
+        *tables.word("octree", word) = FAR.to_le_bytes();
+        all.assert_refused(&tables, &format!("word {word} of the octree"));
     }
     // Radii determine how many records the device lists for a pixel.
     let radius = |tables: &mut Tables| f32::from_le_bytes(*tables.word("cache points", 3));

@@ -64,7 +64,7 @@ fn blended_records_equal_the_reference() {
 fn neighbours_lie_within_both_clearances_and_shares_sum_to_one() {
     let world = World::room();
     let mut random = Random::new(8);
-    let place = |point| Placed { point, clearance: 0.3 * random_clearance(&point) };
+    let place = |point| Placed { point, clearance: 0.3 * random_clearance(&point), spacing: 1.0 };
     let placed: Vec<Placed> = world.cache_points(&mut random, 3000, 0.1).into_iter().map(place).collect();
     let lists = Neighbourhoods::new(&placed);
     assert_eq!(lists.first.len(), placed.len() + 1);

@@ -6,7 +6,7 @@ use crate::world::{Random, World};
 use glam::{UVec3, Vec3};
 use lightpaths::cpu;
 use lightpaths::passes::precompute::entry_points::{Strata, place};
-use lightpaths::scene::shapes;
+use lightpaths::scene::{grid::CellGrid, shapes};
 use lightpaths::types::{Grid, NO_CLUSTER, PathVertex};
 
 const SEED: u32 = 9;
@@ -38,7 +38,7 @@ fn entry_points_equal_the_reference() {
 
 fn entry_points_equal_the_reference_in(world: &World) {
     for count in [0, 1, 63, 64, 65, 2_003] {
-        let strata = Strata::new(&world.hvds, &world.densities, count);
+        let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, count);
         let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
         for point in &points {
             let cluster = world.geometry().cluster(&world.hvds, point.position, point.side);
@@ -85,14 +85,14 @@ fn no_vertex_of_a_box_is_lost_wherever_its_walls_lie_in_the_grid() {
         for triangle in &mut scene.triangles {
             triangle.positions = triangle.positions.map(|p| p + shift);
         }
-        let grid = Grid {
+        let grid = CellGrid::new(Grid {
             low: Vec3::splat(-8.0 * cell),
             inverse_cell: 1.0 / cell,
             cells: UVec3::splat(16),
             pull: cell / 64.0,
-        };
-        let world = World::on_grid(&scene, grid, 16);
-        let strata = Strata::new(&world.hvds, &world.densities, 1_009);
+        });
+        let world = World::on_grid(&scene, grid);
+        let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, 1_009);
         let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
         assert!(points.iter().all(|point| point.cluster != NO_CLUSTER), "{offset}/64 of a cell");
         let (_, paths) = world.light_paths(points, 0).unwrap();

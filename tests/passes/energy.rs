@@ -10,14 +10,12 @@ use lightpaths::passes::frame::hvds::{
     ClusterFlux, ClusterLight, ClusterLists, LightFlux, MIN_FRACTION, MIN_VERTICES, Pyramid, VERTICES_AROUND,
     contribution_ranges, indirect_sources,
 };
-use lightpaths::scene::{grid, hvds::Hvds};
+use lightpaths::scene::{grid, hvds::Hvds, octree::Octree};
 use lightpaths::types::{Contribution, NO_CLUSTER, OPEN};
 use std::sync::Arc;
 
 /// A base level of `count` clusters under one root.
 fn two_levels(count: u32) -> Hvds {
-    let mut child_offsets = vec![0; count as usize + 1];
-    child_offsets.push(count);
     let mut parents = vec![count; count as usize];
     parents.push(NO_CLUSTER);
     let area = |cluster: u32| if cluster % 7 == 3 { 0.0 } else { 0.5 + cluster as f32 };
@@ -25,12 +23,14 @@ fn two_levels(count: u32) -> Hvds {
     Hvds {
         grid: grid::grid(Vec3::ZERO, Vec3::ONE, 8),
         levels: vec![0..count, count..count + 1],
-        cell_offsets: Vec::new(),
+        octree: Octree::default(),
+        cell_levels: vec![0; count as usize],
         cell_clusters: Vec::new(),
         areas_m2,
         unweighted: vec![NO_CLUSTER; count as usize],
         parents,
-        child_offsets,
+        child_offsets: vec![0, count],
+        children: (0..count).collect(),
         fragments: Vec::new(),
         inconsistent: Vec::new(),
     }
@@ -137,9 +137,9 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
             assert_near(flux[cluster].indirect, reference[cluster][1], SUM, 0.0, &name);
             assert_near(irradiance[cluster], resolved[cluster], SUM, 0.0, &name);
             if cluster >= base {
-                let children = hvds.child_offsets[cluster] as usize..hvds.child_offsets[cluster + 1] as usize;
+                let children = hvds.children_of(cluster as u32).iter().map(|&child| &flux[child as usize]);
                 for part in [|flux: &ClusterFlux| flux.direct, |flux: &ClusterFlux| flux.indirect] {
-                    let sum: DVec3 = flux[children.clone()].iter().map(|flux| part(flux).as_dvec3()).sum();
+                    let sum: DVec3 = children.clone().map(|flux| part(flux).as_dvec3()).sum();
                     assert_near(part(&flux[cluster]), sum, FLOAT, 0.0, &name);
                 }
             }

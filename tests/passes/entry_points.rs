@@ -30,7 +30,7 @@ fn runs_are_as_long_as_area_and_density_say() {
     let world = World::room();
     for densities in [&world.densities, &smooth_densities(&world)] {
         for count in [1, 997, 20_000] {
-            let strata = Strata::new(&world.hvds, densities, count);
+            let strata = Strata::new(&world.hvds, densities, |_| 1.0, count);
             assert_eq!(strata.point_offsets.len(), strata.patches.len() + 1);
             assert_eq!([strata.point_offsets[0], strata.point_offsets[strata.patches.len()]], [0, count]);
             assert!(strata.point_offsets.is_sorted());
@@ -65,7 +65,7 @@ fn runs_are_as_long_as_area_and_density_say() {
 fn placed_points_fall_into_the_clusters_that_they_were_dealt_to() {
     let world = World::room();
     let count = 20_011;
-    let strata = Strata::new(&world.hvds, &world.densities, count);
+    let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, count);
     let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
     let mut held = vec![0_u32; world.hvds.cluster_count() as usize];
     for point in &points {
@@ -85,11 +85,11 @@ fn placed_points_fall_into_the_clusters_that_they_were_dealt_to() {
 
 /// Unweighted clusters have the fragments of their clusters.
 fn holds_fragments(world: &World, cluster: usize) -> bool {
-    let mut base = cluster;
-    while base >= world.hvds.levels[0].len() {
-        base = world.hvds.child_offsets[base] as usize;
+    let mut base = cluster as u32;
+    while let Some(&child) = world.hvds.children_of(base).first() {
+        base = child;
     }
-    base < world.hvds.unweighted.len()
+    (base as usize) < world.hvds.unweighted.len()
 }
 
 /// ∫ f dA over all fragments, each cut into small triangles.
@@ -114,7 +114,7 @@ fn weighted_points_integrate_over_the_area() {
     for densities in
         [vec![1.0; world.hvds.fragments.len()], smooth_densities(&world), world.densities.clone()]
     {
-        let strata = Strata::new(&world.hvds, &densities, count);
+        let strata = Strata::new(&world.hvds, &densities, |_| 1.0, count);
         let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
         let lightest = points.iter().map(|point| point.weight).fold(f32::INFINITY, f32::min);
         let heaviest = points.iter().map(|point| point.weight).fold(0.0, f32::max);
@@ -138,7 +138,7 @@ fn weighted_points_integrate_over_the_area() {
 #[test]
 fn another_seed_gives_other_points_and_the_same_seed_the_same() {
     let world = World::room();
-    let strata = Strata::new(&world.hvds, &world.densities, 501);
+    let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, 501);
     let points = |seed| {
         let placed = place(&world.context, &world.buffers, &world.clusters, &strata, seed).unwrap();
         placed.iter().map(|point| point.position).collect::<Vec<_>>()

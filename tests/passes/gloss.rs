@@ -113,8 +113,7 @@ impl Glossy {
         if hvds.levels[0].contains(&cluster) {
             return vec![cluster];
         }
-        let children = hvds.child_offsets[cluster as usize]..hvds.child_offsets[cluster as usize + 1];
-        children.flat_map(|child| self.base_below(child)).collect()
+        hvds.children_of(cluster).iter().flat_map(|&child| self.base_below(child)).collect()
     }
 }
 

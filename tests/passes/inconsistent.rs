@@ -3,7 +3,7 @@
 use crate::common::assert_silent;
 use crate::world::World;
 use lightpaths::passes::precompute::rays::Rays;
-use lightpaths::passes::precompute::visibility::inconsistent::{LEVELS, inconsistent};
+use lightpaths::passes::precompute::visibility::inconsistent::{inconsistent, levels};
 use lightpaths::passes::precompute::visibility::near_clusters::{self, Patch};
 use lightpaths::scene::shapes;
 
@@ -13,7 +13,7 @@ fn what_lies_on_both_sides_of_a_wall_is_inconsistent_and_no_other_cluster() {
     let hvds = &world.hvds;
     let clearances = vec![0.1; hvds.fragments.len()];
     let normal = |side: u32| world.geometry().normal(side);
-    let patches = near_clusters::patches(hvds, &clearances, normal, 1 + LEVELS);
+    let patches = near_clusters::patches(hvds, &clearances, normal, 1 + levels(hvds));
     let found = |entry_points: f32| {
         let in_clusters = vec![entry_points; hvds.parents.len()];
         let rays = Rays::new(&world.context).unwrap();
@@ -25,7 +25,7 @@ fn what_lies_on_both_sides_of_a_wall_is_inconsistent_and_no_other_cluster() {
     // parallel to it.
     let is_crossed =
         |patch: &Patch| patch.clearance.is_finite() && patch.normal.x.abs() < 0.01 && !patch.is_back;
-    for level in 1..=LEVELS {
+    for level in 1..=levels(hvds) {
         for cluster in hvds.levels[level].clone() {
             let Patch { low, high, .. } = patches[cluster as usize];
             if !is_crossed(&patches[cluster as usize]) {
@@ -45,7 +45,7 @@ fn what_lies_on_both_sides_of_a_wall_is_inconsistent_and_no_other_cluster() {
     }
     println!("{seen:?} whole and parted");
     assert!(seen.iter().all(|&clusters| clusters > 20));
-    let coarse = hvds.levels[LEVELS].end as usize..;
+    let coarse = hvds.levels[levels(hvds)].end as usize..;
     assert!(found_if_known[coarse].iter().all(|inconsistent| !inconsistent), "too coarse to be read");
     assert!(found(0.9).is_empty(), "parts of single paths");
     assert_silent(&world.context);

@@ -10,7 +10,7 @@ use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::path_scan::{FROM_ENTRY, HEAD};
 use lightpaths::passes::precompute::light_paths::{self, LightPathsPush, PathState};
 use lightpaths::passes::precompute::path_orders::PathRange;
-use lightpaths::scene::Material;
+use lightpaths::scene::{CellSizes, Material};
 use lightpaths::types::{NO_CLUSTER, PathVertex};
 
 const SEED: u32 = 77;
@@ -41,6 +41,7 @@ fn extend(world: &World, states: &mut Vec<PathState>) -> Vec<Vec<(PathVertex, u3
     let textures = &world.buffers.textures;
     let colours = vec![u32::MAX; states.len() * STEPS];
     let colours = Buffer::from_slice(&world.context, "colours", &colours).unwrap();
+    let guides = Buffer::from_slice(&world.context, "guides", &CellSizes::default().guides()).unwrap();
     world.dispatch(
         light_paths::STEM,
         &[
@@ -51,14 +52,15 @@ fn extend(world: &World, states: &mut Vec<PathState>) -> Vec<Vec<(PathVertex, u3
             textures.constant(),
         ],
         |_| states.len() as u32,
-        &LightPathsPush { grid: world.hvds.grid, path_count: states.len() as u32, seed: SEED },
+        &LightPathsPush { grid: *world.hvds.grid, path_count: states.len() as u32, seed: SEED },
         &textures.after([
             ("Nodes", &world.buffers.nodes),
             ("Triangles", &world.buffers.triangles),
             ("Surfaces", &world.buffers.surfaces),
             ("Materials", &world.buffers.materials),
-            ("CellOffsets", &world.clusters.cell_offsets),
+            ("Octree", &world.clusters.octree),
             ("CellClusters", &world.clusters.cell_clusters),
+            ("Guides", &guides),
             ("Paths", &paths),
             ("Vertices", &vertices),
             ("VertexCounts", &counts),

@@ -172,7 +172,7 @@ fn near_clusters_of(extent: Extent) {
     const CELL_SIZE: f32 = 0.1;
     let clearance = |fragment: &Fragment| if fragment.corners[0].x > 0.0 { 0.2 } else { 0.5 };
     let clearances: Vec<f32> = world.hvds.fragments.iter().map(clearance).collect();
-    let place = |point| Placed { point, clearance: 0.1 };
+    let place = |point| Placed { point, clearance: 0.1, spacing: 1.0 };
     let placed: Vec<Placed> = world.cache_points(&mut random, 800, 0.12).into_iter().map(place).collect();
     let normal = |side: u32| world.geometry().normal(side);
     let patches = near_clusters::patches(&world.hvds, &clearances, normal, extent.levels);

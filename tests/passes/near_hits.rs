@@ -34,7 +34,7 @@ fn near_hits_of(world: &World) {
     let strata = Strata { rings: hemisphere.rings, sectors: hemisphere.sectors };
     let packing = GatherTargetPacking::new(clusters, materials, 0.05).unwrap();
     let mut random = Random::new(57);
-    let place = |point| Placed { point, clearance: 0.1 };
+    let place = |point| Placed { point, clearance: 0.1, spacing: 1.0 };
     let points: Vec<Placed> = world.cache_points(&mut random, 700, 0.2).into_iter().map(place).collect();
     let near_count = 400;
     let cache_points: Vec<_> = points.iter().map(|placed| placed.point).collect();

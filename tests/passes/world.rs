@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::common::{context, random_words};
 use glam::{DVec3, UVec2, Vec2, Vec3};
-use lightpaths::cpu::math::clear_distance;
+use lightpaths::cpu::math::ClearDistance;
 use lightpaths::cpu::rays::Geometry;
 use lightpaths::cpu::textures::Textures;
 use lightpaths::error::Result;
@@ -15,10 +15,13 @@ use lightpaths::passes::precompute::path_orders::LightPaths;
 use lightpaths::passes::precompute::{Silent, light_paths};
 use lightpaths::passes::{ClusterBuffers, ClusterTables, SceneBuffers, reflectances};
 use lightpaths::scene::bvh::Bvh;
+use lightpaths::scene::grid::CellGrid;
 use lightpaths::scene::hvds::Hvds;
 use lightpaths::scene::opacity::MAX_LEVEL;
-use lightpaths::scene::{Image, Material, OpacityMaps, Scene, Texture, Triangle, grid, shapes, surfaces};
-use lightpaths::types::{CachePoint, Grid, PathVertex, PixelSurface, Reflectance, Surface};
+use lightpaths::scene::{
+    CellSizes, Image, Material, OpacityMaps, Scene, Texture, Triangle, grid, shapes, surfaces,
+};
+use lightpaths::types::{CachePoint, PathVertex, PixelSurface, Reflectance, Surface};
 
 /// Relative tolerance of the result of a few operations.
 pub(crate) const FLOAT: f64 = 1e-5;
@@ -85,16 +88,16 @@ pub(crate) struct World {
     pub in_clusters: Vec<f32>,
     pub buffers: SceneBuffers,
     pub clusters: ClusterBuffers,
-    pub clear_distance: f32,
+    pub clear_distance: ClearDistance,
 }
 
 impl World {
     pub(crate) fn new(scene: &Scene, cells: u32) -> Self {
         let (low, high) = scene.bounds();
-        Self::on_grid(scene, grid::grid(low, high, cells), cells)
+        Self::on_grid(scene, grid::grid(low, high, cells))
     }
 
-    pub(crate) fn on_grid(scene: &Scene, grid: Grid, cells: u32) -> Self {
+    pub(crate) fn on_grid(scene: &Scene, grid: CellGrid) -> Self {
         let context = context();
         let bvh = Bvh::build(&scene.triangles).unwrap();
         let mut ordered = scene.clone();
@@ -104,15 +107,15 @@ impl World {
             ordered.triangles.iter().zip(sees).map(|(t, sees)| surfaces::surface(t, sees)).collect();
         let buffers = SceneBuffers::new(&context, &bvh, &ordered, &surfaces).unwrap();
         let Scene { triangles, texture_coordinates: coordinates, opacity, materials, .. } = ordered;
-        let hvds = Hvds::build_split(&triangles, &surfaces, grid, cells);
+        let hvds = Hvds::build_split(&triangles, &surfaces, grid);
         let every_third: Vec<bool> = hvds.levels[0].clone().map(|cluster| cluster % 3 == 0).collect();
         let hvds = hvds.with_unweighted(&every_third);
         let densities: Vec<f32> = (0..hvds.fragments.len())
             .map(|fragment| 1.0 + 7.0 * (fragment as f32 * 0.618_034).fract())
             .collect();
-        let in_clusters = Strata::new(&hvds, &densities, ENTRY_POINTS).in_clusters;
+        let in_clusters = Strata::new(&hvds, &densities, |_| 1.0, ENTRY_POINTS).in_clusters;
         let clusters = ClusterTables::new(&hvds, &in_clusters).upload(&context).unwrap();
-        let clear_distance = clear_distance(&bvh.nodes[0]);
+        let clear_distance = ClearDistance::new(&bvh.nodes[0], &scene.cell_sizes);
         Self {
             context,
             triangles,
@@ -165,7 +168,7 @@ impl World {
             context,
             buffers,
             &self.clusters,
-            materials,
+            (materials, &CellSizes::default()),
             &entry_points,
             seed,
             &mut Silent,

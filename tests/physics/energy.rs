@@ -26,7 +26,7 @@ fn hierarchy(renderer: &Renderer) -> Hvds {
     let (low, high) = scene.bounds();
     // The finest level is finer than the requested cells.
     let cells = 2 * scene.quality.cells;
-    Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells)
+    Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, cells))
 }
 
 /// Flux of the contributions of all vertices, summed in f64.
@@ -159,9 +159,9 @@ fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
             }
             borrowing += usize::from(source != cluster);
             if depth > 0 {
-                let children = hvds.child_offsets[cluster] as usize..hvds.child_offsets[cluster + 1] as usize;
+                let children = hvds.children_of(cluster as u32).iter().map(|&child| flux[child as usize]);
                 for part in [0, 1] {
-                    let sum: DVec3 = flux[children.clone()].iter().map(|flux| flux[part]).sum();
+                    let sum: DVec3 = children.clone().map(|flux| flux[part]).sum();
                     assert!(
                         sum.abs_diff_eq(flux[cluster][part], 1e-5 * sum.x),
                         "cluster {cluster}: {sum} {}",

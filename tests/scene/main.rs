@@ -260,7 +260,7 @@ fn models_are_repaired_and_say_so() {
 
 #[test]
 fn materials_come_from_mtl_with_repairs() {
-    let obj = format!("mtllib m.mtl\nusemtl mirror\n{SQUARE}v 9 9 9\nusemtl  lost one\nf 1 2 5\n");
+    let obj = format!("mtllib m.mtl\nusemtl mirror\n{SQUARE}v 2 2 2\nusemtl  lost one\nf 1 2 5\n");
     let mtl = "newmtl mirror\n\tKd 0.5 0.8 0.1\n  Ks 0.5 0.25 0.5\nNs 96\nmap_Ks a.png\nd 1 # junk\n";
     let toml = good_toml();
     let files: [(&str, &[u8]); 3] =

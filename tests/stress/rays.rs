@@ -2,7 +2,7 @@
 
 use crate::common::{assert_silent, context, random_words};
 use glam::Vec3;
-use lightpaths::cpu::math::{clear_distance, frame_around};
+use lightpaths::cpu::math::{ClearDistance, frame_around};
 use lightpaths::passes::SceneBuffers;
 use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::scene::bvh::Bvh;
@@ -22,7 +22,7 @@ fn escaped(mut scene: Scene, centre: Vec3, count: u64) -> u64 {
         scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
     let buffers = SceneBuffers::new(&context, &bvh, &scene, &faces).unwrap();
     let rays = Rays::new(&context).unwrap();
-    let clear = clear_distance(&bvh.nodes[0]);
+    let clear = ClearDistance::new(&bvh.nodes[0], &scene.cell_sizes).at(Vec3::ZERO);
     let unit = |word: u32| (word >> 8) as f32 / 16_777_216.0;
     let (mut left, mut found, mut seed) = (count, 0, 1);
     while left > 0 {

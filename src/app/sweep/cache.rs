@@ -66,6 +66,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
     let Scene {
         triangles,
         texture_coordinates,
+        cell_sizes,
         opacity,
         panes,
         materials,
@@ -84,7 +85,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
         .and_then(|()| {
             write!(
                 key,
-                "{materials:?} {texture_coordinates:?} {opacity:?} {panes:?} {lights:?} {:?}",
+                "{materials:?} {texture_coordinates:?} {opacity:?} {panes:?} {cell_sizes:?} {lights:?} {:?}",
                 cameras[0]
             )
         })

@@ -300,7 +300,7 @@ impl GlossPixels {
             [stride, 1, 1],
             &GlossRaysPush {
                 view: *view,
-                grid: clusters.grid,
+                grid: *clusters.grid,
                 max_samples: self.max_samples,
                 capacity: self.capacity,
                 stride,
@@ -316,7 +316,7 @@ impl GlossPixels {
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
                 ("Materials", &scene.materials),
-                ("CellOffsets", &clusters.cell_offsets),
+                ("Octree", &clusters.octree),
                 ("CellClusters", &clusters.cell_clusters),
                 ("ClusterLinks", &clusters.links),
                 ("UnweightedClusters", &clusters.unweighted),

@@ -40,6 +40,8 @@ gpu_struct! {
         pub first_listed: u32,
         /// Its listed clusters.
         pub cluster_count: u32,
+        /// Clusters of the base.
+        pub base_count: u32,
     }
 }
 
@@ -170,6 +172,7 @@ pub struct Pyramid {
     /// `ContributionRange` of each base cluster.
     pub contribution_ranges: Buffer,
     child_offsets: Buffer,
+    children: Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: Buffer,
     /// The cluster from which each takes its indirect light.
@@ -236,6 +239,7 @@ impl Pyramid {
                 GrowsWith::Cells.named("child offsets"),
                 &hvds.child_offsets,
             )?,
+            children: Buffer::from_slice(context, GrowsWith::Cells.named("children"), &hvds.children)?,
             inverse_areas: Buffer::from_slice(
                 context,
                 GrowsWith::Cells.named("inverse areas"),
@@ -346,9 +350,14 @@ impl Pyramid {
             pass.dispatch(
                 &self.level,
                 [level.len() as u32, 1, 1],
-                &HvdsLevelPush { first_listed: level.start, cluster_count: level.len() as u32 },
+                &HvdsLevelPush {
+                    first_listed: level.start,
+                    cluster_count: level.len() as u32,
+                    base_count: self.base_count,
+                },
                 &[
                     ("ChildOffsets", &self.child_offsets),
+                    ("Children", &self.children),
                     ("ClusterFluxes", &self.flux),
                     ("SummedClusters", &lists.summed),
                 ],

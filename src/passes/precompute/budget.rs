@@ -2,7 +2,9 @@
 //! meets the budget.
 
 use super::geometry::Geometry;
+use crate::scene::CellSizes;
 use crate::scene::fragment::Fragment;
+use glam::Vec3;
 use rayon::prelude::*;
 
 /// A point counts as covered from this record weight on; records then overlap enough to blend.
@@ -18,18 +20,20 @@ const PACKING: f64 = 0.7;
 const BUDGET_FRACTION: f64 = 0.9;
 
 /// The need of records of one fragment.
-pub(super) struct Demand {
+pub(super) struct Demand<'a> {
     area_m2: f64,
     /// Distances over which its shading normal turns by [`NORMAL_RANGE`], where it turns fastest
     /// and where slowest, metres.
     reach: [f64; 2],
     /// Clearance at the fragment, metres.
     clearance: f64,
+    /// Its middle, and sizes over the scene.
+    place: (Vec3, &'a CellSizes),
 }
 
-impl Demand {
+impl<'a> Demand<'a> {
     /// The demand of every fragment, given their clearances.
-    pub(super) fn of_fragment(geometry: &Geometry<'_>, clearances: &[f32]) -> Vec<Self> {
+    pub(super) fn of_fragment(geometry: &Geometry<'a>, clearances: &[f32]) -> Vec<Self> {
         let fragments = geometry.hvds.fragments.par_iter().zip(clearances);
         let demand = |(fragment, &clearance): (&Fragment, &f32)| {
             let triangle = &geometry.triangles[fragment.side as usize / 2];
@@ -43,14 +47,17 @@ impl Demand {
             let fastest = turns.into_iter().fold(1e-12, f64::max);
             let slowest = turns.into_iter().fold(fastest, f64::min).max(1e-12);
             let reach = [NORMAL_RANGE / fastest, NORMAL_RANGE / slowest];
-            Self { area_m2: fragment.open_area_m2(), reach, clearance: clearance.into() }
+            let place = (fragment.middle(), geometry.cell_sizes);
+            Self { area_m2: fragment.open_area_m2(), reach, clearance: clearance.into(), place }
         };
         fragments.map(demand).collect()
     }
 
     /// Radius of a record before its neighbourhood is known, metres.
     fn radius(&self, unit: f64) -> f64 {
-        (0.5 * self.clearance).clamp(RADIUS_RANGE[0] * unit, RADIUS_RANGE[1] * unit)
+        let (middle, sizes) = self.place;
+        let [low, high] = RADIUS_RANGE.map(|bound| sizes.stretched(middle, bound * unit));
+        (0.5 * self.clearance).clamp(low, high)
     }
 
     /// Area that one record covers at a given unit of length, m².
@@ -84,7 +91,7 @@ impl Demand {
 /// length, and its expected number is too high. The second is the longest acceptable length, at
 /// which flat fragments take an eighth. The third is for scenes that no length suits: curved
 /// surface is covered sparsely and flat fragments take six tenths.
-pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 3] {
+pub(super) fn spread(demands: &[Demand<'_>], scene_size: f32, budget: u32) -> [f64; 3] {
     let curved = |unit: f64| demands.iter().map(|demand| demand.records(unit)).sum::<f64>();
     let flat = |unit: f64| demands.iter().map(|demand| demand.flat_records(unit)).sum::<f64>();
     let length = |expected: &dyn Fn(f64) -> f64, records: f64| {
@@ -105,8 +112,10 @@ pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 
 mod tests {
     use super::*;
 
-    fn demand(area_m2: f64, reach: f64, clearance: f64) -> Demand {
-        Demand { area_m2, reach: [reach, 1e9], clearance }
+    static EVEN: CellSizes = CellSizes { regions: Vec::new(), reach_m: 0.0 };
+
+    fn demand(area_m2: f64, reach: f64, clearance: f64) -> Demand<'static> {
+        Demand { area_m2, reach: [reach, 1e9], clearance, place: (Vec3::ZERO, &EVEN) }
     }
 
     #[test]

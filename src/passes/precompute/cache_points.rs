@@ -47,7 +47,7 @@ const PROBE_ROUNDS: u32 = 6;
 pub struct Placement {
     /// In order of acceptance.
     pub points: Vec<Placed>,
-    /// Lower clamp of their radii, metres.
+    /// Lower clamp of their radii where the spacing is least, metres.
     pub min_radius: f32,
     /// Number of tested candidates.
     pub candidates: u64,
@@ -90,10 +90,9 @@ impl SizeField {
     /// Interpolated clearance, metres, at the middle of each fragment of another hierarchy of
     /// the same surface.
     pub fn clearances_of(&self, geometry: &Geometry<'_>, other: &Hvds) -> Vec<f32> {
-        let neighbourhood = Neighbourhood::new(&geometry.hvds.grid, &self.samples, &self.clearances);
+        let neighbourhood = Neighbourhood::new(geometry.hvds, &self.samples, &self.clearances);
         let middle = |fragment: &Fragment| {
-            let position = fragment.corners.iter().sum::<Vec3>() / fragment.corners.len() as f32;
-            neighbourhood.clamp(&geometry.point(fragment.side, position), geometry.scene_size)
+            neighbourhood.clamp(&geometry.point(fragment.side, fragment.middle()), geometry.scene_size)
         };
         other.fragments.par_iter().map(middle).collect()
     }
@@ -120,18 +119,20 @@ pub fn place(
         });
     }
     let SizeField { probe, samples, clearances } = size_field;
-    let neighbourhood = &Neighbourhood::new(&geometry.hvds.grid, samples, clearances);
+    let neighbourhood = &Neighbourhood::new(geometry.hvds, samples, clearances);
     let demands = &Demand::of_fragment(geometry, &size_field.clearances_of(geometry, geometry.hvds));
     let [mut unit, largest, sparse] = spread(demands, geometry.scene_size, budget);
     let mut is_last =
         demands.iter().map(|demand| demand.records(largest)).sum::<f64>() > HOPELESS * f64::from(budget);
     let first = unit;
     let mut known = HashMap::new();
+    let (low, high) = geometry.hvds.grid.bounds();
     loop {
         if is_last {
             unit = sparse;
         }
-        let mut records = Records::new(&geometry.hvds.grid, RADIUS_RANGE[1] * unit);
+        let largest = geometry.cell_sizes.max_stretched(low, high, RADIUS_RANGE[1] * unit);
+        let mut records = Records::new(&geometry.hvds.grid, largest, largest / (RADIUS_RANGE[1] * unit));
         let attempt = Attempt { buffers, geometry, probe, neighbourhood, demands, unit, is_last, quality };
         let placement = attempt.run(&mut records, &mut known, progress)?;
         if placement.is_covering || is_last {
@@ -167,7 +168,7 @@ struct Attempt<'a> {
     geometry: &'a Geometry<'a>,
     probe: &'a ClearanceProbe,
     neighbourhood: &'a Neighbourhood<'a>,
-    demands: &'a [Demand],
+    demands: &'a [Demand<'a>],
     unit: f64,
     /// No other attempt follows.
     is_last: bool,
@@ -255,12 +256,19 @@ impl Attempt<'_> {
         candidates
     }
 
-    /// Random points over the whole active surface, in proportion to area, at least one a fragment.
+    /// Factor of the spacing of records.
+    fn spacing_at(&self, place: Vec3) -> f64 {
+        self.geometry.cell_sizes.stretched(place, self.unit) / self.unit
+    }
+
+    /// Random points over the whole active surface, in proportion to area over squared spacing, at
+    /// least one a fragment.
     fn probes(&self) -> Vec<Candidate> {
         let fragments = &self.geometry.hvds.fragments;
-        let area: f64 = fragments.iter().map(|fragment| fragment.area_m2).sum();
+        let weight = |fragment: &Fragment| fragment.area_m2 / self.spacing_at(fragment.middle()).powi(2);
+        let all: f64 = fragments.iter().map(weight).sum();
         let counts =
-            fragments.iter().map(|fragment| (f64::from(PROBES) * fragment.area_m2 / area).ceil() as u32);
+            fragments.iter().map(|fragment| (f64::from(PROBES) * weight(fragment) / all).ceil() as u32);
         let of_fragment = |(fragment, count): (u32, u32)| (0..count).map(move |index| (fragment, index));
         let probes = (0..).zip(counts).flat_map(of_fragment);
         (0..).zip(probes).map(|(rank, (fragment, index))| Candidate { rank, fragment, index }).collect()
@@ -329,9 +337,12 @@ impl Attempt<'_> {
                     true => self.neighbourhood.clamp(&candidate, clearance.distance),
                     false => clearance.distance,
                 };
-                let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);
+                let sizes = self.geometry.cell_sizes;
+                let bound = |bound: f64| sizes.stretched(candidate.position, bound * self.unit) as f32;
+                let [low, high] = RADIUS_RANGE.map(bound);
                 candidate.radius = (0.5 * clearance).clamp(low, high);
-                records.insert(Placed { point: candidate, clearance });
+                let spacing = self.spacing_at(candidate.position) as f32;
+                records.insert(Placed { point: candidate, clearance, spacing });
             }
         }
     }

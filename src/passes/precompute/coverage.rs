@@ -4,7 +4,9 @@
 use super::budget::COVERED;
 use super::reaches::Reaches;
 use crate::cpu::records::{Tolerance, cover_weight};
-use crate::types::{CachePoint, Grid};
+use crate::scene::grid::CellGrid;
+use crate::scene::hvds::Hvds;
+use crate::types::CachePoint;
 use glam::{UVec3, Vec3};
 
 /// An accepted cache point.
@@ -15,6 +17,8 @@ pub struct Placed {
     /// Distance to the nearest surface that it or its neighbourhood sees, metres; it
     /// determines the radius.
     pub clearance: f32,
+    /// Factor of the spacing of points around it.
+    pub spacing: f32,
 }
 
 /// Condition under which a record covers a position.
@@ -37,7 +41,7 @@ impl Cover {
 /// Clearances measured all over the surface. A record's clearance is at most that of a sample plus
 /// the distance to it.
 pub(super) struct Neighbourhood<'a> {
-    grid: &'a Grid,
+    hvds: &'a Hvds,
     /// Samples by cell.
     samples: Vec<Sample>,
     /// First sample of each cell, and the end.
@@ -53,15 +57,15 @@ struct Sample {
 }
 
 impl<'a> Neighbourhood<'a> {
-    pub(super) fn new(grid: &'a Grid, points: &[CachePoint], clearances: &[f32]) -> Self {
-        let cell = |point: &CachePoint| grid.index_of(grid.cell_of(point.position, point.normal));
+    pub(super) fn new(hvds: &'a Hvds, points: &[CachePoint], clearances: &[f32]) -> Self {
+        let cell = |point: &CachePoint| hvds.cell_at(point.position, point.normal).word;
         let cells: Vec<usize> = points.iter().map(cell).collect();
-        let mut first = vec![0; grid.cell_count() + 1];
+        let mut first = vec![0; hvds.octree.words.len() + 1];
         for &cell in &cells {
             first[cell + 1] += 1;
         }
-        for cell in 0..grid.cell_count() {
-            first[cell + 1] += first[cell];
+        for cell in 1..first.len() {
+            first[cell] += first[cell - 1];
         }
         let none = Sample { position: Vec3::ZERO, normal: Vec3::ZERO, clearance: 0.0 };
         let (mut samples, mut next) = (vec![none; points.len()], first.clone());
@@ -70,28 +74,25 @@ impl<'a> Neighbourhood<'a> {
                 Sample { position: point.position, normal: point.normal, clearance };
             next[cell] += 1;
         }
-        Self { grid, samples, first }
+        Self { hvds, samples, first }
     }
 
     /// Lowers a clearance to the bound of nearby samples that face alike. [Krivanek]
     pub(super) fn clamp(&self, candidate: &CachePoint, clearance: f32) -> f32 {
-        let grid = self.grid;
+        let Hvds { grid, octree, .. } = self.hvds;
         let centre = grid.cell_of(candidate.position, candidate.normal);
-        let (low, high) = (centre.saturating_sub(UVec3::ONE), (centre + 1).min(grid.cells - 1));
+        let level = octree.cell_at(grid, centre).level;
+        let width = 1 << level;
+        let around = [centre.saturating_sub(UVec3::splat(width)), (centre + width).min(grid.cells - 1)];
         let mut clamped = clearance;
-        for z in low.z..=high.z {
-            for y in low.y..=high.y {
-                // Cells along x are consecutive.
-                let [begin, end] =
-                    [low.x, high.x + 1].map(|x| grid.index_of(UVec3::new(0, y, z)) + x as usize);
-                for sample in &self.samples[self.first[begin] as usize..self.first[end] as usize] {
-                    if sample.clearance < clamped && sample.normal.dot(candidate.normal) > 0.5 {
-                        let distance = sample.position.distance(candidate.position);
-                        clamped = clamped.min(sample.clearance + distance);
-                    }
+        octree.visit(grid, around, level, |cell| {
+            for sample in &self.samples[self.first[cell] as usize..self.first[cell + 1] as usize] {
+                if sample.clearance < clamped && sample.normal.dot(candidate.normal) > 0.5 {
+                    let distance = sample.position.distance(candidate.position);
+                    clamped = clamped.min(sample.clearance + distance);
                 }
             }
-        }
+        });
         clamped
     }
 }
@@ -104,10 +105,11 @@ pub(super) struct Records {
 }
 
 impl Records {
-    /// No records yet; their radii will be at most `largest`, metres.
-    pub(super) fn new(grid: &Grid, largest: f64) -> Self {
-        let extent = grid.cells.as_vec3() / grid.inverse_cell;
-        Self { points: Vec::new(), map: Reaches::new(grid.low, grid.low + extent, largest as f32) }
+    /// No records yet; their radii will be at most `largest`, metres, and many
+    /// smaller by a factor of `orders`.
+    pub(super) fn new(grid: &CellGrid, largest: f64, orders: f64) -> Self {
+        let (low, high) = grid.bounds();
+        Self { points: Vec::new(), map: Reaches::new(low, high, largest as f32, orders as f32) }
     }
 
     pub(super) fn insert(&mut self, placed: Placed) {

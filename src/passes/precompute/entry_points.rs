@@ -11,7 +11,8 @@ use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::{ClusterBuffers, SceneBuffers};
-use crate::scene::{Scene, hvds::Hvds};
+use crate::scene::grid::{BRICK_BITS, CellGrid};
+use crate::scene::{Scene, fragment::Fragment, hvds::Hvds};
 use crate::types::{Grid, PathVertex};
 use glam::Vec3;
 use std::sync::Arc;
@@ -67,7 +68,7 @@ pub struct Strata {
     pub patches: Vec<EntryPatch>,
     /// First entry point of each patch, and the total.
     pub point_offsets: Vec<u32>,
-    /// Area of all patches, m².
+    /// Area of all patches, each over its nominal weight, m².
     pub area_m2: f64,
     /// Expected number of entry points in each cluster.
     pub in_clusters: Vec<f32>,
@@ -77,10 +78,13 @@ impl Strata {
     /// Distributes `count` points over the fragments in proportion to area and density, with a
     /// running sum in f64: point i goes to the patch that contains the fraction (i + ½) / count
     /// of the sum. Fragments of density zero get no point.
-    pub fn new(hvds: &Hvds, densities: &[f32], count: u32) -> Self {
+    /// `nominal` is the area of an entry point on a fragment over the area in the regions of
+    /// small cells, without what its clearance changes: weights are relative to the latter.
+    pub fn new(hvds: &Hvds, densities: &[f32], nominal: impl Fn(&Fragment) -> f64, count: u32) -> Self {
         let mut order: Vec<usize> =
             (0..hvds.fragments.len()).filter(|&fragment| densities[fragment] > 0.0).collect();
-        let area_m2: f64 = order.iter().map(|&fragment| hvds.fragments[fragment].area_m2).sum();
+        let nominal_m2 = |fragment: &Fragment| fragment.area_m2 / nominal(fragment);
+        let area_m2: f64 = order.iter().map(|&fragment| nominal_m2(&hvds.fragments[fragment])).sum();
         order.sort_by_key(|&fragment| hvds.fragments[fragment].cluster);
         let fraction =
             |(fragment, &density): (usize, &f32)| hvds.fragments[fragment].area_m2 * f64::from(density);
@@ -150,7 +154,7 @@ pub fn place(
         let own_firsts =
             Buffer::from_slice(context, "point offsets", &point_offsets[first_patch..end_patch])?;
         let push =
-            EntryPointsPush { grid: clusters.grid, first_point, point_count: count, patch_count, seed };
+            EntryPointsPush { grid: *clusters.grid, first_point, point_count: count, patch_count, seed };
         context.run(|rec| {
             rec.pass(STEM).dispatch(
                 &pipeline,
@@ -161,7 +165,7 @@ pub fn place(
                     ("Surfaces", &scene.surfaces),
                     ("EntryPatches", &own_patches),
                     ("PointOffsets", &own_firsts),
-                    ("CellOffsets", &clusters.cell_offsets),
+                    ("Octree", &clusters.octree),
                     ("CellClusters", &clusters.cell_clusters),
                     ("EntryPoints", &points),
                 ],
@@ -182,13 +186,16 @@ pub fn without_holes(mut entry_points: Vec<PathVertex>, scene: &Scene) -> Vec<Pa
     entry_points
 }
 
-/// Sorts items by the Morton index of their position, stably. 1024 steps along the
-/// grid's longest axis.
-pub fn sort_along_curve<T>(items: &mut [T], grid: &Grid, position: impl Fn(&T) -> Vec3) {
-    let scale = 1023.0 * grid.inverse_cell / grid.cells.max_element() as f32;
+/// Sorts items by the Morton index of their position, stably. 1024 steps along the grid's longest
+/// axis, or more in an octree with smaller cells.
+pub fn sort_along_curve<T>(items: &mut [T], grid: &CellGrid, position: impl Fn(&T) -> Vec3) {
+    let bits = (10 + grid.shift - BRICK_BITS).min(21);
+    let steps = ((1u32 << bits) - 1) as f32;
+    let scale = steps * grid.inverse_cell / grid.cells.max_element() as f32;
+    let first = grid.first.as_vec3() * (steps / grid.cells.max_element() as f32);
     items.sort_by_cached_key(|item| {
-        let cell = ((position(item) - grid.low) * scale).max(Vec3::ZERO).as_uvec3();
-        let spread = |v: u32| (0..10).fold(0u32, |m, bit| m | (v >> bit & 1) << (3 * bit));
+        let cell = ((position(item) - grid.low) * scale + first).max(Vec3::ZERO).as_uvec3();
+        let spread = |v: u32| (0..bits).fold(0u64, |m, bit| m | u64::from(v >> bit & 1) << (3 * bit));
         spread(cell.z) << 2 | spread(cell.y) << 1 | spread(cell.x)
     });
 }

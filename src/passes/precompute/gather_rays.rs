@@ -265,7 +265,7 @@ pub fn trace(
     for (first_point, rows, [rays, colours]) in table.buffers(point_count) {
         chunks.run(rows, |first_row, count| {
             let push = GatherRaysPush {
-                grid: clusters.grid,
+                grid: *clusters.grid,
                 first_point: first_point + first_row,
                 first_row,
                 point_count: count,
@@ -284,7 +284,7 @@ pub fn trace(
                         ("Nodes", &scene.nodes),
                         ("Triangles", &scene.triangles),
                         ("Surfaces", &scene.surfaces),
-                        ("CellOffsets", &clusters.cell_offsets),
+                        ("Octree", &clusters.octree),
                         ("CellClusters", &clusters.cell_clusters),
                         ("ClusterLinks", &clusters.links),
                         ("UnweightedClusters", &clusters.unweighted),

@@ -1,8 +1,9 @@
 //! The surface on which cache points are placed.
 
 use super::fragment_points::{plane_sequence, point_in_polygon};
+use crate::cpu::math::ClearDistance;
 use crate::cpu::sampling::hash;
-use crate::scene::{OpacityMaps, Triangle, fragment::Fragment, hvds::Hvds, solids::Solids};
+use crate::scene::{CellSizes, OpacityMaps, Triangle, fragment::Fragment, hvds::Hvds, solids::Solids};
 use crate::types::{CachePoint, Surface};
 use glam::{DVec3, UVec2, Vec3};
 
@@ -18,10 +19,12 @@ pub struct Geometry<'a> {
     pub hvds: &'a Hvds,
     /// Diagonal of the scene, metres.
     pub scene_size: f32,
+    /// Sizes of its cells.
+    pub cell_sizes: &'a CellSizes,
     /// Watertight solids that may contain surface.
     pub solids: &'a Solids,
-    /// Offset of ray origins from surfaces, metres.
-    pub clear_distance: f32,
+    /// Offset of ray origins from surfaces.
+    pub clear_distance: ClearDistance,
 }
 
 /// Points tried for one outside of holes.
@@ -43,9 +46,14 @@ impl Geometry<'_> {
         self.opacity.solid_fraction_of(self.triangles, side / 2, &corners)
     }
 
+    /// A point of the surface, moved off it to the side that it is on.
+    pub(super) fn off_surface(&self, point: &CachePoint) -> Vec3 {
+        point.position + self.clear_distance.at(point.position) * point.facet
+    }
+
     /// Whether a watertight solid contains a point of the surface.
     pub(super) fn is_interior(&self, point: &CachePoint) -> bool {
-        self.solids.hold(point.position + self.clear_distance * point.facet)
+        self.solids.hold(self.off_surface(point))
     }
 
     /// Candidate number `index` of a fragment: uniform over it, low-discrepancy in `index`. The

@@ -107,8 +107,9 @@ pub fn base_ranges(hvds: &Hvds) -> Vec<UVec2> {
     let base = hvds.levels[0].end;
     let mut ranges: Vec<UVec2> = (0..base).map(|cluster| UVec2::new(cluster, cluster + 1)).collect();
     for cluster in base as usize..hvds.cluster_count() as usize {
-        let children = hvds.child_offsets[cluster] as usize..hvds.child_offsets[cluster + 1] as usize;
-        ranges.push(UVec2::new(ranges[children.start].x, ranges[children.end - 1].y));
+        let children = hvds.children_of(cluster as u32).iter().map(|&child| ranges[child as usize]);
+        let around = children.reduce(|a, b| UVec2::new(a.x.min(b.x), a.y.max(b.y)));
+        ranges.push(around.unwrap_or_default());
     }
     ranges
 }
@@ -204,8 +205,8 @@ impl GlossTables {
         let is_sum =
             |cluster: u32| cluster >= hvds.levels[0].end && vertices[cluster as usize] > LEAF_VERTICES;
         let children = |cluster: u32| {
-            let range = hvds.child_offsets[cluster as usize]..hvds.child_offsets[cluster as usize + 1];
-            range.filter(|&child| vertices[child as usize] > 0)
+            let children = hvds.children_of(cluster).iter().copied();
+            children.filter(|&child| vertices[child as usize] > 0)
         };
         // From the coarsest level down, because the terms of a sum need gloss bins, too.
         wanted.sort_unstable();

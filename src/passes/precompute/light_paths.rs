@@ -9,7 +9,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::frame::path_scan::PathStep;
 use crate::passes::{ClusterBuffers, SceneBuffers, loop_limit};
-use crate::scene::Material;
+use crate::scene::{CellSizes, Material};
 use crate::types::{Contribution, Grid, LOOP_TRUNCATED, MAY_BE_GLOSSY, PathVertex, Reflectance};
 use glam::Vec3;
 use std::sync::Arc;
@@ -90,7 +90,7 @@ pub fn trace(
     context: &Arc<Context>,
     scene: &SceneBuffers,
     clusters: &ClusterBuffers,
-    materials: &[Material],
+    (materials, cell_sizes): (&[Material], &CellSizes),
     entry_points: &[PathVertex],
     seed: u32,
     progress: &mut dyn Progress,
@@ -104,7 +104,7 @@ pub fn trace(
     }
 
     let is_glossy = materials.iter().any(Material::may_be_glossy);
-    let walk = Walk::new(context, scene, clusters, entry_points.len() as u32, is_glossy, seed)?;
+    let walk = Walk::new(context, scene, clusters, entry_points.len() as u32, is_glossy, (cell_sizes, seed))?;
     let mut chunks = Chunks::new(1 << 12, LIMIT);
     progress.stage("light paths", live.len() as u64);
     let total = live.len() as u64;
@@ -135,20 +135,19 @@ pub fn trace(
 pub fn retrace(
     context: &Arc<Context>,
     scene: &SceneBuffers,
+    (clusters, cell_sizes): (&ClusterBuffers, &CellSizes),
     materials: &[Reflectance],
     state: PathState,
     seed: u32,
 ) -> Result<Vec<(Vec3, u32)>> {
-    // The walk needs no clusters here.
-    let nowhere = ClusterBuffers::none(context)?;
     let is_glossy = materials.iter().any(|material| material.flags & MAY_BE_GLOSSY != 0);
-    let mut walk = Walk::new(context, scene, &nowhere, 1, is_glossy, seed)?;
+    let mut walk = Walk::new(context, scene, clusters, 1, is_glossy, (cell_sizes, seed))?;
     walk.materials =
         Buffer::from_slice(context, GrowsWith::EntryPoints.named("materials of paths"), materials)?;
     let (mut found, mut live) = (Vec::new(), vec![state]);
     while !live.is_empty() {
         let mut survivors = Vec::new();
-        walk.round(scene, &nowhere, &live, &mut found, &mut survivors)?;
+        walk.round(scene, clusters, &live, &mut found, &mut survivors)?;
         live = survivors;
     }
     let later = found.iter().map(|vertex| (vertex.position, vertex.side));
@@ -170,6 +169,7 @@ struct Walk {
     counts_to_host: HostBlock,
     colours_to_host: HostBlock,
     grid: Grid,
+    guides: Buffer,
     seed: u32,
 }
 
@@ -180,7 +180,7 @@ impl Walk {
         clusters: &ClusterBuffers,
         paths: u32,
         is_glossy: bool,
-        seed: u32,
+        (cell_sizes, seed): (&CellSizes, u32),
     ) -> Result<Self> {
         let limit = u64::from(paths.clamp(1, LIMIT));
         let constants = [
@@ -216,7 +216,8 @@ impl Walk {
             vertices,
             counts,
             colours,
-            grid: clusters.grid,
+            grid: *clusters.grid,
+            guides: Buffer::from_slice(context, "guides", &cell_sizes.guides())?,
             seed,
         })
     }
@@ -247,8 +248,9 @@ impl Walk {
                     ("Triangles", &scene.triangles),
                     ("Surfaces", &scene.surfaces),
                     ("Materials", &self.materials),
-                    ("CellOffsets", &clusters.cell_offsets),
+                    ("Octree", &clusters.octree),
                     ("CellClusters", &clusters.cell_clusters),
+                    ("Guides", &self.guides),
                     ("Paths", &self.paths),
                     ("Vertices", &self.vertices),
                     ("VertexCounts", &self.counts),

@@ -1,20 +1,25 @@
 //! Lookup of points by the positions within their reach.
 
 use glam::{UVec3, Vec3};
+use std::collections::HashMap;
 
-/// Levels of a map: the reaches in a level differ by at most a factor of two; the last level takes
-/// all smaller ones.
-const LEVELS: usize = 4;
+/// Levels of a map with reaches of one order: the reaches in a level differ by at most a factor of
+/// two; the last level takes all smaller ones.
+const LEVELS: u32 = 4;
 
-/// Maximum number of cells of a level along an axis.
+/// Maximum number of cells of a level along an axis, if all cells have a list.
 const MAX_CELLS: f32 = 128.0;
+
+/// Cells that are wider than the reach by this factor hold too many points: such a level has lists
+/// of cells with points alone.
+const WIDE: f32 = 8.0;
 
 /// Factor by which a search exceeds the reach, because positions are rounded.
 const SLACK: f32 = 1.001;
 
 /// One grid for points of similar reach, so that a cell as wide as the reach holds few points.
 pub(super) struct Reaches {
-    levels: [Level; LEVELS],
+    levels: Vec<Level>,
 }
 
 struct Level {
@@ -23,7 +28,13 @@ struct Level {
     low: Vec3,
     inverse_cell: f32,
     cells: UVec3,
-    lists: Vec<Vec<Point>>,
+    lists: Lists,
+}
+
+/// Points by cell.
+enum Lists {
+    Dense(Vec<Vec<Point>>),
+    Sparse(HashMap<UVec3, Vec<Point>>),
 }
 
 #[derive(Clone, Copy)]
@@ -35,15 +46,13 @@ struct Point {
 }
 
 impl Reaches {
-    /// An empty map of the box from `low` to `high`, for reaches up to `most`, all in metres.
-    pub(super) fn new(low: Vec3, high: Vec3, most: f32) -> Self {
-        let mut most = most.max(f32::MIN_POSITIVE);
-        let levels = std::array::from_fn(|_| {
-            let level = Level::new(low, high, most);
-            most *= 0.5;
-            level
-        });
-        Self { levels }
+    /// An empty map of the box from `low` to `high`, for reaches up to `most`, all in metres. Many
+    /// reaches may be smaller than that by a factor of `orders`.
+    pub(super) fn new(low: Vec3, high: Vec3, most: f32, orders: f32) -> Self {
+        let most = most.max(f32::MIN_POSITIVE);
+        let levels = LEVELS + orders.max(1.0).log2().ceil() as u32;
+        let level = |halvings: u32| Level::new(low, high, most * (-(halvings as f32)).exp2());
+        Self { levels: (0..levels).map(level).collect() }
     }
 
     /// A map of points with their reaches, metres; the index of a point is its index in the list.
@@ -51,7 +60,10 @@ impl Reaches {
         let least = points.iter().fold(Vec3::INFINITY, |low, point| low.min(point.0));
         let high = points.iter().fold(Vec3::NEG_INFINITY, |high, point| high.max(point.0));
         let most = points.iter().fold(0.0f32, |most, point| most.max(point.1));
-        let mut map = Self::new(least.min(high), high, most);
+        let mut reaches: Vec<f32> = points.iter().map(|point| point.1).collect();
+        reaches.sort_by(f32::total_cmp);
+        let typical = reaches.get(reaches.len() / 4).map_or(most, |&reach| reach.max(1e-6 * most));
+        let mut map = Self::new(least.min(high), high, most, most / (2.0 * typical).max(f32::MIN_POSITIVE));
         for (index, &(position, reach)) in (0..).zip(points) {
             map.insert(position, reach, index);
         }
@@ -62,9 +74,11 @@ impl Reaches {
     pub(super) fn insert(&mut self, position: Vec3, reach: f32, index: u32) {
         let level = self.levels.iter_mut().rev().find(|level| reach <= level.most);
         let level = level.expect("the first level takes every point");
-        let cell = level.index(level.cell(position));
-        let reach2 = SLACK * reach * reach;
-        level.lists[cell].push(Point { position, reach2, index });
+        let (cell, point) = (level.cell(position), Point { position, reach2: SLACK * reach * reach, index });
+        match &mut level.lists {
+            Lists::Dense(lists) => lists[place(cell, level.cells)].push(point),
+            Lists::Sparse(lists) => lists.entry(cell).or_default().push(point),
+        }
     }
 
     /// Returns whether `wanted` accepts any point whose reach includes `place`; stops at the first
@@ -74,22 +88,36 @@ impl Reaches {
     }
 }
 
+/// Index of a cell in a list of all.
+fn place(cell: UVec3, cells: UVec3) -> usize {
+    let [x, y, z] = cell.as_usizevec3().to_array();
+    (z * cells.y as usize + y) * cells.x as usize + x
+}
+
 impl Level {
     fn new(low: Vec3, high: Vec3, most: f32) -> Self {
         let extent = (high - low).max(Vec3::ZERO);
-        let cell = (SLACK * most).max(extent.max_element() / MAX_CELLS).max(f32::MIN_POSITIVE);
+        let (own, least) = (SLACK * most, extent.max_element() / MAX_CELLS);
+        let is_dense = least <= WIDE * own;
+        let cell = if is_dense { own.max(least) } else { own }.max(f32::MIN_POSITIVE);
         let cells = (extent / cell).ceil().as_uvec3().max(UVec3::ONE);
-        let count = cells.as_usizevec3().element_product();
-        Self { most, low, inverse_cell: 1.0 / cell, cells, lists: vec![Vec::new(); count] }
+        let lists = match is_dense {
+            true => Lists::Dense(vec![Vec::new(); cells.as_usizevec3().element_product()]),
+            false => Lists::Sparse(HashMap::new()),
+        };
+        Self { most, low, inverse_cell: 1.0 / cell, cells, lists }
+    }
+
+    /// Points of a cell.
+    fn list(&self, cell: UVec3) -> &[Point] {
+        match &self.lists {
+            Lists::Dense(lists) => &lists[place(cell, self.cells)],
+            Lists::Sparse(lists) => lists.get(&cell).map_or(&[], |list| list),
+        }
     }
 
     fn cell(&self, position: Vec3) -> UVec3 {
         ((position - self.low) * self.inverse_cell).max(Vec3::ZERO).as_uvec3().min(self.cells - 1)
-    }
-
-    fn index(&self, cell: UVec3) -> usize {
-        let [x, y, z] = cell.as_usizevec3().to_array();
-        (z * self.cells.y as usize + y) * self.cells.x as usize + x
     }
 
     fn any(&self, place: Vec3, wanted: &mut impl FnMut(u32) -> bool) -> bool {
@@ -104,7 +132,7 @@ impl Level {
         along(2).any(|z| {
             along(1).any(|y| {
                 along(0).any(|x| {
-                    self.lists[self.index(UVec3::new(x, y, z))].iter().any(|point| {
+                    self.list(UVec3::new(x, y, z)).iter().any(|point| {
                         point.position.distance_squared(place) <= point.reach2 && wanted(point.index)
                     })
                 })
@@ -127,14 +155,19 @@ mod tests {
         let map = Reaches::from_points(&points);
         let mut count = 0;
         for level in &map.levels {
-            for (index, list) in level.lists.iter().enumerate() {
+            let place = |index: usize| {
                 let [across, down] =
                     [level.cells.x, level.cells.x * level.cells.y].map(|stride| stride as usize);
-                let cell = UVec3::new(
-                    (index % across) as u32,
-                    (index % down / across) as u32,
-                    (index / down) as u32,
-                );
+                let [x, y, z] = [index % across, index % down / across, index / down];
+                UVec3::new(x as u32, y as u32, z as u32)
+            };
+            let lists: Vec<(UVec3, &Vec<Point>)> = match &level.lists {
+                Lists::Dense(lists) => {
+                    lists.iter().enumerate().map(|(index, list)| (place(index), list)).collect()
+                }
+                Lists::Sparse(lists) => lists.iter().map(|(&cell, list)| (cell, list)).collect(),
+            };
+            for (cell, list) in lists {
                 for point in list {
                     let within = (point.position - level.low) * level.inverse_cell - cell.as_vec3();
                     // f32 rounds a place among at most 128 cells by 1e-5 of a cell. The last cell

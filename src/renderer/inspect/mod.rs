@@ -10,7 +10,7 @@ pub use paths::PathPoint;
 pub use rays::GatherRaySegment;
 
 use super::Renderer;
-use crate::cpu::math::clear_distance;
+use crate::cpu::math::ClearDistance;
 use crate::cpu::rays::Geometry;
 use crate::cpu::textures::Textures;
 use crate::error::Result;
@@ -128,7 +128,7 @@ impl Renderer {
                 coordinates: &self.world.scene.texture_coordinates,
             },
             opacity: &self.world.scene.opacity,
-            clear_distance: clear_distance(&root),
+            clear_distance: ClearDistance::new(&root, &self.world.scene.cell_sizes),
         })
     }
 }

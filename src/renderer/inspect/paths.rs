@@ -3,6 +3,7 @@
 
 use super::super::Renderer;
 use crate::error::Result;
+use crate::passes::ClusterBuffers;
 use crate::passes::precompute::light_paths::{self, PathState};
 use crate::types::Contribution;
 use glam::Vec3;
@@ -46,9 +47,15 @@ impl Renderer {
         let Some(head) = steps.first() else { return Ok(Vec::new()) };
         let entry = self.transport.form_factors.entry_point(entry_point)?;
         let name = self.world.path_streams.get(entry_point as usize).copied().unwrap_or(entry_point);
+        let cell_sizes = &self.world.scene.cell_sizes;
+        let clusters = match cell_sizes.regions.is_empty() {
+            true => ClusterBuffers::none(&self.context)?,
+            false => self.world.cluster_tables.upload(&self.context)?,
+        };
         let vertices = light_paths::retrace(
             &self.context,
             &self.world.buffers,
+            (&clusters, cell_sizes),
             &self.world.traced_with,
             PathState::at(name, entry.position, entry.side, head.weight),
             self.world.scene.quality.seed,

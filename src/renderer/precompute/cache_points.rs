@@ -53,7 +53,8 @@ impl Points {
         let (quality, hvds, cell_size) = (&scene.quality, &hierarchy.hvds, hierarchy.cell_size);
         let mut placement = cache_points::place(size_field, &reachable.buffers, geometry, quality, progress)?;
         entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
-        let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;
+        let within =
+            |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size * placed.spacing;
         let has_gaps = quality.gap_rounds > 0;
         let [is_narrow, is_near] =
             [NARROW, SEES_NEAR].map(|cells| within(if has_gaps { cells } else { 0.0 }));

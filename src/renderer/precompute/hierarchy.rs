@@ -47,8 +47,8 @@ impl Cells {
         let clustered =
             if is_direct { surfaces::one_side(surfaces).into() } else { Cow::Borrowed(&surfaces[..]) };
         let build = |cells| {
-            let grid = grid::grid(low, high, cells);
-            let hvds = Hvds::build_with(&scene.triangles, &clustered, grid, cells, splits(&scene.quality));
+            let cells = grid::Cells::new(low, high, cells, &scene.cell_sizes);
+            let hvds = Hvds::build_with(&scene.triangles, &clustered, &cells, splits(&scene.quality));
             if is_direct {
                 return Ok(hvds);
             }
@@ -109,19 +109,26 @@ impl Hierarchy {
         let has_unweighted = has_unweighted(quality, &cells, &clearances);
         let cells = cells.with_unweighted(&has_unweighted);
         let is_even = !quality.takes(Measure::DenserEntryPoints);
-        let density = |c: f32| if is_even { 1.0 } else { entry_points::density(c, cell_size) };
+        let nominal = |fragment: &Fragment| scene.cell_sizes.nominal_weight(fragment.middle());
+        let density = |fragment: &Fragment, clearance: f32| {
+            let close = match is_even {
+                true => 1.0,
+                false => entry_points::density(clearance, cell_size * cells.scale_of(fragment.cluster)),
+            };
+            close / nominal(fragment) as f32
+        };
         // Paths from a side that sees the sky alone reach no surface.
         let reflects = |fragment: &&Fragment| reachable.reflects(fragment.side);
         let is_any = cells.fragments.iter().any(|fragment| reflects(&fragment));
         let of_fragment = |(fragment, &clearance): (&Fragment, &f32)| match reflects(&fragment) || !is_any {
-            true => density(clearance),
+            true => density(fragment, clearance),
             false => 0.0,
         };
         let densities: Vec<f32> = cells.fragments.iter().zip(&clearances).map(of_fragment).collect();
-        let strata = Strata::new(&cells, &densities, quality.entry_points);
+        let strata = Strata::new(&cells, &densities, nominal, quality.entry_points);
         let hemisphere = Hemisphere::new(quality.gather_rays);
         let finest_size = cells.grid.cell_size() as f32;
-        let [resolved, parted] = narrow_cavities::resolved(reachable.scene_size, finest_size, hemisphere);
+        let [resolved, parted] = narrow_cavities::resolved(scene.span_m(), finest_size, hemisphere);
         let clearance = typical_clearance(&cells.fragments, &clearances);
         let mut warnings = Vec::new();
         if !is_direct(scene) {
@@ -156,7 +163,7 @@ fn has_unweighted(quality: &Quality, hvds: &Hvds, clearances: &[f32]) -> Vec<boo
         return has_unweighted;
     }
     for (fragment, &clearance) in hvds.fragments.iter().zip(clearances) {
-        has_unweighted[fragment.cluster as usize] |= clearance < NEARBY * hvds.grid.cell_size() as f32;
+        has_unweighted[fragment.cluster as usize] |= clearance < NEARBY * hvds.cell_size_of(fragment.cluster);
     }
     has_unweighted
 }
@@ -184,7 +191,7 @@ fn visibility(
     parted: Option<f32>,
 ) -> Result<Visibility> {
     let normal = |side: u32| reachable.surfaces[side as usize / 2].normal_of(side % 2 == 1);
-    let patches = near_clusters::patches(hvds, clearances, normal, 1 + inconsistent::LEVELS);
+    let patches = near_clusters::patches(hvds, clearances, normal, 1 + inconsistent::levels(hvds));
     let Some(parted) = parted else { return Ok(Visibility { patches, inconsistent: Vec::new() }) };
     let (rays, in_clusters) = (reachable.tracer(), &strata.in_clusters);
     let (surfaces, clear_distance) = (&reachable.surfaces, reachable.clear_distance);

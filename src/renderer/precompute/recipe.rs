@@ -46,7 +46,9 @@ pub(in crate::renderer) fn precompute(
     watch.lap("entry points");
 
     // Light paths from the entry points; each vertex contributes to its cluster. [Yue §1, §2]
-    let vertices = light_paths::trace(context, buffers, clusters, materials, &entry_points, seed, progress)?;
+    let vertices = light_paths::trace(
+        context, buffers, clusters, (materials, &scene.cell_sizes), &entry_points, seed, progress,
+    )?;
     let Accessibility { vertices, shown_m2 } = accessibility::measure(context, buffers, hvds, vertices, seed)?;
     let (base_count, has_images) = (clusters.base_count, buffers.textures.are_used);
     let (entry_points, paths) =

@@ -1,6 +1,6 @@
 //! First step: the acceleration structure, and the sides of triangles that light can reach.
 
-use crate::cpu::math::clear_distance;
+use crate::cpu::math::ClearDistance;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::passes::SceneBuffers;
@@ -26,8 +26,8 @@ pub(super) struct Reachable {
     sees: Vec<[bool; 2]>,
     /// Diagonal of the scene, metres.
     pub(super) scene_size: f32,
-    /// Offset of ray origins from surfaces, metres.
-    pub(super) clear_distance: f32,
+    /// Offset of ray origins from surfaces.
+    pub(super) clear_distance: ClearDistance,
 }
 
 impl Reachable {
@@ -58,7 +58,7 @@ impl Reachable {
         let mut surfaces: Vec<Surface> =
             pairs.map(|(triangle, sees)| surfaces::surface(triangle, is_active(*sees))).collect();
         let buffers = SceneBuffers::new(context, &bvh, scene, &surfaces)?;
-        let clear_distance = clear_distance(&bvh.nodes[0]);
+        let clear_distance = ClearDistance::new(&bvh.nodes[0], &scene.cell_sizes);
         let groups =
             sides::deactivate_unreachable(&rays, &buffers, scene, &solids, clear_distance, &mut surfaces)?;
         buffers.surfaces.followed().write(&surfaces)?;
@@ -84,6 +84,7 @@ impl Reachable {
             surfaces: &self.surfaces,
             hvds,
             scene_size: self.scene_size,
+            cell_sizes: &scene.cell_sizes,
             solids: &self.solids,
             clear_distance: self.clear_distance,
         }

@@ -50,31 +50,31 @@ fn hierarchy(hvds: &Hvds, shown_m2: &[f32]) -> Result<(), CacheMiss> {
     let areas = hvds.areas_m2.iter().chain(shown_m2);
     demand(areas.into_iter().all(|area| area.is_finite() && *area >= 0.0), "areas")?;
 
-    // Children of a cluster are contiguous, in the order of their parents, and each cluster
+    // The parent of a base cluster is on any level above, that of another on the next. Each of them
     // has a child.
-    for (level, up) in hvds.levels.iter().zip(&hvds.levels[1..]) {
-        let mut next = up.start;
+    let mut has_child = vec![false; count];
+    for (depth, level) in hvds.levels.iter().enumerate() {
+        let up = match (depth, hvds.levels.get(depth + 1)) {
+            (0, Some(next)) => next.start..count as u32,
+            (_, Some(next)) => next.clone(),
+            (_, None) => 0..0,
+        };
         for &parent in &hvds.parents[level.start as usize..level.end as usize] {
-            let is_last = next > up.start && parent == next - 1;
-            demand(is_last || (parent == next && up.contains(&parent)), "parents")?;
-            next = parent + 1;
+            demand(if up.is_empty() { parent == NO_CLUSTER } else { up.contains(&parent) }, "parents")?;
+            has_child.get_mut(parent as usize).into_iter().for_each(|has| *has = true);
         }
-        demand(next == up.end, "parents")?;
     }
-    let roots = &hvds.levels[hvds.levels.len() - 1];
-    demand(hvds.parents[roots.start as usize..].iter().all(|&parent| parent == NO_CLUSTER), "roots")?;
+    demand(has_child[hvds.levels[0].len()..].iter().all(|has| *has), "parents")?;
 
     let (base, own) = (hvds.levels[0].len(), hvds.unweighted.len());
     let is_unweighted =
         |&unweighted: &u32| unweighted == NO_CLUSTER || (own..base).contains(&(unweighted as usize));
     demand(own <= base && hvds.unweighted.iter().all(is_unweighted), "unweighted clusters")?;
-    let cells = hvds.grid.cell_count();
-    demand(cuts(&hvds.cell_offsets, cells, hvds.cell_clusters.len()), "cells")?;
-    let is_list = |cell: usize| {
-        let list = hvds.cell_offsets[cell] as usize..hvds.cell_offsets[cell + 1] as usize;
-        split_planes::is_list(&hvds.cell_clusters[list], own)
-    };
-    demand((0..cells).all(is_list), "clusters of cells")
+    demand(hvds.octree.is_sound(&hvds.grid, hvds.cell_clusters.len()), "cells")?;
+    let lists = hvds.octree.words[hvds.octree.first_cell()..].windows(2);
+    let mut lists = lists.map(|ends| &hvds.cell_clusters[ends[0] as usize..ends[1] as usize]);
+    demand(lists.all(|list| split_planes::is_list(list, own)), "clusters of cells")?;
+    demand(hvds.cell_levels.len() == own && hvds.has_cell_levels(), "levels of cells")
 }
 
 fn paths(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
@@ -135,8 +135,11 @@ fn radii(points: &[CachePoint], scene: &Scene) -> Result<(), CacheMiss> {
     let [least, most] = RADIUS_RANGE.map(|bound| bound as f32);
     let longest = 1.001 * most * (high - low).length();
     let smallest = points.iter().fold(f32::INFINITY, |smallest, point| smallest.min(point.radius));
-    let is_radius = |radius: f32| radius > 0.0 && radius <= longest.min(1.001 * most / least * smallest);
-    demand(points.iter().all(|point| is_radius(point.radius)), "radii of cache points")
+    let is_radius = |point: &CachePoint| {
+        let largest = scene.cell_sizes.stretched(point.position, (most / least * smallest).into()) as f32;
+        point.radius > 0.0 && point.radius <= longest.min(1.001 * largest)
+    };
+    demand(points.iter().all(is_radius), "radii of cache points")
 }
 
 fn records(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {

@@ -9,12 +9,14 @@ use crate::passes::precompute::merged_rays::MergedRayLists;
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::{Arrivals, LightPaths, PathRange};
 use crate::scene::Scene;
+use crate::scene::grid::CellGrid;
 use crate::scene::hvds::Hvds;
-use crate::types::{CachePoint, Contribution, Grid, PathVertex};
+use crate::scene::octree::Octree;
+use crate::types::{CachePoint, Contribution, PathVertex};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// All stored sections. `child_offsets` of the hierarchy are linked later, and `base_ranges` of
+/// All stored sections. Children of the hierarchy are linked later, and `base_ranges` of
 /// glossy surfaces are computed later.
 pub(super) struct Contents {
     pub(super) numbers: Numbers,
@@ -42,7 +44,7 @@ fn ranges(ends: Vec<[u32; 2]>) -> Vec<Range<u32>> {
 
 impl Contents {
     /// Reads all sections; `grid` is the grid of the finest cells.
-    pub(super) fn read(file: &File<'_>, grid: Grid) -> Result<Self, CacheMiss> {
+    pub(super) fn read(file: &File<'_>, grid: CellGrid) -> Result<Self, CacheMiss> {
         let numbers: Numbers = file.one("numbers")?;
         let notes = serde_json::from_slice(&file.list::<u8>("notes")?);
         let (counts, skipped): (BTreeMap<String, u64>, BTreeMap<String, Option<f64>>) =
@@ -50,12 +52,14 @@ impl Contents {
         let hvds = Hvds {
             grid,
             levels: ranges(file.list("levels")?),
-            cell_offsets: file.list("cell offsets")?,
+            octree: Octree { words: file.list("octree")? },
+            cell_levels: file.list("levels of cells")?,
             cell_clusters: file.list("cell clusters")?,
             areas_m2: file.list("areas")?,
             unweighted: file.list("unweighted clusters")?,
             parents: file.list("parents")?,
             child_offsets: Vec::new(),
+            children: Vec::new(),
             fragments: Vec::new(),
             inconsistent: file
                 .list::<u8>("inconsistent")?

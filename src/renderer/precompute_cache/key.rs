@@ -8,7 +8,7 @@ use crate::scene::{Material, Scene};
 use glam::Vec3;
 
 /// Version of the contents and of the host's algorithms, which no shader hash covers.
-const CONTENTS: u32 = 5;
+const CONTENTS: u32 = 6;
 
 /// Dependencies that distinguish the entries of a folder. A new program or driver replaces the
 /// entry of the old one.
@@ -50,6 +50,11 @@ fn geometry(scene: &Scene) -> [u64; 2] {
     }
     words.extend(scene.opacity.contents());
     words.push(scene.emission.sky_side());
+    for region in &scene.cell_sizes.regions {
+        [region.low, region.high].into_iter().for_each(|v| push(&mut words, v));
+        words.push(region.halvings);
+    }
+    words.push((scene.cell_sizes.reach_m as f32).to_bits());
     for pane in &scene.panes {
         pane.positions.iter().chain([&pane.colour]).for_each(|&v| push(&mut words, v));
     }

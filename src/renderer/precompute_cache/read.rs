@@ -59,7 +59,8 @@ impl Checked {
     pub(super) fn from_file(scene: &Scene, file: &File) -> Result<std::result::Result<Self, CacheMiss>> {
         let bvh = Bvh::build(&scene.triangles)?;
         let (low, high) = scene.bounds();
-        let grid = grid::grid(low, high, grid::finest_cells(scene.quality.cells));
+        let finest = grid::finest_cells(scene.quality.cells);
+        let grid = grid::Cells::new(low, high, finest, &scene.cell_sizes).grid;
         Ok(Contents::read(file, grid).and_then(|mut contents| {
             checks::check(&mut contents, scene, &bvh.order)?;
             let surfaces = surfaces_of(&contents, scene, &bvh.order)?;
@@ -178,8 +179,9 @@ fn warn(
     let gaps = narrow_cavities::find(rays, buffers, &scene.lights)?;
     let finest = contents.hvds.grid.cell_size() as f32;
     let hemisphere = Hemisphere::new(quality.gather_rays);
-    let [resolved, _] = narrow_cavities::resolved((high - low).length(), finest, hemisphere);
-    let cell_size = grid::grid(low, high, quality.cells).cell_size() as f32;
+    let [resolved, _] = narrow_cavities::resolved(scene.span_m(), finest, hemisphere);
+    let requested = grid::Cells::new(low, high, quality.cells, &scene.cell_sizes);
+    let cell_size = requested.grid.cell_size() as f32;
     let all_area_m2 = contents.numbers.all_area_m2;
     let told: Vec<String> = undersampled(scene, &gaps, resolved, all_area_m2, cell_size).collect();
     scene.warnings.extend(told);

@@ -81,7 +81,8 @@ impl Tables {
 
         let hvds = &made.hvds;
         writer.add("levels", ends(&hvds.levels));
-        writer.add("cell offsets", &hvds.cell_offsets[..]);
+        writer.add("octree", &hvds.octree.words[..]);
+        writer.add("levels of cells", &hvds.cell_levels[..]);
         writer.add("cell clusters", &hvds.cell_clusters[..]);
         writer.add("areas", &hvds.areas_m2[..]);
         writer.add("shown areas", &made.shown_m2[..]);

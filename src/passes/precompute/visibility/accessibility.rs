@@ -72,13 +72,23 @@ pub fn measure(
     mut vertices: Vec<Vertex>,
     seed: u32,
 ) -> Result<Accessibility> {
-    let reach = NEARBY * hvds.grid.cell_size() as f32;
     let is_asked = |vertex: &Vertex| {
         vertex.cluster != NO_CLUSTER && hvds.unweighted[vertex.cluster as usize] != NO_CLUSTER
     };
-    for (is_entry, rays) in [true, false].into_iter().zip(RAYS) {
-        let mut asked: Vec<&mut Vertex> =
-            vertices.iter_mut().filter(|vertex| vertex.is_entry() == is_entry && is_asked(vertex)).collect();
+    let largest = hvds.cell_levels.iter().max().map_or(0, |&level| level);
+    let kinds =
+        (0..=largest).flat_map(|level| [true, false].into_iter().zip(RAYS).map(move |kind| (level, kind)));
+    for (level, (is_entry, rays)) in kinds {
+        let reach = NEARBY * hvds.grid.cell_size() as f32 * (1u32 << level) as f32;
+        let is_of_kind = |vertex: &&mut Vertex| {
+            vertex.is_entry() == is_entry
+                && is_asked(vertex)
+                && hvds.cell_levels[vertex.cluster as usize] == level
+        };
+        let mut asked: Vec<&mut Vertex> = vertices.iter_mut().filter(is_of_kind).collect();
+        if asked.is_empty() {
+            continue;
+        }
         let point =
             |vertex: &&mut Vertex| AccessibilityPoint { position: vertex.position, side: vertex.side };
         let points: Vec<_> = asked.iter().map(point).collect();

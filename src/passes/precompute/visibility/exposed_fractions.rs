@@ -40,10 +40,10 @@ pub fn exposed_fractions(
     if !quality.takes(Measure::CoveredSurface) {
         return Ok(open);
     }
-    let cell = geometry.hvds.grid.cell_size() as f32;
+    let cell = |fragment: usize| geometry.hvds.cell_size_of(geometry.hvds.fragments[fragment].cluster);
     let origin = |fragment: usize, index: u32| {
         let point = geometry.draw(fragment, index, seed);
-        (point.position + geometry.clear_distance * point.facet, point.facet)
+        (geometry.off_surface(&point), point.facet)
     };
     let ahead = |fragment: usize| {
         let (origin, direction) = origin(fragment, 0);
@@ -52,7 +52,7 @@ pub fn exposed_fractions(
     let left: Vec<usize> = (0..open.len()).filter(|&fragment| open[fragment] > 0.0).collect();
     let queries: Vec<_> = left.par_iter().copied().map(ahead).collect();
     let answers = rays.trace(buffers, &queries)?;
-    let near = |(&fragment, t): (&usize, f32)| (t >= 0.0 && t < GAP * cell).then_some(fragment);
+    let near = |(&fragment, t): (&usize, f32)| (t >= 0.0 && t < GAP * cell(fragment)).then_some(fragment);
     let near: Vec<usize> = left.iter().zip(answers.iter().map(|answer| answer.t)).filter_map(near).collect();
     let around = |ray: u32| {
         let (origin, normal) = origin(near[(ray / (POINTS * RAYS)) as usize], ray / RAYS % POINTS);
@@ -63,7 +63,7 @@ pub fn exposed_fractions(
         (0..near.len() * (POINTS * RAYS) as usize).into_par_iter().map(|ray| around(ray as u32)).collect();
     let answers = rays.trace(buffers, &queries)?;
     for (&fragment, answers) in near.iter().zip(answers.chunks_exact((POINTS * RAYS) as usize)) {
-        let is_covered = |t: f32| t >= 0.0 && t < COVERED_SIGHT * cell;
+        let is_covered = |t: f32| t >= 0.0 && t < COVERED_SIGHT * cell(fragment);
         let points = answers.chunks_exact(RAYS as usize);
         let covered = points.filter(|point| point.iter().all(|answer| is_covered(answer.t))).count();
         open[fragment] *= 1.0 - covered as f32 / POINTS as f32;

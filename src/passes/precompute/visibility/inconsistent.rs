@@ -10,7 +10,13 @@ use crate::scene::hvds::Hvds;
 use glam::Vec3;
 
 /// Tested levels above the base; gather rays hardly read coarser clusters.
-pub const LEVELS: usize = 4;
+const LEVELS: usize = 4;
+
+/// Number of tested levels: some above the base cells of each size.
+pub fn levels(hvds: &Hvds) -> usize {
+    let largest = hvds.cell_levels.iter().max().map_or(0, |&level| usize::from(level));
+    (LEVELS + largest).min(hvds.levels.len() - 1)
+}
 /// Minimum expected number of entry points of each child; with fewer, readers would get light
 /// of single paths.
 const MIN_IN_PART: f32 = 1.0;
@@ -18,7 +24,7 @@ const MIN_IN_PART: f32 = 1.0;
 const CHUNK: usize = 1 << 20;
 
 /// Marks the inconsistent clusters: something blocks the view between their children, or a child is
-/// inconsistent. Empty if there is none. `patches` of [`LEVELS`] levels and the base;
+/// inconsistent. Empty if there is none. `patches` of all [`levels`] and the base;
 /// `in_clusters`: expected number of entry points in each cluster.
 ///
 /// # Errors
@@ -31,10 +37,8 @@ pub fn inconsistent(
 ) -> Result<Vec<bool>> {
     let mut inconsistent = vec![false; hvds.parents.len()];
     let holds = |cluster: &u32| patches[*cluster as usize].clearance.is_finite();
-    let children = |cluster: u32| {
-        (hvds.child_offsets[cluster as usize]..hvds.child_offsets[cluster as usize + 1]).filter(holds)
-    };
-    for level in 1..hvds.levels.len().min(LEVELS + 1) {
+    let children = |cluster: u32| hvds.children_of(cluster).iter().copied().filter(holds);
+    for level in 1..=levels(hvds) {
         let height = 0.5 * hvds.grid.cell_size() as f32 * (1 << (level - 1)) as f32;
         let over = |child: u32| patches[child as usize].middle + height * patches[child as usize].normal;
         let clusters: Vec<u32> = hvds.levels[level].clone().collect();

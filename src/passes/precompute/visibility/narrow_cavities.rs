@@ -5,6 +5,7 @@
 //! cavity around each point and spot light, to detect too few entry points beside it.
 
 use super::near_clusters::Patch;
+use crate::cpu::math::ClearDistance;
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 use crate::passes::precompute::entry_points::density;
@@ -67,11 +68,11 @@ pub fn inconsistent(
     surfaces: &[Surface],
     in_clusters: &[f32],
     parted: f32,
-    clear_distance: f32,
+    clear_distance: ClearDistance,
 ) -> Result<Vec<bool>> {
     let patches = &patches[..hvds.levels[0].len()];
     let query = |patch: &Patch| RayQuery {
-        origin: patch.middle + clear_distance * patch.normal,
+        origin: patch.middle + clear_distance.at(patch.middle) * patch.normal,
         direction: patch.normal,
     };
     // Some clusters only touch their cell and hold no area.
@@ -99,8 +100,7 @@ pub fn inconsistent(
     let is_known =
         |child: u32| holds[child as usize] == [false; 2] || in_clusters[child as usize] >= MIN_IN_PART;
     let is_inconsistent = |cluster: usize| {
-        holds[cluster] == [true; 2]
-            && (hvds.child_offsets[cluster]..hvds.child_offsets[cluster + 1]).all(is_known)
+        holds[cluster] == [true; 2] && hvds.children_of(cluster as u32).iter().copied().all(is_known)
     };
     Ok((0..holds.len()).map(is_inconsistent).collect())
 }

@@ -58,6 +58,8 @@ pub struct Patch {
     pub clearance: f32,
     /// Whether it holds back sides.
     pub is_back: bool,
+    /// Width of its base cells over the smallest ones'.
+    pub scale: f32,
 }
 
 impl Patch {
@@ -69,6 +71,7 @@ impl Patch {
         high: Vec3::NEG_INFINITY,
         clearance: f32::INFINITY,
         is_back: false,
+        scale: 1.0,
     };
 }
 
@@ -79,7 +82,7 @@ pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, le
     let mut patches = vec![Patch { clearance: 0.0, ..Patch::EMPTY }; end];
     let mut areas = vec![0.0; end];
     for (fragment, &clearance) in hvds.fragments.iter().zip(clearances) {
-        let middle = fragment.corners.iter().sum::<Vec3>() / fragment.corners.len() as f32;
+        let (middle, scale) = (fragment.middle(), hvds.scale_of(fragment.cluster));
         let [low, high] = [Vec3::min, Vec3::max]
             .map(|bound| fragment.corners[1..].iter().fold(fragment.corners[0], |a, &b| bound(a, b)));
         let area = fragment.open_area_m2() as f32;
@@ -93,6 +96,7 @@ pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, le
                 patch.normal += area * normal(fragment.side);
                 (patch.low, patch.high) = (patch.low.min(low), patch.high.max(high));
                 patch.is_back = fragment.side % 2 == 1;
+                patch.scale = patch.scale.max(scale);
                 cluster = hvds.parents[cluster] as usize;
             }
         }
@@ -130,7 +134,8 @@ pub(super) fn fits(placed: &Placed, place: Vec3, patch: &Patch) -> bool {
         && apart.dot(point.occluder) <= 1.0
 }
 
-/// Finds the near clusters of the extent's levels. `cell_size` of the base cells, metres.
+/// Finds the near clusters of the extent's levels. `cell_size`: width of the
+/// smallest cells, metres.
 pub fn find(patches: &[Patch], extent: Extent, cell_size: f32, points: &[Placed]) -> Vec<NearCluster> {
     if points.is_empty() {
         return Vec::new();
@@ -140,7 +145,7 @@ pub fn find(patches: &[Patch], extent: Extent, cell_size: f32, points: &[Placed]
     let map = Reaches::from_points(&places);
     let beside = |cluster: usize| {
         let patch = &patches[cluster];
-        if patch.clearance > extent.close * cell_size {
+        if patch.clearance > extent.close * cell_size * patch.scale {
             return None;
         }
         let mut best = (f32::INFINITY, 0);

@@ -32,9 +32,9 @@ pub struct Sources<'a> {
     pub points: &'a [Placed],
     /// Number of points with patches.
     pub near_count: u32,
-    /// Lower clamp of their radii, metres.
+    /// Lower clamp of their radii where points are closest, metres.
     pub min_radius: f32,
-    /// Distance from a cache point within which clusters are near, metres.
+    /// Distance from a cache point within which clusters are near, over its spacing, metres.
     pub reach: f32,
     /// Stratification of the gather rays.
     pub hemisphere: Hemisphere,
@@ -108,14 +108,15 @@ impl NearHits {
         index: u32,
         row: &[Option<(GatherTarget, u32)>],
     ) {
-        let point = &sources.points[index as usize].point;
+        let Placed { point, spacing, .. } = &sources.points[index as usize];
+        let reach = sources.reach * spacing;
         let frame = frame(point.normal);
         let strata = Strata { rings: sources.hemisphere.rings, sectors: sources.hemisphere.sectors };
         let mut hits: Vec<(u32, u32, Vec3)> = Vec::new();
         for (ray, target) in (0..).zip(row) {
             let &Some((GatherTarget::Cluster(cluster), material)) = target else { continue };
             let Some(patch) = sources.patches.get(cluster as usize) else { continue };
-            let is_near = point.position.distance(patch.middle) < sources.reach;
+            let is_near = point.position.distance(patch.middle) < reach;
             if !is_near || sources.materials[material as usize].may_be_glossy() {
                 continue;
             }
@@ -123,7 +124,7 @@ impl NearHits {
             let direction = (frame * strata.direction(ray, index, sources.seed)).as_vec3();
             let facing = direction.dot(patch.normal).min(-1e-3);
             let distance = (patch.middle - point.position).dot(patch.normal) / facing;
-            let place = point.position + distance.clamp(0.0, 2.0 * sources.reach) * direction;
+            let place = point.position + distance.clamp(0.0, 2.0 * reach) * direction;
             hits.push((cluster, ray, place.clamp(patch.low, patch.high)));
         }
         hits.sort_unstable_by_key(|hit| (hit.0, hit.1));
@@ -168,16 +169,19 @@ struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    /// The records are used within `farthest` metres.
+    /// The records are used within `farthest` metres, over the spacing of points.
     fn new(points: &'a [Placed], farthest: f32) -> Self {
-        let reach = |placed: &Placed| (placed.point.position, record_reach(&placed.point).min(farthest));
+        let reach = |placed: &Placed| {
+            (placed.point.position, record_reach(&placed.point).min(farthest * placed.spacing))
+        };
         let map = Reaches::from_points(&points.iter().map(reach).collect::<Vec<_>>());
         Self { points, farthest, map }
     }
 
     /// Returns the nearest record that may be used at that position on a cluster.
     fn nearest(&self, place: Vec3, patch: &Patch) -> Option<u32> {
-        let mut best = (self.farthest, 0);
+        let farthest = self.farthest * patch.scale;
+        let mut best = (farthest, 0);
         self.map.any(place, |index| {
             let placed = &self.points[index as usize];
             let found = (placed.point.position.distance(place), index);
@@ -186,6 +190,6 @@ impl<'a> Records<'a> {
             }
             false
         });
-        (best.0 < self.farthest).then_some(best.1)
+        (best.0 < farthest).then_some(best.1)
     }
 }

@@ -6,6 +6,7 @@
 //! backs inside solids, because interpenetrating solids would join them with the rest. Positions of
 //! lights do not matter: an enclosure without a camera is not visible.
 
+use crate::cpu::math::ClearDistance;
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 use crate::passes::precompute::rays::{RayQuery, Rays};
@@ -75,7 +76,7 @@ impl Enclosures {
 }
 
 /// Deactivates sides that light cannot reach. Surfaces and triangles in BVH order; rays start
-/// `clear_distance` metres off their surface.
+/// `clear_distance` off their surface.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -84,7 +85,7 @@ pub fn deactivate_unreachable(
     buffers: &SceneBuffers,
     scene: &Scene,
     solids: &Solids,
-    clear_distance: f32,
+    clear_distance: ClearDistance,
     surfaces: &mut [Surface],
 ) -> Result<Enclosures> {
     for (surface, is_inside) in surfaces.iter_mut().zip(solids.backs()) {
@@ -113,7 +114,7 @@ pub fn deactivate_unreachable(
             let position = (1.0 - along) * p0 + along * ((1.0 - u[1]) * p1 + u[1] * p2);
             // Lambert's law needs no frame: the normal plus a point on the unit sphere.
             let direction = normal + sphere([u[2], plastic_sequence(ray ^ side as u32)[0]]);
-            queries.push(RayQuery { origin: position + clear_distance * normal, direction });
+            queries.push(RayQuery { origin: position + clear_distance.at(position) * normal, direction });
             sources.push(side);
         }
     }

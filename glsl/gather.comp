@@ -33,7 +33,7 @@ layout(scalar, binding = 1) readonly buffer MergedRayOffsets { uint merged_ray_o
 layout(binding = 2) uniform usamplerBuffer MergedRays;
 layout(scalar, binding = 3) readonly buffer MergedRayColours { uint merged_ray_colours[]; };  // packed; only in scenes with images
 layout(binding = 4) uniform usamplerBuffer Radiances;
-layout(scalar, binding = 5) readonly buffer LobeRadiances { vec3 lobe_radiances[]; };
+layout(scalar, binding = 5) readonly buffer LobeRadiances { vec3 lobe_radiances[]; };  // only in scenes with images
 layout(scalar, binding = 6) writeonly buffer Records { Record records[]; };
 layout(scalar, binding = 7) readonly buffer RecordOffsets { uint record_offsets[]; };  // exclusive prefix sum over the records, and the total
 layout(scalar, binding = 8) readonly buffer ListedRecords { uint listed_records[]; };  // in order
@@ -54,7 +54,7 @@ void add(inout vec3 sum[SUMS], uint index, uvec2 merged_ray, bool is_ours) {
     uint target_index = merged_ray.x & ((1u << push.target_bits) - 1u);
     vec3 radiance = uintBitsToFloat(texelFetch(Radiances, int(target_index)).xyz);
     if (HAS_TEXTURES != 0u && is_ours) radiance *= unpack_colour(merged_ray_colours[index]);
-    if (IS_GLOSSY == 1u) radiance += lobe_radiances[target_index];
+    if (HAS_TEXTURES != 0u && IS_GLOSSY == 1u) radiance += lobe_radiances[target_index];
     radiance = is_ours ? radiance : vec3(0.0);
     vec2 movement = unpack_pair(merged_ray.y, 8, 127u - MOVEMENT_EXPONENT + ((merged_ray.y >> 16u) & 31u));
     vec2 rotation = unpack_pair(merged_ray.y >> 21u, 4, 127u + (merged_ray.y >> 29u));

@@ -91,7 +91,8 @@ vec2 gradient_weight(Stratum s) {
 
     float sin_middle = sqrt((float(s.ring) + 0.5) / float(RINGS));
     float cos_middle = sqrt(1.0 - (float(s.ring) + 0.5) / float(RINGS));
-    float height = sqrt(1.0 - ring_sin2(s.ring)) - sqrt(1.0 - ring_sin2(s.ring + 1u));
+    // A device may divide n by n to a little more than 1.
+    float height = sqrt(1.0 - ring_sin2(s.ring)) - sqrt(max(1.0 - ring_sin2(s.ring + 1u), 0.0));
     float around = cos_middle * height / sin_middle;
 
     float middle = (float(s.sector) + 0.5) * width;

@@ -1,8 +1,8 @@
 // Beams of one light at the entry points that may be glossy, one for each point sample of the
 // light. Samples of a light of many parts share beams. The first reflection depends on the
 // direction of incidence, so it cannot be a constant of the path. [Yue §1] Deterministic. One
-// invocation = one beam at one entry point. In: entry points, a light. Out: beams per unit
-// emission.
+// invocation = one beam at one entry point. In: entry points, a light, its form factors. Out: beams
+// per unit emission.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -17,6 +17,7 @@
 #include "include/gloss.glsl"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint TRACES = 1;  // 0: a light of one point sample, whose form factor is that of its ray
 
 struct GlossBeamsPush {
     uint entry_count;
@@ -34,6 +35,7 @@ layout(binding = 2) uniform usamplerBuffer Lights;
 layout(scalar, binding = 3) readonly buffer GlossEntries { GlossEntry gloss_entries[]; };
 layout(scalar, binding = 4) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // entry point by entry point
 layout(scalar, binding = 5) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
+layout(scalar, binding = 6) readonly buffer FormFactors { float form_factors[]; };  // of the light, of all entry points
 layout(scalar, push_constant) uniform Push { GlossBeamsPush push; };
 
 #include "include/triangles.glsl"
@@ -58,8 +60,11 @@ void main() {
         uint number = i % samples;
         LightSample found;
         if (!sample_light(light, entry.position, lattice_point(light, number), found)) continue;
-        float factor = light_factor(light, number, number + 1u, 0u, entry.position, entry.normal, entry.normal, push.area_m2);
-        factor = light.relative * weighed(light, light.samples, factor, entry.position, entry.normal, push.area_m2);
+        float factor = TRACES == 0u ? form_factors[entry.path] : 0.0;
+        if (TRACES == 1u) {
+            factor = light_factor(light, number, number + 1u, 0u, entry.position, entry.normal, entry.normal, push.area_m2);
+            factor = light.relative * weighed(light, light.samples, factor, entry.position, entry.normal, push.area_m2);
+        }
         toward = push.samples_per_beam == 1u ? found.direction : toward + factor * found.direction;
         beam.factor += factor;
     }

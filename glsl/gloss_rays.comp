@@ -1,7 +1,8 @@
 // Glossy pixels, step 3: samples the surface over the area of each pixel, because a curved mirror
-// turns within a pixel. From each sample it traces rays into the Phong lobe and stores the clusters
-// that they read; nothing stored depends on light. Deterministic. One invocation = every `stride`th
-// sample. In: glossy pixels. Out: samples and rays, pixel by pixel.
+// turns within a pixel. From each sample it traces rays into the Phong lobe, unless records bring
+// its light, and stores the clusters that they read; nothing stored depends on light.
+// Deterministic. One invocation = every `stride`th sample. In: glossy pixels. Out: samples and
+// rays, pixel by pixel.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -19,6 +20,7 @@
 #include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint TRACES = 1;  // 0: no ray is traced into a lobe
 
 struct GlossRaysPush {
     View view;
@@ -29,7 +31,7 @@ struct GlossRaysPush {
     uint seed;
     uint cluster_bits;         // width of the cluster field in GlossRay.target
     float min_entry_points;  // minimum sample count of a cluster
-    uint traces;               // 0: the image shows direct light only, and no ray is traced
+    float record_exponent;     // of a lobe that records bring, at most
     uint side;                 // direction bins along an edge of the square map
     float max_exponent;       // of a lobe that the bins resolve
 };
@@ -102,7 +104,7 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
     GlossRay ray = GlossRay(NO_TARGET, 0.0, pack_direction(-direction), NO_GLOSS_BIN);
     Hit hit;
     vec3 origin = offset_origin(point.position, geometric);
-    if (push.traces != 0u && cosine > 0.0 && dot(direction, geometric) > 0.0 && trace(Ray(origin, direction, 1e30), false, hit)) {
+    if (cosine > 0.0 && dot(direction, geometric) > 0.0 && trace(Ray(origin, direction, 1e30), false, hit)) {
         // The lobe's solid angle, 2π/(n+1), divided among its rays; half as wide, because they do
         // not divide it evenly.
         float footprint = 0.5 * hit.t * sqrt(2.0 * PI / ((exponent + 1.0) * float(rays)));
@@ -134,9 +136,12 @@ void main() {
         if (!is_other) is_other = material_of(point.side) != material_of(centre.side);
         if (is_other) point = centre;
         gloss_samples[index] = point;
+        Reflectance material = materials[material_of(point.side)];
+        bool is_traced = TRACES == 1u && !is_broad(material, push.record_exponent);
         for (uint i = index * LOBE_RAYS; i < (index + 1u) * LOBE_RAYS; ++i) {
             vec2 u = sample_3d(number * LOBE_RAYS + i % LOBE_RAYS, seed).xy;
-            gloss_rays[i] = traced(i, point, u, samples * LOBE_RAYS);
+            gloss_rays[i] = GlossRay(NO_TARGET, 0.0, 0u, NO_GLOSS_BIN);
+            if (is_traced) gloss_rays[i] = traced(i, point, u, samples * LOBE_RAYS);
         }
     }
     if (!loops_completed(push.stride)) truncated_loops[0] = LOOP_TRUNCATED;

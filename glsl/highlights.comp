@@ -1,8 +1,8 @@
 // Highlights: light of one light that the lobes of glossy pixels' samples reflect to the camera,
 // per unit of emission and of specular albedo. A shadow ray goes to each point sample inside the
-// lobe. If an area light looks larger than the lobe, and for the sky, directions sampled from the
-// lobe replace the shadow rays. Deterministic. One invocation = one sample. In: samples, a light.
-// Out: the highlights of the light (radiance).
+// lobe. If too few of an area light's samples lie in the lobe, and for the sky, directions sampled
+// from the lobe replace the shadow rays. Deterministic. One invocation = one sample. In: samples, a
+// light. Out: the highlights of the light (radiance).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -87,8 +87,10 @@ void main() {
     if ((point.side & 1u) != 0u) normal = -normal;
     float exponent = materials[surface_at(point.side >> 1).material].exponent;
     vec3 mirror = reflect(normalize(point.position - push.eye), point.normal);
-    // Compares with the lobe's own solid angle, 2π/(n+1).
-    bool is_large = light.kind == LIGHT_AREA && seen_size(light, point.position) * (exponent + 1.0) > 2.0 * PI;
+    // The lobe's own solid angle is 2π/(n+1): it holds fewer point samples than the directions that
+    // would replace them, or not even one.
+    float lobe_samples = max(1.0, float(light.samples) / float(LOBE_RAYS));
+    bool is_large = light.kind == LIGHT_AREA && seen_size(light, point.position) * (exponent + 1.0) > 2.0 * PI * lobe_samples;
     bool is_sky = HAS_EMISSION != 0u && (push.flags & IS_SKY) != 0u;
     is_large = is_large || is_sky;
     float sum = 0.0;

@@ -412,7 +412,6 @@ pub const LAYOUTS: &[Layout] = &[
     Guide::LAYOUT,
     PathVertex::LAYOUT,
     Contribution::LAYOUT,
-    ContributionRange::LAYOUT,
     CachePoint::LAYOUT,
     GatherRay::LAYOUT,
     Record::LAYOUT,

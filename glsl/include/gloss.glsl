@@ -20,10 +20,10 @@ struct GlossBeam {
 
 // A path vertex in a cluster that may be glossy.
 struct GlossVertex {
-    vec3 mirror;    // unit mirror direction of the incoming light; unused at entry points
     uint material;
-    uint entry;     // at an entry point that may be glossy: its index
+    uint contribution;  // its index; UNWEIGHTED: accessibility does not weight it
 };
+const uint UNWEIGHTED = 0x80000000u;
 
 // One outgoing direction of one cluster.
 struct GlossBin {
@@ -31,7 +31,8 @@ struct GlossBin {
     vec3 direction;  // unit: the mean direction of its readers
 };
 
-const uint NO_ENTRY = 0xffffffffu;
+// In the spare component of a gather target's radiance: the target is a cell of the sky.
+const float IS_SKY_CELL = 1.0;
 
 // Fraction of the reflected light that the lobe reflects, in the channel where it is largest.
 float gloss_fraction(Reflectance material) {
@@ -42,15 +43,16 @@ float gloss_fraction(Reflectance material) {
 // Fraction up to which an error of the lobe's light is small beside the diffuse light.
 const float LITTLE = 0.4;
 
+// Whether records bring the lobe's light to a pixel, instead of rays from the pixel. Mirrors
+// `is_broad` in src/passes/frame/gloss_records.rs.
+bool is_broad(Reflectance material, float record_exponent) {
+    return has_lobe(material) && material.exponent <= record_exponent;
+}
+
 // Number of vertices that estimate the lobe's outgoing light well enough; 0: all are needed.
 // Mirrors `vertices_for` in src/passes/frame/gloss.rs.
 uint vertices_for(Reflectance material) {
     float excess = max(1.0, gloss_fraction(material) / 0.25);
     bool is_little = material.exponent <= 100.0 && excess * 0.25 <= LITTLE;
     return is_little ? uint(ceil(4.0 * excess * excess * sqrt(material.exponent + 1.0))) : 0u;
-}
-
-// π times the Phong term of the BRDF.
-vec3 lobe_term(Reflectance material, vec3 mirror, vec3 toward) {
-    return material.specular * (0.5 * (material.exponent + 2.0) * phong_lobe(mirror, toward, material.exponent));
 }

@@ -16,6 +16,23 @@ struct PixelGloss {
     vec3 indirect;  // of light from surfaces
 };
 
+// A broad lobe at a record. [Krivanek]
+struct GlossRecord {
+    vec3 radiance;  // per unit of specular albedo, W/m²/sr
+    vec3 mirror;    // unit mirror direction of the camera
+    mat3 change;    // column c: gradient of channel c as the mirror direction turns
+    float unused;   // to whole texels
+};
+
+GlossRecord gloss_record_at(usamplerBuffer list, uint index) {
+    int first = int(4u * index);
+    vec4 a = numbers(texelFetch(list, first));
+    vec4 b = numbers(texelFetch(list, first + 1));
+    vec4 c = numbers(texelFetch(list, first + 2));
+    vec4 d = numbers(texelFetch(list, first + 3));
+    return GlossRecord(a.xyz, vec3(a.w, b.xy), mat3(b.zw, c, d.xyz), 0.0);
+}
+
 // Rays from each sample of a glossy pixel.
 const uint LOBE_RAYS = 4u;
 

@@ -76,7 +76,7 @@ pub fn trace(
 
 /// Radiance that sample `number` of pixel `index` reflects to `eye` by its Phong lobe, straight
 /// from a light, per unit of its emission. It uses the light's point samples, or directions from
-/// the lobe if an area light looks larger than the lobe.
+/// the lobe if an area light looks larger than the lobe and few of its samples lie there.
 pub fn highlight(
     tracing: &Tracing<'_>,
     point: &PixelSurface,
@@ -93,7 +93,8 @@ pub fn highlight(
         [light.position, light.edge_u, light.edge_v, light.axis].map(Vec3::as_dvec3);
     let to_light = corner + 0.5 * (edge_u + edge_v) - position;
     let seen = f64::from(light.area) * (-axis.dot(to_light)).max(0.0) / to_light.length().powi(3);
-    if light.kind != LIGHT_AREA || seen * (exponent + 1.0) <= TAU {
+    let lobe_samples = (f64::from(light.samples) / f64::from(LOBE_RAYS)).max(1.0);
+    if light.kind != LIGHT_AREA || seen * (exponent + 1.0) <= TAU * lobe_samples {
         let samples = lit_samples(geometry, light, point.position, normal, point.normal, point.footprint);
         let fractions =
             samples.iter().map(|(_, direction, factor)| lobe_term(material, mirror, *direction) * *factor);

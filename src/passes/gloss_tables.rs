@@ -1,7 +1,7 @@
 //! Tables of glossy surfaces, which the precomputation makes and frames read.
 
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use glam::{UVec2, Vec3};
+use glam::{UVec2, Vec3, Vec4};
 use std::ops::Range;
 
 gpu_struct! {
@@ -25,11 +25,9 @@ gpu_struct! {
 gpu_struct! {
     /// A path vertex in a cluster that may be glossy.
     pub struct GlossVertex {
-        /// Unit mirror direction of the incoming light; unused at entry points.
-        pub mirror: Vec3,
         pub material: u32,
-        /// At an entry point that may be glossy: its index; else [`NO_ENTRY`].
-        pub entry: u32,
+        /// Index of its contribution; [`UNWEIGHTED`]: accessibility does not weight it.
+        pub contribution: u32,
     }
 }
 
@@ -45,23 +43,26 @@ gpu_struct! {
 /// Layouts of the structs shared with the shaders.
 pub(super) const LAYOUTS: &[Layout] = &[GlossEntry::LAYOUT, GlossVertex::LAYOUT, GlossBin::LAYOUT];
 
-/// Marks a vertex that is not a possibly glossy entry point, and a base cluster
-/// without such vertices.
-pub const NO_ENTRY: u32 = u32::MAX;
+/// Marks a vertex of an unweighted cluster.
+pub const UNWEIGHTED: u32 = 1 << 31;
 
 /// The tables. A *gloss bin* is one outgoing direction of one cluster.
 #[derive(Debug, Default)]
 pub struct GlossTables {
     /// Entry points that may be glossy.
     pub entries: Vec<GlossEntry>,
-    /// Vertices of the base clusters that hold a surface that may be glossy, in the order
-    /// of their contributions.
+    /// Path vertices that may be glossy: the entry points among them, then the others. Each
+    /// half has one base cluster after the other, in the order of their contributions.
     pub vertices: Vec<GlossVertex>,
+    /// For each of these entry points its index in `entries`.
+    pub entry_indices: Vec<u32>,
+    /// For each of the other vertices the unit mirror direction of the incoming light, and a
+    /// spare number, which makes a texel.
+    pub mirrors: Vec<Vec4>,
+    /// For each base cluster its first vertex in each half, and the end of both.
+    pub vertex_offsets: Vec<UVec2>,
     /// Maximum number of vertices below a gloss bin that is no sum.
     pub max_vertices: u32,
-    /// Offset, wrapping, from the index of a contribution to that of its vertex, for each base
-    /// cluster; [`NO_ENTRY`] if it is not glossy.
-    pub shifts: Vec<u32>,
     /// Range of base clusters below each cluster.
     pub base_ranges: Vec<UVec2>,
     /// Gloss bins: first those computed from vertices, then the sums, level by level.

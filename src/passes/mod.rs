@@ -52,6 +52,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::gloss::LAYOUTS,
         frame::gloss_beams::LAYOUTS,
         frame::gloss_pixels::LAYOUTS,
+        frame::gloss_records::LAYOUTS,
         frame::highlights::LAYOUTS,
         frame::needed_records::LAYOUTS,
         frame::gather::LAYOUTS,

@@ -217,7 +217,7 @@ impl Renderer {
             &mut Silent,
         )?;
         // These rays read clusters, not gloss bins, so glossy reflection is missing.
-        let merged_rays = MergedRays::new(&self.context, rays, hemisphere)?;
+        let merged_rays = MergedRays::new(&self.context, rays, hemisphere, None)?;
         let gather = Gather::new(&self.context, buffer, count, merged_rays, hemisphere, packing, false)?;
         let list = RecordList::all(&self.context, count, gather.merged_rays.records_per_chunk)?;
         self.context.run(|rec| {

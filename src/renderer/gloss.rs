@@ -12,9 +12,12 @@ use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::SceneBuffers;
 use crate::passes::frame::bin_reads::BinReads;
 use crate::passes::frame::form_factors::FormFactors;
+use crate::passes::frame::gather::Gather;
 use crate::passes::frame::gloss::{Gloss, vertices_for};
 use crate::passes::frame::gloss_pixels::{GlossPixels, Surroundings};
+use crate::passes::frame::gloss_records::{GlossRecords, LobeExponents, is_broad};
 use crate::passes::frame::hvds::Pyramid;
+use crate::passes::frame::splat::Splat;
 use crate::passes::gloss_tables::GlossTables;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, Scene};
@@ -26,12 +29,20 @@ pub(super) struct GlossPasses {
     pub(super) clusters: Gloss,
     /// Glossy radiance of pixels.
     pub(super) pixels: GlossPixels,
+    /// Broad lobes at records.
+    pub(super) records: GlossRecords,
     /// Cluster gloss bins that the rays of pixels read.
     reads: BinReads,
     /// For each material, whether it was glossy when the paths were traced.
     may_be_glossy: Vec<bool>,
     /// Some material has a lobe now.
     pub(super) is_glossy: bool,
+    /// Some lobe's light comes along rays from pixels.
+    has_rays: bool,
+    has_sky: bool,
+    /// Gather rays of a cache point.
+    gather_rays: u32,
+    has_records: bool,
     seed: u32,
 }
 
@@ -42,27 +53,37 @@ impl GlossPasses {
         buffers: &SceneBuffers,
         tables: &GlossTables,
         (path_count, area_m2): (u32, f32),
-        cluster_bits: u32,
+        (gather, cluster_bits): (&Gather, u32),
     ) -> Result<Self> {
         let quality = &scene.quality;
         let [width, height] = scene.cameras[0].size;
+        let gather_rays = gather.hemisphere.rays();
+        let has_records = gather.point_count() > 0;
         let directions = outgoing_directions(&scene.materials, Directions::new(quality.directions));
-        let mut clusters = Gloss::new(context, buffers, tables, path_count, area_m2)?;
-        clusters.max_asked = max_asked(&scene.materials);
-        Ok(Self {
+        let exponents = lobe_exponents(&scene.materials, gather_rays, has_records);
+        let pixels = GlossPixels::new(
+            context,
+            buffers,
+            width * height,
+            quality.gloss_rays,
+            cluster_bits,
+            [quality.entry_points > 0, may_trace(&scene.materials, exponents.most)],
+        )?;
+        let mut passes = Self {
             reads: BinReads::new(context, tables, directions)?,
-            clusters,
-            pixels: GlossPixels::new(
-                context,
-                buffers,
-                width * height,
-                quality.gloss_rays,
-                (cluster_bits, quality.entry_points > 0),
-            )?,
+            clusters: Gloss::new(context, buffers, tables, path_count, area_m2)?,
+            pixels,
+            records: GlossRecords::new(context, gather, exponents)?,
             may_be_glossy: scene.materials.iter().map(Material::may_be_glossy).collect(),
-            is_glossy: has_lobes(&scene.materials),
+            is_glossy: false,
+            has_rays: false,
+            has_sky: scene.emission.sky.is_some(),
+            gather_rays,
+            has_records,
             seed: quality.seed,
-        })
+        };
+        passes.edited(&scene.materials);
+        Ok(passes)
     }
 
     /// Sizes of the lights' buffers for glossy materials.
@@ -81,7 +102,17 @@ impl GlossPasses {
 
     /// Updates the passes after an edit of materials.
     pub(super) fn edited(&mut self, materials: &[Material]) {
-        self.is_glossy = has_lobes(materials);
+        let exponents = lobe_exponents(materials, self.gather_rays, self.has_records);
+        let lobes: Vec<&Material> =
+            materials.iter().filter(|material| material.specular != Vec3::ZERO).collect();
+        let takes_rays = |most: f32| lobes.iter().any(|material| !is_broad(material, most));
+        self.is_glossy = !lobes.is_empty();
+        self.has_rays = takes_rays(exponents.most);
+        // Highlights are the same with and without records.
+        let of_hemisphere = lobe_exponents(materials, self.gather_rays, true);
+        self.pixels.takes_samples = self.has_sky || takes_rays(of_hemisphere.most);
+        self.records.edited(exponents);
+        self.pixels.record_exponent = exponents.most;
         self.clusters.max_asked = max_asked(materials);
     }
 
@@ -151,18 +182,18 @@ impl GlossPasses {
         }
     }
 
-    /// Records the glossy radiance of clusters from `paths`, the contribution ranges and the
-    /// contributions. After the last lobe is removed, the pass runs once more and writes zero.
+    /// Records the glossy radiance of clusters from the contributions. After the last lobe is
+    /// removed, the pass runs once more and writes zero.
     pub(super) fn record_clusters(
         &self,
         rec: &mut Recorder,
         plan: &FramePlan,
         materials: &Buffer,
-        paths: (&Buffer, &Buffer),
+        contributions: &Buffer,
         lights: &Lights,
     ) {
         if self.is_glossy || plan.lobe_rays {
-            self.clusters.record(rec, materials, paths, &lights.planned_bins(plan), &lights.bins());
+            self.clusters.record(rec, materials, contributions, &lights.planned_bins(plan), &lights.bins());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
     }
@@ -172,38 +203,51 @@ impl GlossPasses {
         &self,
         rec: &mut Recorder,
         plan: &FramePlan,
-        world: &World,
-        image: &Image,
-        (pyramid, contributions): (&Pyramid, &Buffer),
+        (world, image, splat): (&World, &Image, &Splat),
+        (pyramid, gather, contributions): (&Pyramid, &Gather, &Buffer),
         lights: &Lights,
     ) {
         if !plan.gloss || !self.is_glossy {
             return;
         }
+        let (pixels, eye) = (&image.primary.pixels, image.view.position);
+        if self.records.exponents().count > 0 && (plan.splat || plan.lobe_rays) {
+            self.records.record(rec, &world.buffers, (pixels, splat), gather, eye);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
         let around = Surroundings {
             scene: &world.buffers,
-            pixels: &image.primary.pixels,
+            pixels,
             irradiance: &pyramid.irradiance,
             inverse_areas: &pyramid.inverse_areas,
             gloss: &self.clusters,
-            contribution_ranges: &pyramid.contribution_ranges,
             contributions,
+            lobes: Some(self.records.read(splat, eye)),
         };
+        let due = if self.has_rays { lights.planned_hits(plan) } else { Vec::new() };
         let of_lights = [&*lights.hits(), &*lights.highlights()];
-        self.pixels.record(rec, around, &lights.planned_hits(plan), of_lights);
+        self.pixels.record(rec, around, &due, of_lights);
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 }
 
-/// Maximum number of vertices that a gloss bin sums: twice what the most demanding lobe needs,
-/// because many rays read one gloss bin. No limit if a lobe needs all vertices. The rays of pixels
-/// use the number of the material that they meet.
+/// Maximum number of vertices that a gloss bin sums: what the most demanding lobe needs. No limit
+/// if a lobe needs all vertices. The rays of pixels use the number of the material that they meet.
 fn max_asked(materials: &[Material]) -> u32 {
     let lobes = materials.iter().filter(|material| material.specular != Vec3::ZERO);
     let needed: Vec<u32> = lobes.map(vertices_for).collect();
-    if needed.contains(&0) { u32::MAX } else { 2 * needed.into_iter().max().unwrap_or(0) }
+    if needed.contains(&0) { u32::MAX } else { needed.into_iter().max().unwrap_or(0) }
 }
 
-fn has_lobes(materials: &[Material]) -> bool {
-    materials.iter().any(|material| material.specular != Vec3::ZERO)
+/// Exponents of the lobes that records bring; none without records.
+fn lobe_exponents(materials: &[Material], gather_rays: u32, has_records: bool) -> LobeExponents {
+    LobeExponents::new(materials, if has_records { gather_rays } else { 0 })
+}
+
+/// Whether some lobe takes rays from pixels, now or after an edit; `most` is the exponent up to
+/// which records bring broad lobes.
+pub(super) fn may_trace(materials: &[Material], most: f32) -> bool {
+    materials
+        .iter()
+        .any(|material| material.may_be_glossy() && (material.editable || !is_broad(material, most)))
 }

@@ -8,7 +8,6 @@ use crate::passes::frame::hvds::{ClusterLists, Pyramid};
 use crate::passes::frame::near_field::{NearCluster, NearField};
 use crate::passes::frame::needed_records::RecordList;
 use crate::passes::gloss_tables::GlossTables;
-use crate::passes::gloss_tables::NO_ENTRY;
 use crate::passes::precompute::live_clusters::LiveClusters;
 use crate::scene::directions::Directions;
 use crate::scene::hvds::Hvds;
@@ -161,11 +160,11 @@ pub(super) fn unread(
     unread
 }
 
-/// Number of clusters, of all levels, that hold a surface that may be glossy.
+/// Number of clusters, of all levels, that hold a path vertex that may be glossy.
 fn glossy_clusters(gloss: &GlossTables, hvds: &Hvds) -> usize {
     let mut is_glossy = vec![false; hvds.cluster_count() as usize];
-    for (is_glossy, &shift) in is_glossy.iter_mut().zip(&gloss.shifts) {
-        *is_glossy = shift != NO_ENTRY;
+    for (is_glossy, ends) in is_glossy.iter_mut().zip(gloss.vertex_offsets.windows(2)) {
+        *is_glossy = ends[0] != ends[1];
     }
     for cluster in 0..is_glossy.len() {
         let parent = hvds.parents[cluster];

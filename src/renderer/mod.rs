@@ -145,8 +145,6 @@ impl Renderer {
             if scene.quality.takes(Measure::NearLights) { &made.entry_points } else { &[] };
         let near_lights = NearLights::new(context, near, &made.surfaces, &may_be_glossy, made.area_m2)?;
         let (paths, bits) = ((form_factors.point_count(), made.area_m2), made.packing.cluster_bits);
-        let gloss = |tables| GlossPasses::new(context, &scene, &made.buffers, tables, paths, bits);
-        let gloss = made.gloss.as_ref().map(gloss).transpose()?;
         let mut pyramid = Pyramid::new(
             context,
             (&made.hvds, &made.shown_m2),
@@ -168,6 +166,8 @@ impl Renderer {
             made.packing,
             is_glossy,
         )?;
+        let gloss = |tables| GlossPasses::new(context, &scene, &made.buffers, tables, paths, (&gather, bits));
+        let gloss = made.gloss.as_ref().map(gloss).transpose()?;
         let paths = &made.paths;
         let transport = Transport {
             form_factors,
@@ -263,8 +263,8 @@ impl Renderer {
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if let Some(gloss) = &transport.gloss {
-            let clusters = (&transport.pyramid, transport.path_scan.contributions.whole());
-            gloss.record_pixels(rec, plan, world, image, clusters, lights);
+            let sources = (&transport.pyramid, &transport.gather, transport.path_scan.contributions.whole());
+            gloss.record_pixels(rec, plan, (world, image, splat), sources, lights);
         }
         image.record_picture(rec, plan, buffers, self.indirect_light());
         self.record_counters(rec, plan);

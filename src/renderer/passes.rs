@@ -4,9 +4,9 @@
 use super::pass_sizes::{Cost, Sizes};
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
-    gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid, near_field::NearField,
-    needed_records::NeededRecords, path_scan::PathScan, pixel_colours::PixelColours, primary::Primary,
-    splat::Splat, tonemap::Tonemap,
+    gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, gloss_records::GlossRecords, hvds::Pyramid,
+    near_field::NearField, needed_records::NeededRecords, path_scan::PathScan, pixel_colours::PixelColours,
+    primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 
 /// A column of the paper's timing table. [Yue, Table 2]
@@ -39,7 +39,7 @@ const fn unmodelled(stem: &'static str, column: Column) -> Pass {
 }
 
 /// Every pass that a frame may have, in the order of its first occurrence.
-pub(super) const PASSES: [Pass; 25] = [
+pub(super) const PASSES: [Pass; 26] = [
     pass(Primary::STEM, Column::Tdi, |size| Cost::of_rays(size.surface, size.pixels)),
     pass(Antialias::STEM, Column::Tdi, |size| {
         let bytes = size.surface + 8 * size.pixels + size.edge_samples + size.edge_slots;
@@ -98,6 +98,7 @@ pub(super) const PASSES: [Pass; 25] = [
     pass(Splat::APPLY_STEM, Column::Tsplat, |size| {
         Cost::of(size.surface + size.weights + size.records + size.image)
     }),
+    unmodelled(GlossRecords::STEM, Column::Tfg),
     unmodelled(GlossPixels::STEM, Column::Tfg),
     pass(Compose::STEM, Column::Tsplat, |size| {
         let colours = size.pixel_colours + size.edge_colours;

@@ -1,6 +1,7 @@
 //! Changes the size of the picture. Results of the precomputation do not depend on pixels and stay.
 
 use super::Renderer;
+use super::gloss::{GlossPasses, may_trace};
 use super::image::Image;
 use crate::error::{Error, Result};
 use crate::passes::frame::{gloss_pixels::GlossPixels, splat::Splat};
@@ -41,9 +42,13 @@ impl Renderer {
             ..Image::new(context, buffers, view, quality.edge_samples, self.transport.gloss.is_some())?
         };
         let splat = Splat::new(context, self.transport.gather.point_count(), image.size())?;
-        let paths = (self.transport.gather.packing.cluster_bits, quality.entry_points > 0);
+        let bits = self.transport.gather.packing.cluster_bits;
         let pixel_count = view.width * view.height;
-        let of_gloss = |_| GlossPixels::new(context, buffers, pixel_count, quality.gloss_rays, paths);
+        let of_gloss = |gloss: &GlossPasses| {
+            let may_trace = may_trace(&self.world.scene.materials, gloss.records.exponents().most);
+            let traces = [quality.entry_points > 0, may_trace];
+            GlossPixels::new(context, buffers, pixel_count, quality.gloss_rays, bits, traces)
+        };
         let of_gloss = self.transport.gloss.as_ref().map(of_gloss).transpose()?;
         let capacity = of_gloss.as_ref().map(|pixels| pixels.capacity);
         let irradiances = self.lights.new_irradiances(image.direct.point_count(), capacity)?;
@@ -52,6 +57,7 @@ impl Renderer {
         self.lights.take_irradiances(irradiances);
         if let (Some(gloss), Some(pixels)) = (&mut self.transport.gloss, of_gloss) {
             gloss.pixels = pixels;
+            gloss.edited(&self.world.scene.materials);
         }
         (self.image, self.splat) = (image, splat);
         self.dirty.changes.size = true;

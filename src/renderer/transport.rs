@@ -148,8 +148,8 @@ impl Transport {
         }
         self.record_flux(rec, set, &lights.planned_clusters(plan), lights);
         if let Some(gloss) = &self.gloss {
-            let paths = (&self.pyramid.contribution_ranges, self.path_scan.contributions.whole());
-            gloss.record_clusters(rec, plan, materials, paths, lights);
+            let contributions = self.path_scan.contributions.whole();
+            gloss.record_clusters(rec, plan, materials, contributions, lights);
         }
         self.record_near_field(rec, materials, set);
     }

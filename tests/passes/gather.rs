@@ -111,7 +111,7 @@ fn irradiance_and_gradients_equal_the_reference() {
             &context,
             Buffer::from_slice(&context, "cache points", &points).unwrap(),
             point_count,
-            MergedRays::new(&context, table, hemisphere).unwrap(),
+            MergedRays::new(&context, table, hemisphere, None).unwrap(),
             hemisphere,
             packing,
             false,
@@ -136,7 +136,7 @@ fn irradiance_and_gradients_equal_the_reference() {
             assert_eq!(record.position, point.position);
             let colours = if has_colours { colours } else { &[] };
             let (merged_rays, colours): (Vec<MergedRay>, Vec<u32>) =
-                merging.merged_rays(row, colours).into_iter().unzip();
+                merging.merged_rays(row, colours, None).into_iter().map(|m| (m.ray, m.colour)).unzip();
             let colours = if has_colours { &colours[..] } else { &[] };
             let reference = gather(sources, strata, point.normal, &merged_rays, colours);
             assert_near(record.irradiance, reference.irradiance, SUM, 0.0, "irradiance");
@@ -210,7 +210,7 @@ fn the_rotational_gradient_is_a_derivative() {
         };
         let rays: Vec<GatherRay> = (0..strata.rays()).map(ray).collect();
         let merged_rays: Vec<MergedRay> =
-            merging.merged_rays(&rays, &[]).into_iter().map(|(merged_ray, _)| merged_ray).collect();
+            merging.merged_rays(&rays, &[], None).into_iter().map(|merged| merged.ray).collect();
         gather(sources, strata, normal, &merged_rays, &[])
     };
     let at = gathered(Vec3::Z);

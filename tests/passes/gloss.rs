@@ -184,7 +184,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     let glossy = Glossy::new(world);
     let world = &glossy.world;
     let mut random = Random::new(62);
-    // Five lights, one more than a dispatch takes.
+    // Five lights.
     let mut lights = lights();
     for index in [0, 0, 1] {
         let moved = lights[index].position - 0.1 * (1.0 + random.cube());
@@ -196,7 +196,15 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     let gloss =
         Gloss::new(&world.context, &world.buffers, &glossy.tables, path_count as u32, area_m2).unwrap();
     let mut random_factors = |_: &LightSource| (0..path_count).map(|_| random.unit()).collect();
-    let factors: Vec<Vec<f32>> = lights.iter().map(&mut random_factors).collect();
+    let mut factors: Vec<Vec<f32>> = lights.iter().map(&mut random_factors).collect();
+    // A light of one point sample takes its beams from its form factors.
+    for (light, factors) in lights.iter().zip(&mut factors).filter(|(light, _)| light.samples == 1) {
+        for entry in &glossy.tables.entries {
+            let (geometry, normal) = (world.geometry(), entry.normal);
+            let lit = lit_samples(geometry, light, entry.position, normal, normal, area_m2);
+            factors[entry.path as usize] = lit.iter().map(|sample| sample.2 as f32).sum();
+        }
+    }
     let mut contributions = glossy.paths.contributions.clone();
     for contribution in &mut contributions {
         contribution.throughput = 0.5 * (1.0 + random.cube());
@@ -204,7 +212,6 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     let first = &glossy.paths.contribution_offsets;
     let contributions_buffer = Buffer::from_slice(&world.context, "contributions", &contributions).unwrap();
     let runs = contribution_ranges(&world.hvds, first);
-    let runs_buffer = Buffer::from_slice(&world.context, "contribution ranges", &runs).unwrap();
     let beams: Vec<Buffer> = lights
         .iter()
         .map(|light| Buffer::storage(&world.context, "beams", gloss.beam_bytes(light.samples)).unwrap())
@@ -246,8 +253,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
             gloss.record_entries(rec, &world.buffers.materials, &gloss_lights);
             rec.barrier(COMPUTE_TO_COMPUTE);
             let materials = &world.buffers.materials;
-            let paths = (&runs_buffer, &contributions_buffer);
-            gloss.record(rec, materials, paths, &gloss_lights, &emitting("bins"));
+            gloss.record(rec, materials, &contributions_buffer, &gloss_lights, &emitting("bins"));
         })
         .unwrap();
 
@@ -362,7 +368,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
 
     // A light that is not stale is only summed, and no bit changes.
     let materials = &world.buffers.materials;
-    let paths = (&runs_buffer, &contributions_buffer);
+    let paths = &contributions_buffer;
     world.context.run(|rec| gloss.record(rec, materials, paths, &[], &emitting("bins"))).unwrap();
     assert!(gloss.fluxes.read::<Vec3>().unwrap() == fluxes);
     // A light's bits are the same alone and among others.
@@ -373,8 +379,8 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     }
     assert!(bits() == among_others);
     gathered_bins_equal_the_reference(&glossy, &gloss, &fluxes);
-    let around = (&runs_buffer, &contributions_buffer, &gloss_lights[..]);
-    pixels_read_the_bins_of_broad_lobes(&glossy, &gloss, (around.0, around.1));
+    pixels_read_the_bins_of_broad_lobes(&glossy, &gloss, &contributions_buffer);
+    let around = (&contributions_buffer, &gloss_lights[..]);
     pixels_of_glossy_surfaces_equal_the_reference(&glossy, &gloss, around, &emitting("hits"), sent);
     assert_silent(&world.context);
 }
@@ -395,8 +401,6 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
     let mut contributions = glossy.paths.contributions.clone();
     contributions.iter_mut().for_each(|contribution| contribution.throughput = 0.5 * (1.0 + random.cube()));
     let contributions = Buffer::from_slice(context, "contributions", &contributions).unwrap();
-    let runs = contribution_ranges(&glossy.world.hvds, &glossy.paths.contribution_offsets);
-    let first = Buffer::from_slice(context, "contribution ranges", &runs).unwrap();
     let nothing = vec![Vec3::ZERO; glossy.entry_points.len()];
     let dark_paths = Buffer::from_slice(context, "first bounce flux", &nothing).unwrap();
     // The same light: all samples are equal to the first.
@@ -416,12 +420,12 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
         };
         context
             .run(|rec| {
-                gloss.record(rec, &glossy.world.buffers.materials, (&first, &contributions), &[light], &[]);
+                gloss.record(rec, &glossy.world.buffers.materials, &contributions, &[light], &[]);
             })
             .unwrap();
         bins.read::<Vec3>().unwrap()
     });
-    // A dispatch has 8 192 iterations: 32 vertices of 256 samples.
+    // A dispatch has 4 096 iterations: 16 entry points of 256 samples.
     assert!(glossy.tables.max_vertices > 32, "{}", glossy.tables.max_vertices);
     // Coarse clusters are included: their loops have more iterations in all than lavapipe's limit.
     let bins = &glossy.tables.bins[..one.len()];

@@ -13,7 +13,6 @@ use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::bin_reads::BinReads;
 use lightpaths::passes::frame::gloss::Gloss;
 use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, LOBE_RAYS, PixelGloss, Surroundings};
-use lightpaths::passes::frame::hvds::contribution_ranges;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::precompute::gather_rays;
 use lightpaths::passes::{OneLight, light_sources};
@@ -54,8 +53,6 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
     let irradiance_buffer = Buffer::from_slice(&world.context, "irradiance", &irradiance).unwrap();
     let inverse_areas =
         Buffer::from_slice(&world.context, "inverse areas", &vec![1.0_f32; clusters]).unwrap();
-    let runs = contribution_ranges(&world.hvds, &glossy.paths.contribution_offsets);
-    let runs = Buffer::from_slice(&world.context, "contribution ranges", &runs).unwrap();
     let contributions =
         Buffer::from_slice(&world.context, "contributions", &glossy.paths.contributions).unwrap();
     let bits = glossy.packing.cluster_bits;
@@ -82,7 +79,7 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
         world.context.run(|rec| primary.record(rec, &world.buffers, &view)).unwrap();
         let pixels: Vec<PixelSurface> = primary.pixels.read().unwrap();
         let pass =
-            GlossPixels::new(&world.context, &world.buffers, count as u32, most, (bits, true)).unwrap();
+            GlossPixels::new(&world.context, &world.buffers, count as u32, most, bits, [true; 2]).unwrap();
         let samples = most.div_ceil(LOBE_RAYS);
         let highlight_buffers: Vec<Buffer> = lights
             .iter()
@@ -94,8 +91,8 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
             irradiance: &irradiance_buffer,
             inverse_areas: &inverse_areas,
             gloss: &gloss,
-            contribution_ranges: &runs,
             contributions: &contributions,
+            lobes: None,
         };
         let bins = BinReads::none(&world.context).unwrap();
         let highlights: Vec<_> = lights.iter().map(|light| light.emission).zip(&highlight_buffers).collect();

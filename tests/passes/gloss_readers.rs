@@ -50,7 +50,7 @@ pub(crate) fn gathered_bins_equal_the_reference(glossy: &Glossy, gloss: &Gloss, 
         let points = Buffer::from_slice(context, "cache points", &glossy.points).unwrap();
         let (packing, rays) = (glossy.target_packing, table(has_colours));
         let list = RecordList::all(context, point_count, rays.rows_per_buffer).unwrap();
-        let merged_rays = MergedRays::new(context, rays, HEMISPHERE).unwrap();
+        let merged_rays = MergedRays::new(context, rays, HEMISPHERE, None).unwrap();
         let pass = Gather::new(context, points, point_count, merged_rays, HEMISPHERE, packing, true).unwrap();
         let sources = GatherSources {
             materials: &world.buffers.materials,
@@ -80,7 +80,7 @@ pub(crate) fn gathered_bins_equal_the_reference(glossy: &Glossy, gloss: &Gloss, 
         {
             let colours = if has_colours { colours } else { &[] };
             let (merged_rays, colours): (Vec<MergedRay>, Vec<u32>) =
-                merging.merged_rays(row, colours).into_iter().unzip();
+                merging.merged_rays(row, colours, None).into_iter().map(|m| (m.ray, m.colour)).unzip();
             let colours = if has_colours { &colours[..] } else { &[] };
             let reference = gather::gather(sources, strata, point.normal, &merged_rays, colours);
             assert_near(record.irradiance, reference.irradiance, SUM, 0.0, "gathered bins");
@@ -93,7 +93,7 @@ pub(crate) fn gathered_bins_equal_the_reference(glossy: &Glossy, gloss: &Gloss, 
 pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
     glossy: &Glossy,
     gloss: &Gloss,
-    (contribution_ranges, contributions, lights): (&Buffer, &Buffer, &[GlossLight<'_>]),
+    (contributions, lights): (&Buffer, &[GlossLight<'_>]),
     hits: &[(Vec3, &Buffer)],
     sent: impl Fn(u32, DVec3) -> DVec3,
 ) {
@@ -113,7 +113,7 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
     let clusters = world.hvds.cluster_count() as usize;
     let inverse_areas: Vec<f32> = (0..clusters).map(|_| 1.0 + random.unit()).collect();
     let bits = glossy.packing.cluster_bits;
-    let pass = GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, (bits, true)).unwrap();
+    let pass = GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, bits, [true; 2]).unwrap();
     let bins = BinReads::none(context).unwrap();
     let around = Surroundings {
         scene: &world.buffers,
@@ -121,8 +121,8 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
         irradiance: &Buffer::from_slice(context, "irradiance", &vec![Vec3::ZERO; clusters]).unwrap(),
         inverse_areas: &Buffer::from_slice(context, "inverse areas", &inverse_areas).unwrap(),
         gloss,
-        contribution_ranges,
         contributions,
+        lobes: None,
     };
     context
         .run(|rec| {
@@ -160,11 +160,7 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
 /// Rays of glossy pixels that meet broad lobes read the gloss bins of gather rays: of the cluster
 /// that they meet, or of an ancestor, in the direction of the pixel. The pixels show the
 /// radiance of these gloss bins.
-pub(crate) fn pixels_read_the_bins_of_broad_lobes(
-    glossy: &Glossy,
-    gloss: &Gloss,
-    around: (&Buffer, &Buffer),
-) {
+pub(crate) fn pixels_read_the_bins_of_broad_lobes(glossy: &Glossy, gloss: &Gloss, contributions: &Buffer) {
     let (world, context) = (&glossy.world, &glossy.world.context);
     let camera = Camera {
         name: String::new(),
@@ -187,15 +183,15 @@ pub(crate) fn pixels_read_the_bins_of_broad_lobes(
     let fluxes: Vec<Vec3> = gloss.fluxes.read().unwrap();
     let irradiance = Buffer::from_slice(context, "irradiance", &vec![Vec3::ZERO; clusters]).unwrap();
     let inverse_areas = Buffer::from_slice(context, "inverse areas", &vec![1.0_f32; clusters]).unwrap();
-    let pass = GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, (bits, true)).unwrap();
+    let pass = GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, bits, [true; 2]).unwrap();
     let around = Surroundings {
         scene: &world.buffers,
         pixels: &primary.pixels,
         irradiance: &irradiance,
         inverse_areas: &inverse_areas,
         gloss,
-        contribution_ranges: around.0,
-        contributions: around.1,
+        contributions,
+        lobes: None,
     };
     context
         .run(|rec| {
@@ -251,7 +247,7 @@ pub(crate) fn pixels_read_the_bins_of_broad_lobes(
 }
 
 /// A unit direction in two 16-bit integers of the octahedral map.
-fn unpack_direction(word: u32) -> DVec3 {
+pub(crate) fn unpack_direction(word: u32) -> DVec3 {
     let half = |bits: u32| (f64::from(bits as u16 as i16) / 32767.0).max(-1.0);
     let p = DVec2::new(half(word & 0xffff), half(word >> 16));
     let z = 1.0 - p.abs().element_sum();

@@ -143,7 +143,8 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_truncated: bool) {
     });
 
     let packing = GatherTargetPacking::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
-    let pass = GlossPixels::new(&context, &world.buffers, PIXELS, 4, (packing.cluster_bits, true)).unwrap();
+    let pass =
+        GlossPixels::new(&context, &world.buffers, PIXELS, 4, packing.cluster_bits, [true; 2]).unwrap();
     let bins = BinReads::none(&context).unwrap();
     assert_said(world, is_truncated, "gloss_rays", |world, rec| {
         pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), &primary.pixels, &view, 5);

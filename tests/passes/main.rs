@@ -24,6 +24,7 @@ mod gather_rays;
 mod gloss;
 mod gloss_pixels;
 mod gloss_readers;
+mod gloss_records;
 mod inconsistent;
 mod inspect;
 mod irradiance_probe;

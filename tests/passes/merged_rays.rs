@@ -9,7 +9,7 @@ use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::gather_targets::GatherTargetPacking;
 use lightpaths::passes::precompute::gather_rays::{Hemisphere, RayTable};
-use lightpaths::passes::precompute::merged_rays::{MergedRayPacking, MergedRays};
+use lightpaths::passes::precompute::merged_rays::{Merged, MergedRayPacking, MergedRays};
 use lightpaths::types::{MergedRay, NO_TARGET};
 use std::collections::BTreeMap;
 
@@ -48,9 +48,11 @@ fn merged_rays_add_up_the_rays_that_meet_one_target() {
                     sum.2[k] += fraction.abs();
                 }
             }
-            let merged_rays = packing.merged_rays(rays, colours);
+            let merged_rays = packing.merged_rays(rays, colours, None);
             assert_eq!(merged_rays.len(), sums.len());
-            for ((merged_ray, colour), (alike, (count, sum, size))) in merged_rays.iter().zip(&sums) {
+            for (Merged { ray: merged_ray, colour, .. }, (alike, (count, sum, size))) in
+                merged_rays.iter().zip(&sums)
+            {
                 let target_index = merged_ray.target_index & ((1 << packing.target_bits) - 1);
                 assert_eq!((packing.targets[target_index as usize], *colour), *alike);
                 assert_eq!((merged_ray.target_index >> packing.target_bits) + 1, *count);
@@ -84,7 +86,7 @@ fn merged_rays_stand_point_by_point_in_chunks() {
         let colours =
             buffers.iter().map(|_| Buffer::from_slice(&context, "ray colours", &[0_u32]).unwrap()).collect();
         let table = RayTable { rows_per_buffer: rows, buffers, colours, has_colours: false };
-        let found = MergedRays::new(&context, table, hemisphere).unwrap();
+        let found = MergedRays::new(&context, table, hemisphere, None).unwrap();
         let packing = MergedRayPacking::new(targets(&rays), hemisphere);
         let listed: Vec<u32> = found.targets.read_range(0, packing.targets.len()).unwrap();
         assert_eq!(listed, packing.targets);
@@ -98,9 +100,9 @@ fn merged_rays_stand_point_by_point_in_chunks() {
                 chunk.merged_rays.read_range(0, first[first.len() - 1] as usize).unwrap();
             for run in first.windows(2) {
                 let row = (point * hemisphere.rays()) as usize;
-                let expected = packing.merged_rays(&rays[row..row + hemisphere.rays() as usize], &[]);
+                let expected = packing.merged_rays(&rays[row..row + hemisphere.rays() as usize], &[], None);
                 let own = &merged_rays[run[0] as usize..run[1] as usize];
-                assert!(own.iter().eq(expected.iter().map(|(merged_ray, _)| merged_ray)), "point {point}");
+                assert!(own.iter().eq(expected.iter().map(|merged| &merged.ray)), "point {point}");
                 point += 1;
             }
         }

@@ -68,7 +68,7 @@ struct Case {
 impl Case {
     fn new(scene: Scene, samples: u32, quality: Quality) -> Self {
         let tracer = trace(scene.clone(), scene.cameras[0].size, samples);
-        let exponent = scene.materials[1].exponent;
+        let exponent = scene.materials[scene.materials.len() - 1].exponent;
         let renderer = render(scene, quality);
         let layer = |layer| renderer.layer(layer).unwrap();
         Self {
@@ -236,5 +236,42 @@ fn direct_light_alone_is_that_of_the_whole_picture() {
             assert!((beauty - direct).abs() <= 1e-6 * direct, "{beauty} instead of {direct}");
         }
     }
+    assert_silent(&context());
+}
+
+/// Pixels whose indirect light is more than twice that of each of their neighbours.
+fn dots(indirect: &[[f32; 3]], width: usize) -> usize {
+    let height = indirect.len() / width;
+    let value = |x: usize, y: usize| indirect[y * width + x][1];
+    let is_dot = |x: usize, y: usize| {
+        let around = (y - 1..=y + 1).flat_map(|v| (x - 1..=x + 1).map(move |u| (u, v)));
+        let brightest = around.filter(|&place| place != (x, y)).map(|(u, v)| value(u, v)).fold(0.0, f32::max);
+        value(x, y) > 2.0 * brightest
+    };
+    (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y))).filter(|&(x, y)| is_dot(x, y)).count()
+}
+
+/// Broad lobes on every surface take their light from records, so that no pixel stands out. Lobes
+/// that are too sharp for records take it from few rays.
+#[test]
+fn broad_gloss_on_every_surface_has_no_bright_dots() {
+    let lamp = LightKind::Point { position: Vec3::new(0.2, 0.3, 0.1), intensity: Vec3::splat(0.5) };
+    let of = |exponent: f32| {
+        let mut scene = room(lamp);
+        scene.cameras[0].size = [160, 120];
+        for material in &mut scene.materials {
+            (material.diffuse, material.specular) = (Vec3::splat(0.05), Vec3::splat(0.4));
+            material.exponent = exponent;
+        }
+        scene
+    };
+    let quality = Quality { edge_samples: 0, ..QUALITY };
+    let broad = Case::new(of(20.0), 64, quality.clone());
+    let [relmse, _, indirect] = broad.errors();
+    println!("relMSE {relmse:.2e}, indirect {indirect:.4}");
+    assert!(relmse < 3e-2 && (indirect - 1.0).abs() < 0.03, "relMSE {relmse:.2e}, indirect {indirect}");
+    let sharp = render(of(80.0), quality).layer(Layer::Indirect).unwrap();
+    let [broad, sharp] = [&broad.indirect, &sharp].map(|indirect| dots(indirect, 160));
+    assert!(broad == 0 && sharp > 20, "{broad} dots of broad lobes, {sharp} of sharp ones");
     assert_silent(&context());
 }

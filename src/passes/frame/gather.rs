@@ -79,9 +79,10 @@ pub struct Gather {
     pub cache_points: Buffer,
     /// The rays of each cache point.
     pub merged_rays: MergedRays,
-    /// Radiance of each gather target without its lobe, W/m²/sr; three floats.
+    /// Radiance of each gather target, W/m²/sr, in scenes with images the diffuse part without
+    /// their colour; three floats of a texel.
     radiances: Buffer,
-    /// Radiance by its lobe. No pass reads it if nothing is glossy.
+    /// Radiance by its lobe. Only glossy scenes with images have it.
     lobe_radiances: Buffer,
     /// `Record` of each cache point.
     pub records: Buffer,
@@ -104,8 +105,7 @@ impl Gather {
         packing: GatherTargetPacking,
         is_glossy: bool,
     ) -> Result<Self> {
-        let glossy_constant = ("IS_GLOSSY", u32::from(is_glossy));
-        let constants = [glossy_constant, has_textures(merged_rays.has_colours)];
+        let constants = [("IS_GLOSSY", u32::from(is_glossy)), has_textures(merged_rays.has_colours)];
         let allocate = |count: u32, bytes: u64| {
             Buffer::storage(
                 context,
@@ -114,14 +114,17 @@ impl Gather {
             )
         };
         Ok(Self {
-            radiance: Pipeline::new(context, "gather_radiance", &[glossy_constant])?,
+            radiance: Pipeline::new(context, "gather_radiance", &constants)?,
             pipeline: Pipeline::new(context, Self::STEM, &constants)?,
             point_count,
             packing,
             hemisphere,
             cache_points,
             radiances: allocate(merged_rays.target_count, 16)?,
-            lobe_radiances: allocate(if is_glossy { merged_rays.target_count } else { 1 }, 12)?,
+            lobe_radiances: allocate(
+                if is_glossy && merged_rays.has_colours { merged_rays.target_count } else { 1 },
+                12,
+            )?,
             merged_rays,
             // Records that no view has needed yet are never written.
             records: Buffer::from_slice(
@@ -137,9 +140,9 @@ impl Gather {
         self.point_count
     }
 
-    /// Radiance of each gather target at the last gather, W/m²/sr: diffuse radiance without the
-    /// image's colour, three floats of a texel; and radiance by its lobe, three floats (one element
-    /// if nothing is glossy).
+    /// Radiance of each gather target at the last gather, W/m²/sr: in scenes with images diffuse
+    /// radiance without their colour, else all of it, three floats of a texel; and in glossy scenes
+    /// with images radiance by its lobe, three floats (else one element).
     pub fn radiances(&self) -> [&Buffer; 2] {
         [&self.radiances, &self.lobe_radiances]
     }

@@ -8,7 +8,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, MAX_LOOP_ITERATIONS, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, MAX_LOOP_ITERATIONS, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::SceneBuffers;
@@ -33,10 +33,11 @@ gpu_struct! {
 gpu_struct! {
     /// The vertices below a cluster that an invocation handles in one dispatch.
     pub struct GlossSpan {
-        /// Mean area of an entry point.
-        pub area_m2: f32,
-        /// Entry points: beams of each.
+        /// Entry points in glossy clusters; their lobes come first.
+        pub lobe_count: u32,
+        /// Beams of each entry point.
         pub beam_count: u32,
+        /// First vertex, of entry points and of others.
         pub first: u32,
         /// One past the last vertex; bounds the work of an invocation.
         pub end: u32,
@@ -45,6 +46,18 @@ gpu_struct! {
         /// Maximum of vertices below a cluster; of more, a sample stands for all. 0:
         /// all vertices count.
         pub most: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `gloss_lobes`.
+    pub struct GlossLobesPush {
+        /// Vertices that are entry points; they come first.
+        pub entry_count: u32,
+        /// Number of vertices of both kinds.
+        pub vertex_count: u32,
+        /// Mean area of an entry point.
+        pub area_m2: f32,
     }
 }
 
@@ -70,16 +83,18 @@ gpu_struct! {
 }
 
 /// Layouts of the structs shared with the shaders.
-pub const LAYOUTS: &[Layout] =
-    &[GlossBeam::LAYOUT, GlossSpan::LAYOUT, GlossBasePush::LAYOUT, GlossLevelPush::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[
+    GlossBeam::LAYOUT,
+    GlossSpan::LAYOUT,
+    GlossLobesPush::LAYOUT,
+    GlossBasePush::LAYOUT,
+    GlossLevelPush::LAYOUT,
+];
 
-/// Iterations of the loop over a cluster's vertices and their beams in one dispatch. A sample of a
-/// pixel visits four clusters.
-const MAX_ITERATIONS: u32 = 1 << 13;
-const _: () = assert!(4 * MAX_ITERATIONS < MAX_LOOP_ITERATIONS);
-
-/// Lights of one dispatch if as many are due: lobes are evaluated once for all of them.
-const LIGHTS: usize = 4;
+/// Iterations of each loop over a cluster's vertices and their beams in one dispatch: entry points
+/// have one, other vertices another. A sample of a pixel visits four clusters.
+const MAX_ITERATIONS: u32 = 1 << 12;
+const _: () = assert!(2 * 4 * MAX_ITERATIONS < MAX_LOOP_ITERATIONS);
 
 /// Exponent above which a lobe is so sharp that few vertices of a cluster contribute in one
 /// direction. All vertices are then needed.
@@ -124,50 +139,27 @@ pub struct GlossLight<'a> {
     pub hits: &'a Buffer,
 }
 
-/// A dispatch over the vertices of clusters, for one light or for [`LIGHTS`].
-pub(super) struct Dispatch<'a> {
-    /// Over entry points, or over other vertices.
-    entry_points: bool,
-    pub(super) span: GlossSpan,
-    lights: &'a [GlossLight<'a>],
-}
-
-impl<'a> Dispatch<'a> {
-    /// The light at an index; an arbitrary one beyond the last.
-    pub(super) fn light(&self, place: usize) -> &GlossLight<'a> {
-        self.lights.get(place).unwrap_or(&self.lights[0])
-    }
-}
-
-/// The kernels of a pass over the vertices of clusters.
-pub(super) struct VertexKernels {
-    /// Over entry points, for one light.
-    entry_points: Pipeline,
-    /// Over other vertices, for one light and for [`LIGHTS`].
-    others: [Pipeline; 2],
-}
+/// The kernels of a pass over the vertices of clusters: for lights with several beams at an entry
+/// point, and with one.
+pub(super) struct VertexKernels([Pipeline; 2]);
 
 impl VertexKernels {
     pub(super) fn new(context: &Arc<Context>, shader: &'static str) -> Result<Self> {
-        let kernel = |entry_points, lights: usize| {
-            let constants = [("ENTRY_POINTS", entry_points), ("LIGHTS", lights as u32)];
-            Pipeline::new(context, shader, &constants)
-        };
-        Ok(Self { entry_points: kernel(1, 1)?, others: [kernel(0, 1)?, kernel(0, LIGHTS)?] })
+        let kernel = |has_one| Pipeline::new(context, shader, &[("HAS_ONE_BEAM", has_one)]);
+        Ok(Self([kernel(0)?, kernel(1)?]))
     }
 
-    pub(super) fn of(&self, dispatch: &Dispatch<'_>) -> &Pipeline {
-        match dispatch.entry_points {
-            true => &self.entry_points,
-            false => &self.others[usize::from(dispatch.lights.len() > 1)],
-        }
+    pub(super) fn of(&self, light: &GlossLight<'_>) -> &Pipeline {
+        &self.0[usize::from(light.beam_count == 1)]
     }
 }
 
 /// The pipelines, the tables, and the light that they hold.
 pub struct Gloss {
-    pub(super) trace: Pipeline,
+    /// For lights of one point sample, and of several.
+    pub(super) trace: [Pipeline; 2],
     pub(super) reflect: Pipeline,
+    lobe: Pipeline,
     base: VertexKernels,
     pub(super) copy: LightSum,
     pub(super) sum: LightSum,
@@ -175,13 +167,20 @@ pub struct Gloss {
     pub(super) entries: Buffer,
     pub(super) entry_count: u32,
     pub(super) area_m2: f32,
-    /// A `GlossVertex` for each glossy vertex.
-    pub vertices: Buffer,
-    /// Offset from the index of a contribution to that of its vertex, for each base cluster;
-    /// [`NO_ENTRY`](crate::passes::gloss_tables::NO_ENTRY) if it is not glossy.
-    pub shifts: Buffer,
+    /// A `GlossVertex` for each vertex in a glossy cluster, entry points first.
+    vertices: Buffer,
+    vertex_count: u32,
+    /// Index of each of these entry points among the glossy ones.
+    entry_indices: Buffer,
+    entry_vertex_count: u32,
+    /// Unit mirror direction of each other vertex, and a spare number.
+    mirrors: Buffer,
+    /// For each base cluster its first entry point and its first other vertex, and the end.
+    vertex_offsets: Buffer,
+    /// Lobe of each vertex for the light of the last dispatch: flux at its peak, exponent.
+    lobes: Buffer,
     /// Range of base clusters below each cluster.
-    pub base_ranges: Buffer,
+    base_ranges: Buffer,
     /// Maximum number of vertices of a base cluster.
     max_vertices: u32,
     /// Maximum of vertices sampled below a cluster; initially 0: all.
@@ -215,9 +214,13 @@ impl Gloss {
         path_count: u32,
         area_m2: f32,
     ) -> Result<Self> {
+        let table =
+            |name, words: &[u32]| Buffer::from_slice(context, GrowsWith::EntryPoints.named(name), words);
+        let beams = |traces| Pipeline::new(context, Self::BEAMS_STEM, &[("TRACES", traces)]);
         Ok(Self {
-            trace: Pipeline::new(context, Self::BEAMS_STEM, &[])?,
+            trace: [beams(0)?, beams(1)?],
             reflect: Pipeline::new(context, Self::ENTRIES_STEM, &[scene.textures.constant()])?,
+            lobe: Pipeline::new(context, "gloss_lobes", &[])?,
             base: VertexKernels::new(context, Self::STEM)?,
             copy: LightSum::new(context)?,
             sum: LightSum::of_colours(context)?,
@@ -229,12 +232,21 @@ impl Gloss {
             )?,
             entry_count: tables.entries.len() as u32,
             area_m2,
-            vertices: Buffer::from_slice(
+            vertices: table("gloss vertices", bytemuck::cast_slice(&tables.vertices))?,
+            vertex_count: tables.vertices.len() as u32,
+            entry_indices: table("glossy entry points", &tables.entry_indices)?,
+            entry_vertex_count: tables.entry_indices.len() as u32,
+            mirrors: table("gloss mirrors", bytemuck::cast_slice(&tables.mirrors))?,
+            vertex_offsets: Buffer::from_slice(
                 context,
-                GrowsWith::EntryPoints.named("gloss vertices"),
-                &tables.vertices,
+                GrowsWith::Cells.named("gloss vertex offsets"),
+                &tables.vertex_offsets,
             )?,
-            shifts: Buffer::from_slice(context, GrowsWith::Cells.named("gloss shifts"), &tables.shifts)?,
+            lobes: Buffer::storage(
+                context,
+                GrowsWith::EntryPoints.named("gloss lobes"),
+                16 * tables.vertices.len().max(1) as u64,
+            )?,
             base_ranges: Buffer::from_slice(
                 context,
                 GrowsWith::Cells.named("base ranges"),
@@ -269,27 +281,54 @@ impl Gloss {
         u64::from(self.entry_count) * u64::from(beam_count) * size_of::<GlossBeam>() as u64
     }
 
-    /// Dispatches over all vertices of clusters, per unit of each light's emission: first the
-    /// vertices that are no entry points, then the entry points. Each is divided to bound the
-    /// iterations of an invocation ([`MAX_LOOP_ITERATIONS`]).
-    pub(super) fn dispatches<'a>(&self, due: &'a [GlossLight<'a>]) -> Vec<Dispatch<'a>> {
-        let area_m2 = self.area_m2;
-        let dispatch = |entry_points, lights: &'a [GlossLight<'a>], (first, end)| {
-            let (beam_count, adds) = (lights[0].beam_count, u32::from(entry_points || first > 0));
-            Dispatch {
-                entry_points,
-                span: GlossSpan { area_m2, beam_count, first, end, adds, most: self.max_asked },
-                lights,
-            }
+    /// The vertices of each dispatch over all vertices of clusters for a light. They are divided to
+    /// bound the iterations of an invocation ([`MAX_LOOP_ITERATIONS`]).
+    pub(super) fn spans(&self, light: &GlossLight<'_>) -> impl Iterator<Item = GlossSpan> + use<> {
+        let (lobe_count, most, beam_count) = (self.entry_vertex_count, self.max_asked, light.beam_count);
+        let span = move |(first, end)| {
+            let adds = u32::from(first > 0);
+            GlossSpan { lobe_count, beam_count, first, end, adds, most }
         };
-        let groups = due.chunks_exact(LIGHTS);
-        let single = groups.remainder().chunks(1);
-        let others =
-            groups.chain(single).flat_map(|lights| self.windows(1).map(move |w| dispatch(false, lights, w)));
-        let entry_points = due
-            .chunks(1)
-            .flat_map(|light| self.windows(light[0].beam_count).map(move |w| dispatch(true, light, w)));
-        others.chain(entry_points).collect()
+        self.windows(beam_count).map(span)
+    }
+
+    /// Computes the lobes of all vertices for a light. The caller records a barrier to the
+    /// dispatches that read them.
+    pub(super) fn record_lobes(
+        &self,
+        pass: &mut PassScope<'_>,
+        materials: &Buffer,
+        contributions: &Buffer,
+        light: &GlossLight<'_>,
+    ) {
+        pass.dispatch(
+            &self.lobe,
+            [self.vertex_count, 1, 1],
+            &GlossLobesPush {
+                entry_count: self.entry_vertex_count,
+                vertex_count: self.vertex_count,
+                area_m2: self.area_m2,
+            },
+            &[
+                ("Materials", materials),
+                ("Contributions", contributions),
+                ("GlossVertices", &self.vertices),
+                ("FirstBounceFlux", light.first_bounce),
+                ("GlossLobes", &self.lobes),
+            ],
+        );
+    }
+
+    /// The buffers from which kernels compute the flux of vertices for a light.
+    pub(super) fn lobe_buffers<'a>(&'a self, light: &GlossLight<'a>) -> [(&'static str, &'a Buffer); 6] {
+        [
+            ("GlossLobes", &self.lobes),
+            ("GlossMirrors", &self.mirrors),
+            ("GlossBeams", light.beams),
+            ("EntryIndices", &self.entry_indices),
+            ("BaseRanges", &self.base_ranges),
+            ("VertexOffsets", &self.vertex_offsets),
+        ]
     }
 
     /// Ranges of vertices below a cluster, one a dispatch, for `beams` beams a vertex. The last
@@ -308,38 +347,26 @@ impl Gloss {
         &self,
         rec: &mut Recorder,
         materials: &Buffer,
-        (contribution_ranges, contributions): (&Buffer, &Buffer),
+        contributions: &Buffer,
         due: &[GlossLight<'_>],
         bins: &[(Vec3, &Buffer)],
     ) {
         let mut pass = rec.pass(Self::STEM);
         let leaf_count = self.leaf_count;
-        for dispatch in self.dispatches(due) {
-            let light = |place| dispatch.light(place);
-            pass.dispatch(
-                self.base.of(&dispatch),
-                [leaf_count, 1, 1],
-                &GlossBasePush { span: dispatch.span, bin_count: leaf_count },
-                &[
-                    ("Materials", materials),
-                    ("ContributionRanges", contribution_ranges),
-                    ("Contributions", contributions),
-                    ("GlossVertices", &self.vertices),
-                    ("GlossBeams", light(0).beams),
-                    ("GlossBins", &self.bins),
-                    ("BaseRanges", &self.base_ranges),
-                    ("GlossShifts", &self.shifts),
-                    ("FirstBounceFlux0", light(0).first_bounce),
-                    ("FirstBounceFlux1", light(1).first_bounce),
-                    ("FirstBounceFlux2", light(2).first_bounce),
-                    ("FirstBounceFlux3", light(3).first_bounce),
-                    ("LightBins0", light(0).bins),
-                    ("LightBins1", light(1).bins),
-                    ("LightBins2", light(2).bins),
-                    ("LightBins3", light(3).bins),
-                ],
-            );
+        for light in due {
+            self.record_lobes(&mut pass, materials, contributions, light);
             pass.barrier(COMPUTE_TO_COMPUTE);
+            for span in self.spans(light) {
+                let mut buffers = self.lobe_buffers(light).to_vec();
+                buffers.extend([("GlossBins", &self.bins), ("LightBins", light.bins)]);
+                pass.dispatch(
+                    self.base.of(light),
+                    [leaf_count, 1, 1],
+                    &GlossBasePush { span, bin_count: leaf_count },
+                    &buffers,
+                );
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
         }
         self.sum.record(&mut pass, bins, leaf_count, 1.0, &self.fluxes);
         for level in &self.sums {

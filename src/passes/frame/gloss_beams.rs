@@ -63,7 +63,7 @@ impl Gloss {
             return;
         }
         pass.dispatch(
-            &self.trace,
+            &self.trace[usize::from(light.sample_count() > 1)],
             [self.entry_count * light.part_beams(), 1, 1],
             &GlossBeamsPush {
                 entry_count: self.entry_count,
@@ -81,6 +81,7 @@ impl Gloss {
                 ("GlossEntries", &self.entries),
                 ("GlossBeams", found.beams),
                 ("TruncatedLoops", &scene.truncated_loops),
+                ("FormFactors", factors),
             ],
         );
     }

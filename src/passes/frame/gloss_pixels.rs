@@ -8,12 +8,13 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::frame::bin_reads::BinReads;
 use crate::passes::frame::gloss::{Gloss, GlossLight, GlossSpan, VertexKernels};
+use crate::passes::frame::gloss_records::RecordLobes;
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::precompute::gather_rays::MIN_ENTRY_POINTS;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::{Grid, PixelSurface, View};
-use glam::Vec3;
+use glam::{Vec2, Vec3, Vec4Swizzles};
 use std::sync::Arc;
 
 gpu_struct! {
@@ -73,8 +74,8 @@ gpu_struct! {
         pub cluster_bits: u32,
         /// Minimum sample count of a cluster.
         pub min_entry_points: f32,
-        /// 0: the image shows direct light only, and no ray is traced.
-        pub traces: u32,
+        /// Exponent of a lobe that records bring, at most.
+        pub record_exponent: f32,
         /// Direction bins along an edge of the square map.
         pub side: u32,
         /// Exponent of the sharpest lobe that the bins resolve.
@@ -109,6 +110,17 @@ gpu_struct! {
         pub capacity: u32,
         /// Width of the cluster field in `GlossRay::target`.
         pub cluster_bits: u32,
+        /// The camera, metres.
+        pub eye: Vec3,
+        /// Capacity of the list of splat weights.
+        pub weight_capacity: u32,
+        pub record_count: u32,
+        /// Exponent of a lobe that records bring, at most.
+        pub record_exponent: f32,
+        pub exponent_count: u32,
+        /// Exponents of the lobes at records, ascending.
+        pub first_exponents: Vec2,
+        pub other_exponents: Vec2,
     }
 }
 
@@ -132,11 +144,19 @@ pub const LOBE_RAYS: u32 = 4;
 const SHARE: u64 = 8;
 /// Minimum capacity, 5 MB.
 const MIN_ROOM: u64 = 1 << 16;
+/// The same if samples only place the points of highlights.
+const MIN_HIGHLIGHTS: u64 = 1 << 14;
 /// Invocations of the tracing kernel: enough to fill a device, few enough to be cheap if
 /// little is glossy.
 const STRIDE: u32 = 1 << 16;
 /// Maximum number of samples of an invocation: bounds its loop iterations.
 const SAMPLES_OF_INVOCATION: u32 = 8;
+
+/// Number of samples that suffices if few pixels are glossy: `least`, or all in a small picture.
+fn wanted_samples(pixel_count: u32, max_samples: u32, least: u64) -> u64 {
+    let all = u64::from(pixel_count) * u64::from(max_samples);
+    all.div_ceil(SHARE).max(all.min(least))
+}
 
 /// Inputs of glossy pixels besides their own samples.
 #[derive(Clone, Copy)]
@@ -151,10 +171,10 @@ pub struct Surroundings<'a> {
     pub inverse_areas: &'a Buffer,
     /// The glossy clusters.
     pub gloss: &'a Gloss,
-    /// `ContributionRange` of each base cluster.
-    pub contribution_ranges: &'a Buffer,
     /// `Contribution`s in cluster order.
     pub contributions: &'a Buffer,
+    /// Lobes at records. `None`: rays bring all light.
+    pub lobes: Option<RecordLobes<'a>>,
 }
 
 /// The pipelines, the samples and rays of the view, and their light.
@@ -174,6 +194,11 @@ pub struct GlossPixels {
     cluster_bits: u32,
     /// False without light paths: clusters then hold no light.
     has_paths: bool,
+    /// Exponent of a lobe that records bring, at most; initially 0: none.
+    pub record_exponent: f32,
+    /// Directions of lobes start from samples: rays, or those to a sky. If not, samples only
+    /// place the points of highlights.
+    pub takes_samples: bool,
     pub(super) offsets: Buffer,
     pub(super) pixels: Buffer,
     /// `PixelSurface`s, pixel by pixel.
@@ -199,7 +224,7 @@ impl GlossPixels {
     /// Allocates buffers for an image of `pixel_count` pixels with `max_rays` for each glossy
     /// pixel, rounded up to a multiple of four. `cluster_bits` is the width of the cluster field in
     /// targets of rays. Without light paths (`has_paths`) the pixels show highlights only, and no
-    /// ray is traced.
+    /// ray is traced. `may_trace`: some lobe may take rays, now or after an edit.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -208,21 +233,22 @@ impl GlossPixels {
         scene: &SceneBuffers,
         pixel_count: u32,
         max_rays: u32,
-        (cluster_bits, has_paths): (u32, bool),
+        cluster_bits: u32,
+        [has_paths, may_trace]: [bool; 2],
     ) -> Result<Self> {
         let textures = &scene.textures;
         let max_samples = max_rays.div_ceil(LOBE_RAYS);
-        let all = u64::from(pixel_count) * u64::from(max_samples);
-        let wanted = all.div_ceil(SHARE).max(all.min(MIN_ROOM));
+        let wanted = wanted_samples(pixel_count, max_samples, MIN_ROOM);
         let sample_bytes = u64::from(LOBE_RAYS) * size_of::<GlossRay>() as u64;
         let capacity = wanted.min(context.limits().storage_range_bytes / sample_bytes) as u32;
         let allocate = |name, bytes: u64| {
             Buffer::storage(context, GrowsWith::Pixels.named(name), u64::from(capacity.max(1)) * bytes)
         };
+        let traces = ("TRACES", u32::from(has_paths && may_trace));
         Ok(Self {
             mark: Pipeline::new(context, "gloss_mark", &[])?,
             list: Pipeline::new(context, "gloss_list", &[])?,
-            trace: Pipeline::new(context, Self::RAYS_STEM, &[textures.constant()])?,
+            trace: Pipeline::new(context, Self::RAYS_STEM, &[textures.constant(), traces])?,
             highlight: Pipeline::new(context, Self::HIGHLIGHTS_STEM, &[scene.emission.constant()])?,
             sum: LightSum::new(context)?,
             meet: VertexKernels::new(context, "gloss_hits")?,
@@ -233,6 +259,8 @@ impl GlossPixels {
             capacity,
             cluster_bits,
             has_paths,
+            record_exponent: 0.0,
+            takes_samples: true,
             offsets: Buffer::storage(
                 context,
                 GrowsWith::Pixels.named("gloss offsets"),
@@ -258,6 +286,12 @@ impl GlossPixels {
                 u64::from(pixel_count) * size_of::<PixelGloss>() as u64,
             )?,
         })
+    }
+
+    /// Capacity of the list of samples that frames use.
+    pub(super) fn used_capacity(&self) -> u32 {
+        let least = if self.takes_samples { MIN_ROOM } else { MIN_HIGHLIGHTS };
+        u64::from(self.capacity).min(wanted_samples(self.pixel_count, self.max_samples, least)) as u32
     }
 
     /// Finds the glossy pixels, samples them, and traces their lobes.
@@ -294,7 +328,8 @@ impl GlossPixels {
             &[("GlossOffsets", &self.offsets), ("GlossPixels", &self.pixels)],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
-        let stride = STRIDE.max(self.capacity.div_ceil(SAMPLES_OF_INVOCATION)).min(self.capacity);
+        let capacity = self.used_capacity();
+        let stride = STRIDE.max(capacity.div_ceil(SAMPLES_OF_INVOCATION)).min(capacity);
         pass.dispatch(
             &self.trace,
             [stride, 1, 1],
@@ -302,12 +337,12 @@ impl GlossPixels {
                 view: *view,
                 grid: *clusters.grid,
                 max_samples: self.max_samples,
-                capacity: self.capacity,
+                capacity,
                 stride,
                 seed,
                 cluster_bits: self.cluster_bits,
                 min_entry_points: MIN_ENTRY_POINTS,
-                traces: u32::from(self.has_paths),
+                record_exponent: self.record_exponent,
                 side: bins.directions.side,
                 max_exponent: bins.max_exponent,
             },
@@ -343,55 +378,54 @@ impl GlossPixels {
         due: &[GlossLight<'_>],
         [hits, highlights]: [&[(Vec3, &Buffer)]; 2],
     ) {
-        let Surroundings {
-            scene,
-            pixels,
-            irradiance,
-            inverse_areas,
-            gloss,
-            contribution_ranges,
-            contributions,
-        } = around;
-        let (pixel_count, max_samples, capacity) = (self.pixel_count, self.max_samples, self.capacity);
+        let Surroundings { scene, pixels, irradiance, inverse_areas, gloss, contributions, lobes } = around;
+        let (pixel_count, max_samples, capacity) = (self.pixel_count, self.max_samples, self.used_capacity());
         let cluster_bits = self.cluster_bits;
+        let exponents = lobes.map(|lobes| lobes.exponents).unwrap_or_default();
+        // Unused bindings without lobes at records.
+        let [weight_ranges, weights] = lobes.map_or([&self.hits; 2], |lobes| lobes.weights);
         let (due, hits) = if self.has_paths { (due, hits) } else { Default::default() };
         let mut pass = rec.pass(Self::STEM);
         self.sum.record(&mut pass, highlights, capacity, 1.0, &self.highlights);
-        for dispatch in gloss.dispatches(due) {
-            let (span, light) = (dispatch.span, |place| dispatch.light(place));
-            pass.dispatch(
-                self.meet.of(&dispatch),
-                [capacity, 1, 1],
-                &GlossHitsPush { span, pixel_count, max_samples, capacity, cluster_bits },
-                &[
+        for light in due {
+            gloss.record_lobes(&mut pass, &scene.materials, contributions, light);
+            pass.barrier(COMPUTE_TO_COMPUTE);
+            for span in gloss.spans(light) {
+                let mut buffers = gloss.lobe_buffers(light).to_vec();
+                buffers.extend([
                     ("Materials", &scene.materials),
                     ("GlossOffsets", &self.offsets),
                     ("GlossRays", &self.rays),
                     ("InverseAreas", inverse_areas),
-                    ("BaseRanges", &gloss.base_ranges),
-                    ("GlossShifts", &gloss.shifts),
-                    ("ContributionRanges", contribution_ranges),
-                    ("Contributions", contributions),
-                    ("GlossVertices", &gloss.vertices),
-                    ("GlossBeams", light(0).beams),
-                    ("FirstBounceFlux0", light(0).first_bounce),
-                    ("FirstBounceFlux1", light(1).first_bounce),
-                    ("FirstBounceFlux2", light(2).first_bounce),
-                    ("FirstBounceFlux3", light(3).first_bounce),
-                    ("LightHits0", light(0).hits),
-                    ("LightHits1", light(1).hits),
-                    ("LightHits2", light(2).hits),
-                    ("LightHits3", light(3).hits),
-                ],
-            );
-            pass.barrier(COMPUTE_TO_COMPUTE);
+                    ("LightHits", light.hits),
+                ]);
+                pass.dispatch(
+                    self.meet.of(light),
+                    [capacity, 1, 1],
+                    &GlossHitsPush { span, pixel_count, max_samples, capacity, cluster_bits },
+                    &buffers,
+                );
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
         }
         gloss.sum.record(&mut pass, hits, capacity, 1.0, &self.hits);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.gloss,
             [pixel_count, 1, 1],
-            &GlossPixelsPush { pixel_count, max_samples, capacity, cluster_bits },
+            &GlossPixelsPush {
+                pixel_count,
+                max_samples,
+                capacity,
+                cluster_bits,
+                eye: lobes.map_or(Vec3::ZERO, |lobes| lobes.eye),
+                weight_capacity: lobes.map_or(0, |lobes| lobes.weight_capacity),
+                record_count: lobes.map_or(0, |lobes| lobes.record_count),
+                record_exponent: lobes.map_or(0.0, |_| self.record_exponent),
+                exponent_count: exponents.count,
+                first_exponents: exponents.values.xy(),
+                other_exponents: exponents.values.zw(),
+            },
             &[
                 ("Surfaces", &scene.surfaces),
                 ("Materials", &scene.materials),
@@ -407,6 +441,9 @@ impl GlossPixels {
                 ("InverseAreas", inverse_areas),
                 ("GlossBins", &gloss.bins),
                 ("GlossFluxes", &gloss.fluxes),
+                ("WeightRanges", weight_ranges),
+                ("Weights", weights),
+                ("GlossRecords", lobes.map_or(&self.hits, |lobes| lobes.records)),
             ],
         );
     }

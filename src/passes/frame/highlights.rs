@@ -63,12 +63,12 @@ impl GlossPixels {
             }
             pass.dispatch(
                 &self.highlight,
-                [self.capacity, 1, 1],
+                [self.used_capacity(), 1, 1],
                 &HighlightsPush {
                     eye,
                     pixel_count: self.pixel_count,
                     max_samples: self.max_samples,
-                    capacity: self.capacity,
+                    capacity: self.used_capacity(),
                     light: light.row,
                     first_sample,
                     end_sample,

@@ -11,6 +11,7 @@ pub mod gather;
 pub mod gloss;
 pub mod gloss_beams;
 pub mod gloss_pixels;
+pub mod gloss_records;
 pub mod highlights;
 pub mod hvds;
 pub mod light_sum;

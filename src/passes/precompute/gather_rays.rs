@@ -85,7 +85,7 @@ impl Hemisphere {
 
 /// Unit directions of the rays of a table.
 #[derive(Clone, Copy)]
-pub(super) struct RayDirections<'a> {
+pub struct RayDirections<'a> {
     points: &'a [CachePoint],
     strata: Strata,
     seed: u32,
@@ -93,12 +93,12 @@ pub(super) struct RayDirections<'a> {
 
 impl<'a> RayDirections<'a> {
     /// Directions of the rays that start at these points and were traced with that seed.
-    pub(super) fn new(points: &'a [CachePoint], hemisphere: Hemisphere, seed: u32) -> Self {
+    pub fn new(points: &'a [CachePoint], hemisphere: Hemisphere, seed: u32) -> Self {
         Self { points, strata: Strata { rings: hemisphere.rings, sectors: hemisphere.sectors }, seed }
     }
 
     /// The direction back along a ray.
-    pub(super) fn back(&self, ray: usize) -> DVec3 {
+    pub fn back(&self, ray: usize) -> DVec3 {
         let (point, ray) = (ray as u32 / self.strata.rays(), ray as u32 % self.strata.rays());
         -(frame(self.points[point as usize].normal) * self.strata.direction(ray, point, self.seed))
     }

@@ -7,10 +7,10 @@ use super::path_orders::LightPaths;
 use crate::error::Result;
 use crate::passes::frame::hvds::contribution_ranges;
 use crate::passes::gather_targets::{GatherTarget, GatherTargets, Reader};
-use crate::passes::gloss_tables::{GlossBin, GlossEntry, GlossTables, GlossVertex, NO_ENTRY};
+use crate::passes::gloss_tables::{GlossBin, GlossEntry, GlossTables, GlossVertex, UNWEIGHTED};
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
-use crate::types::{CachePoint, NO_CLUSTER, PathVertex, Surface};
+use crate::types::{CachePoint, ContributionRange, NO_CLUSTER, PathVertex, Surface};
 use glam::{DVec3, UVec2, Vec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -145,45 +145,41 @@ impl GlossTables {
         }
     }
 
-    /// Lists the vertices of base clusters that may be glossy.
+    /// Lists the path vertices that may be glossy, by base cluster.
     fn find_vertices(&mut self, sources: &Sources<'_>) {
         let arrivals = &sources.paths.arrivals;
-        let mut entry_of_path = vec![NO_ENTRY; sources.entry_points.len()];
-        for (index, entry) in (0..).zip(&self.entries) {
-            entry_of_path[entry.path as usize] = index;
+        let mut entry_of_path = vec![None; sources.entry_points.len()];
+        for (index, entry) in (0_u32..).zip(&self.entries) {
+            entry_of_path[entry.path as usize] = Some(index);
         }
-        let mut is_glossy = vec![false; sources.hvds.unweighted.len()];
-        for fragment in &sources.hvds.fragments {
-            let material = sources.surfaces[fragment.side as usize / 2].material;
-            is_glossy[fragment.cluster as usize] |= sources.materials[material as usize].may_be_glossy();
-        }
-        for (cluster, is_glossy) in is_glossy.into_iter().enumerate() {
-            if !is_glossy {
-                self.shifts.push(NO_ENTRY);
-                continue;
-            }
-            let lists = &sources.paths.contribution_offsets[2 * cluster..2 * cluster + 3];
-            self.shifts.push((self.vertices.len() as u32).wrapping_sub(lists[0]));
-            for contribution in lists[0]..lists[2] {
-                let side = arrivals.sides[contribution as usize];
-                let surface = &sources.surfaces[side as usize / 2];
-                let incoming = arrivals.incoming[contribution as usize];
-                let is_entry = contribution < lists[1];
+        let vertex = |contribution: u32, run: &ContributionRange| {
+            let side = arrivals.sides[contribution as usize];
+            let surface = &sources.surfaces[side as usize / 2];
+            let flag = if run.is_unweighted != 0 { UNWEIGHTED } else { 0 };
+            let vertex = GlossVertex { material: surface.material, contribution: contribution | flag };
+            sources.materials[surface.material as usize].may_be_glossy().then_some((vertex, surface))
+        };
+        let mut others = Vec::new();
+        for run in contribution_ranges(sources.hvds, &sources.paths.contribution_offsets) {
+            self.vertex_offsets.push(UVec2::new(self.vertices.len() as u32, others.len() as u32));
+            for contribution in run.first..run.first_other {
                 let path = sources.paths.contributions[contribution as usize].path();
-                self.vertices.push(GlossVertex {
-                    mirror: if is_entry { Vec3::ZERO } else { incoming.reflect(surface.normal) },
-                    material: surface.material,
-                    entry: if is_entry { entry_of_path[path as usize] } else { NO_ENTRY },
-                });
+                if let (Some(entry), Some((vertex, _))) =
+                    (entry_of_path[path as usize], vertex(contribution, &run))
+                {
+                    self.entry_indices.push(entry);
+                    self.vertices.push(vertex);
+                }
+            }
+            for contribution in run.first_other..run.end {
+                let Some((vertex, surface)) = vertex(contribution, &run) else { continue };
+                let incoming = arrivals.incoming[contribution as usize];
+                self.mirrors.push(incoming.reflect(surface.normal).extend(0.0));
+                others.push(vertex);
             }
         }
-        // An unweighted cluster has the vertices of its cluster.
-        self.shifts.resize(sources.hvds.levels[0].len(), NO_ENTRY);
-        for (cluster, &unweighted) in sources.hvds.unweighted.iter().enumerate() {
-            if unweighted != NO_CLUSTER {
-                self.shifts[unweighted as usize] = self.shifts[cluster];
-            }
-        }
+        self.vertex_offsets.push(UVec2::new(self.vertices.len() as u32, others.len() as u32));
+        self.vertices.append(&mut others);
     }
 
     /// Numbers the gloss bins of rays and of sums. A cluster of many vertices is the sum of its
@@ -193,9 +189,8 @@ impl GlossTables {
     fn find_bins(&mut self, sources: &Sources<'_>, mut wanted: Vec<(u32, u32)>) -> HashMap<(u32, u32), u32> {
         let hvds = sources.hvds;
         let mut vertices = vec![0; hvds.cluster_count() as usize];
-        let ranges = contribution_ranges(hvds, &sources.paths.contribution_offsets);
-        for ((vertices, range), &shift) in vertices.iter_mut().zip(ranges).zip(&self.shifts) {
-            *vertices = if shift == NO_ENTRY { 0 } else { range.end - range.first };
+        for (vertices, ends) in vertices.iter_mut().zip(self.vertex_offsets.windows(2)) {
+            *vertices = (ends[1] - ends[0]).element_sum();
         }
         for cluster in 0..vertices.len() {
             if hvds.parents[cluster] != NO_CLUSTER {

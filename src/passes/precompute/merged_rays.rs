@@ -1,15 +1,16 @@
 //! Gather rays as frames read them. Rays of one cache point that meet the same cluster and material
 //! bring the same light: they become one *merged ray* with the sum of their weights. A cluster with
 //! a material is a *gather target*; its radiance is computed once for all merged rays that read it.
-//! In: gather rays. Out: merged rays, a list a cache point; targets.
+//! If surfaces may be glossy, a merged ray keeps its mean direction. In: gather rays. Out: merged
+//! rays, a list a cache point; targets.
 
-use super::gather_rays::{Hemisphere, RayTable};
+use super::gather_rays::{Hemisphere, RayDirections, RayTable};
 use crate::cpu::gather::unpack;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::GrowsWith;
 use crate::types::{GatherRay, MOVEMENT_EXPONENT, MergedRay, NO_TARGET};
-use glam::{DVec2, Vec2};
+use glam::{DVec2, DVec3, Vec2, Vec2Swizzles};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -49,16 +50,21 @@ impl MergedRayPacking {
         Self { targets, target_bits, max_rays: max_rays as usize, rotations, rotation_unit }
     }
 
-    /// The merged rays of one cache point, ordered by gather target, each with its colour;
-    /// `colours` of the rays, or empty.
-    pub fn merged_rays(&self, rays: &[GatherRay], colours: &[u32]) -> Vec<(MergedRay, u32)> {
+    /// The merged rays of one cache point, ordered by gather target; `colours` of the rays, or
+    /// empty; `direction` of a ray, if directions are kept.
+    pub fn merged_rays(
+        &self,
+        rays: &[GatherRay],
+        colours: &[u32],
+        direction: Option<&dyn Fn(usize) -> DVec3>,
+    ) -> Vec<Merged> {
         let colour = |ray: u32| colours.get(ray as usize).copied().unwrap_or(0);
         let met = (0_u32..).zip(rays).filter(|(_, ray)| ray.target != NO_TARGET);
         let mut order: Vec<(u32, u32, u32)> =
             met.map(|(index, ray)| (ray.target, colour(index), index)).collect();
         order.sort_unstable();
         let alike = order.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
-        let merged_ray = |run: &[(u32, u32, u32)]| {
+        let merged = |run: &[(u32, u32, u32)]| {
             let (target, colour, _) = run[0];
             let target_index = self.targets.partition_point(|&other| other < target) as u32;
             let sum = |fraction: &dyn Fn(usize) -> DVec2| {
@@ -67,14 +73,38 @@ impl MergedRayPacking {
             let count = (run.len() - 1) as u32;
             let movement = |ray: usize| unpack(rays[ray].gradient) * 2f64.powi(-MOVEMENT_EXPONENT);
             let rotation = |ray: usize| self.rotations[ray].as_dvec2() / f64::from(self.rotation_unit);
-            let merged_ray = MergedRay {
+            let ray = MergedRay {
                 target_index: target_index | count.checked_shl(self.target_bits).unwrap_or(0),
                 change: MOVEMENT.pack(sum(&movement)) | ROTATION.pack(sum(&rotation)) << MOVEMENT.bits(),
             };
-            (merged_ray, colour)
+            let mean = |direction: &dyn Fn(usize) -> DVec3| {
+                pack_direction(run.iter().map(|ray| direction(ray.2 as usize)).sum())
+            };
+            Merged { ray, colour, direction: direction.map_or(0, mean) }
         };
-        alike.flat_map(|run| run.chunks(self.max_rays)).map(merged_ray).collect()
+        alike.flat_map(|run| run.chunks(self.max_rays)).map(merged).collect()
     }
+}
+
+/// A merged ray, with what only some scenes keep of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Merged {
+    /// Target, number of rays, and gradients.
+    pub ray: MergedRay,
+    /// Packed colour of the image that its rays met.
+    pub colour: u32,
+    /// Packed mean direction of its rays.
+    pub direction: u32,
+}
+
+/// Packs a direction of any length: octahedral, two signed 16-bit integers. `unpack_direction` of
+/// `glsl/include/gloss_rays.glsl` reads it.
+fn pack_direction(direction: DVec3) -> u32 {
+    let d = direction / direction.abs().element_sum().max(f64::MIN_POSITIVE);
+    let flat = d.truncate();
+    let place = if d.z >= 0.0 { flat } else { (1.0 - flat.yx().abs()).copysign(flat) };
+    let number = |value: f64| u32::from((value.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16);
+    number(place.x) | number(place.y) << 16
 }
 
 /// Merged rays of consecutive cache points, in one binding each.
@@ -88,6 +118,8 @@ pub struct MergedRayChunk {
     /// For each, the packed colour of the image that its rays met; one unused word in
     /// scenes without images.
     pub colours: Buffer,
+    /// For each, its packed mean direction; one unused word if nothing may be glossy.
+    pub directions: Buffer,
 }
 
 /// The merged rays of all cache points, in as many buffers as the device's bindings need.
@@ -106,6 +138,8 @@ pub struct MergedRays {
     pub rotation_unit: f32,
     /// Whether there are images.
     pub has_colours: bool,
+    /// Whether surfaces may be glossy, so that directions are kept.
+    pub has_directions: bool,
     /// Total number of rays in all merged rays.
     pub ray_count: u64,
     /// Total number of merged rays.
@@ -125,7 +159,7 @@ fn max_rows(context: &Context, hemisphere: Hemisphere) -> u32 {
 }
 
 /// Merged rays of all cache points as plain lists.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct MergedRayLists {
     /// Distinct targets of gather rays, in ascending order.
     pub targets: Vec<u32>,
@@ -135,6 +169,8 @@ pub struct MergedRayLists {
     pub merged_rays: Vec<MergedRay>,
     /// For each, the packed colour of the image that its rays met; empty in scenes without images.
     pub colours: Vec<u32>,
+    /// For each, its packed mean direction; empty if nothing may be glossy.
+    pub directions: Vec<u32>,
 }
 
 impl MergedRays {
@@ -142,7 +178,7 @@ impl MergedRays {
         context: &Arc<Context>,
         packing: &MergedRayPacking,
         records_per_chunk: u32,
-        has_colours: bool,
+        [has_colours, has_directions]: [bool; 2],
     ) -> Result<Self> {
         Ok(Self {
             records_per_chunk,
@@ -156,6 +192,7 @@ impl MergedRays {
             target_bits: packing.target_bits,
             rotation_unit: packing.rotation_unit,
             has_colours,
+            has_directions,
             ray_count: 0,
             merged_ray_count: 0,
         })
@@ -165,21 +202,17 @@ impl MergedRays {
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub fn of_lists(
-        context: &Arc<Context>,
-        lists: MergedRayLists,
-        hemisphere: Hemisphere,
-        has_colours: bool,
-    ) -> Result<Self> {
-        let MergedRayLists { targets, counts, merged_rays, colours } = lists;
+    pub fn of_lists(context: &Arc<Context>, lists: &MergedRayLists, hemisphere: Hemisphere) -> Result<Self> {
+        let MergedRayLists { targets, counts, merged_rays, colours, directions } = lists;
         let records_per_chunk = (counts.len().max(1) as u32).min(max_rows(context, hemisphere));
-        let packing = MergedRayPacking::new(targets, hemisphere);
-        let mut found = Self::empty(context, &packing, records_per_chunk, has_colours)?;
+        let packing = MergedRayPacking::new(targets.clone(), hemisphere);
+        let kept = [colours, directions].map(|list| !list.is_empty());
+        let mut found = Self::empty(context, &packing, records_per_chunk, kept)?;
         let mut start = 0;
         for counts in counts.chunks(records_per_chunk as usize) {
             let end = start + counts.iter().map(|&count| count as usize).sum::<usize>();
-            let colours = if has_colours { &colours[start..end] } else { &[] };
-            found.add(context, counts, &merged_rays[start..end], colours)?;
+            let part = |list: &'_ Vec<u32>| list.get(start..end).unwrap_or_default().to_vec();
+            found.add(context, counts, &merged_rays[start..end], [part(colours), part(directions)])?;
             start = end;
         }
         Ok(found)
@@ -190,9 +223,7 @@ impl MergedRays {
     /// # Errors
     /// The device failed.
     pub fn lists(&self) -> Result<MergedRayLists> {
-        let targets = self.targets.read()?;
-        let mut lists =
-            MergedRayLists { targets, counts: Vec::new(), merged_rays: Vec::new(), colours: Vec::new() };
+        let mut lists = MergedRayLists { targets: self.targets.read()?, ..MergedRayLists::default() };
         for chunk in &self.chunks {
             let first: Vec<u32> = chunk.merged_ray_offsets.read()?;
             lists.counts.extend(first.windows(2).map(|ends| ends[1] - ends[0]));
@@ -200,23 +231,34 @@ impl MergedRays {
             if self.has_colours {
                 lists.colours.extend(chunk.colours.read::<u32>()?);
             }
+            if self.has_directions {
+                lists.directions.extend(chunk.directions.read::<u32>()?);
+            }
         }
         Ok(lists)
     }
 
-    /// Merges the rays of a packed table by target, and frees the table buffer by buffer.
+    /// Merges the rays of a packed table by target, and frees the table buffer by buffer. Keeps
+    /// `directions`, if there are any.
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub fn new(context: &Arc<Context>, table: RayTable, hemisphere: Hemisphere) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        table: RayTable,
+        hemisphere: Hemisphere,
+        directions: Option<&RayDirections<'_>>,
+    ) -> Result<Self> {
         let records_per_chunk = records_per_chunk(context, &table, hemisphere);
         let (per_row, has_colours) = (hemisphere.rays() as usize, table.has_colours);
         let mut targets = Vec::new();
         table.scan(hemisphere.rays(), |_, rays| targets.extend(distinct(rays)))?;
         let packing = MergedRayPacking::new(targets, hemisphere);
-        let mut found = Self::empty(context, &packing, records_per_chunk, has_colours)?;
+        let mut found =
+            Self::empty(context, &packing, records_per_chunk, [has_colours, directions.is_some()])?;
         let chunk = (CHUNK_RAYS / per_row).max(1) * per_row;
-        let mut rows: Vec<Vec<(MergedRay, u32)>> = Vec::new();
+        let mut rows: Vec<Vec<Merged>> = Vec::new();
+        let mut first_ray = 0;
         for (rays, colours) in table.buffers.into_iter().zip(table.colours) {
             let count = rays.bytes() as usize / size_of::<GatherRay>();
             for place in (0..count).step_by(chunk) {
@@ -226,7 +268,12 @@ impl MergedRays {
                     if has_colours { colours.read_range(place, length)? } else { Vec::new() };
                 let merged_rays = |row: usize| {
                     let own = row * per_row..(row + 1) * per_row;
-                    packing.merged_rays(&read[own.clone()], image_colours.get(own).unwrap_or(&[]))
+                    let colours = image_colours.get(own.clone()).unwrap_or(&[]);
+                    let direction = directions.map(|directions| {
+                        move |ray: usize| -directions.back(first_ray + place + row * per_row + ray)
+                    });
+                    let direction = direction.as_ref().map(|direction| direction as &dyn Fn(usize) -> DVec3);
+                    packing.merged_rays(&read[own], colours, direction)
                 };
                 rows.par_extend((0..length / per_row).into_par_iter().map(merged_rays));
                 while rows.len() >= records_per_chunk as usize {
@@ -234,6 +281,7 @@ impl MergedRays {
                     found.add_rows(context, &std::mem::replace(&mut rows, rest))?;
                 }
             }
+            first_ray += count;
         }
         if !rows.is_empty() {
             found.add_rows(context, &rows)?;
@@ -242,20 +290,22 @@ impl MergedRays {
     }
 
     /// Uploads the next buffer from rows.
-    fn add_rows(&mut self, context: &Arc<Context>, rows: &[Vec<(MergedRay, u32)>]) -> Result<()> {
+    fn add_rows(&mut self, context: &Arc<Context>, rows: &[Vec<Merged>]) -> Result<()> {
         let counts: Vec<u32> = rows.iter().map(|row| row.len() as u32).collect();
-        let (merged_rays, colours): (Vec<MergedRay>, Vec<u32>) = rows.iter().flatten().copied().unzip();
-        self.add(context, &counts, &merged_rays, &colours)
+        let merged_rays: Vec<MergedRay> = rows.iter().flatten().map(|merged| merged.ray).collect();
+        let words = |word: fn(&Merged) -> u32| rows.iter().flatten().map(word).collect();
+        let kept = [words(|merged| merged.colour), words(|merged| merged.direction)];
+        self.add(context, &counts, &merged_rays, kept)
     }
 
-    /// Uploads the next buffer from lists: the number of merged rays of each cache point, and all
-    /// of them with their colours.
+    /// Uploads the next buffer: the number of merged rays of each point; the merged rays, with
+    /// their colours and directions.
     fn add(
         &mut self,
         context: &Arc<Context>,
         counts: &[u32],
         merged_rays: &[MergedRay],
-        colours: &[u32],
+        [colours, directions]: [Vec<u32>; 2],
     ) -> Result<()> {
         let first_point = self.chunks.last().map_or(0, |chunk| chunk.points.end);
         let mut merged_ray_offsets = vec![0_u32];
@@ -282,7 +332,12 @@ impl MergedRays {
             colours: Buffer::from_slice(
                 context,
                 GrowsWith::GatherRays.named("merged ray colours"),
-                if self.has_colours { colours } else { &[0] },
+                if self.has_colours { &colours } else { &[0] },
+            )?,
+            directions: Buffer::from_slice(
+                context,
+                GrowsWith::GatherRays.named("merged ray directions"),
+                if self.has_directions { &directions } else { &[0] },
             )?,
         });
         Ok(())
@@ -308,10 +363,11 @@ impl MergedRays {
 
     /// Bytes of all buffers.
     pub fn bytes(&self) -> u64 {
-        self.chunks
-            .iter()
-            .map(|chunk| chunk.merged_ray_offsets.bytes() + chunk.merged_rays.bytes() + chunk.colours.bytes())
-            .sum()
+        let of_chunk = |chunk: &MergedRayChunk| {
+            let MergedRayChunk { merged_ray_offsets, merged_rays, colours, directions, .. } = chunk;
+            [merged_ray_offsets, merged_rays, colours, directions].map(Buffer::bytes).iter().sum::<u64>()
+        };
+        self.chunks.iter().map(of_chunk).sum()
     }
 }
 

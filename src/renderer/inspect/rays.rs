@@ -121,14 +121,16 @@ impl Renderer {
         Ok(rays.iter().zip(&answers).map(segment).collect())
     }
 
-    /// Radiance of all targets: diffuse, and by their lobes if any material is glossy.
+    /// Radiance of all targets: without images all of it; with images the diffuse part, and that of
+    /// their lobes if any material is glossy.
     fn reflected(&self) -> Result<[Vec<Vec3>; 2]> {
         let [diffuse, gloss] = self.transport.gather.radiances();
         let count =
             if self.has_picture() { self.transport.gather.merged_rays.target_count as usize } else { 0 };
-        let is_glossy = if self.transport.gloss.is_some() { count } else { 0 };
+        let has_list = self.transport.gloss.is_some() && self.transport.gather.merged_rays.has_colours;
+        let lobe_count = if has_list { count } else { 0 };
         let diffuse = diffuse.read_range::<Vec4>(0, count)?;
-        Ok([diffuse.into_iter().map(Vec4::truncate).collect(), gloss.read_range(0, is_glossy)?])
+        Ok([diffuse.into_iter().map(Vec4::truncate).collect(), gloss.read_range(0, lobe_count)?])
     }
 
     /// The targets of a cache point.

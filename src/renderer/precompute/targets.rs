@@ -9,7 +9,7 @@ use crate::gpu::Context;
 use crate::passes::frame::near_field::NearCluster;
 use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking, GatherTargets, Reader, TargetCounts};
 use crate::passes::gloss_tables::GlossTables;
-use crate::passes::precompute::gather_rays::RayTable;
+use crate::passes::precompute::gather_rays::{RayDirections, RayTable};
 use crate::passes::precompute::gloss;
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::passes::precompute::path_orders::LightPaths;
@@ -83,7 +83,9 @@ impl Targets {
             GatherTargetPacking::of_counts(counts, scene.materials.len(), points.hits.min_distance)?;
         let rays = rays.pack(&targets, &packing)?;
         drop(targets);
-        let merged_rays = MergedRays::new(context, rays, hierarchy.hemisphere)?;
+        let directions = RayDirections::new(&points.points, hierarchy.hemisphere, scene.quality.seed);
+        let kept = gloss.is_some().then_some(&directions);
+        let merged_rays = MergedRays::new(context, rays, hierarchy.hemisphere, kept)?;
         watch.lap("merged rays");
         Ok(Self {
             merged_rays,

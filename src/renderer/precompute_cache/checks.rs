@@ -189,6 +189,8 @@ fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     demand(are_all && total <= u64::from(u32::MAX), "merged_rays of cache points")?;
     let colours = if has_images(scene) { lists.merged_rays.len() } else { 0 };
     demand(lists.colours.len() == colours, "colours of merged_rays")?;
+    let directions = if contents.gloss.is_some() { lists.merged_rays.len() } else { 0 };
+    demand(lists.directions.len() == directions, "directions of merged rays")?;
     let target_bits = u32::BITS - (lists.targets.len() as u32).saturating_sub(1).leading_zeros();
     let mask = 1_u32.checked_shl(target_bits).map_or(u32::MAX, |end| end - 1);
     let is_merged_ray = |target_index: u32| ((target_index & mask) as usize) < lists.targets.len();

@@ -3,7 +3,7 @@
 use super::contents::Contents;
 use super::demand::{cuts, demand};
 use crate::cache_file::CacheMiss;
-use crate::passes::gloss_tables::NO_ENTRY;
+use crate::passes::gloss_tables::{GlossVertex, UNWEIGHTED};
 use crate::scene::{Material, Scene};
 
 pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
@@ -11,33 +11,26 @@ pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss>
     demand(is_glossy == contents.gloss.is_some(), "glossy surfaces")?;
     let Some(gloss) = &contents.gloss else { return Ok(()) };
     let is_material = |material: u32| (material as usize) < scene.materials.len();
-    let (entries, vertices) = (gloss.entries.len(), gloss.vertices.len());
-    let is_entry = |entry: u32| entry == NO_ENTRY || (entry as usize) < entries;
     for entry in &gloss.entries {
         let is_path = (entry.path as usize) < contents.entry_points.len();
         demand(is_path && is_material(entry.material), "glossy entry points")?;
     }
-    let mut all = gloss.vertices.iter();
-    demand(all.all(|vertex| is_material(vertex.material) && is_entry(vertex.entry)), "glossy vertices")?;
+    let contributions = contents.paths.contributions.len();
+    let is_vertex = |vertex: &GlossVertex| {
+        is_material(vertex.material) && ((vertex.contribution & !UNWEIGHTED) as usize) < contributions
+    };
+    demand(gloss.vertices.iter().all(is_vertex), "glossy vertices")?;
+    let halves = [gloss.entry_indices.len(), gloss.mirrors.len()];
+    demand(halves.iter().sum::<usize>() == gloss.vertices.len(), "glossy vertices")?;
+    let is_entry = |&entry: &u32| (entry as usize) < gloss.entries.len();
+    demand(gloss.entry_indices.iter().all(is_entry), "glossy entry points of clusters")?;
     // This number bounds the number of dispatches.
-    demand(gloss.max_vertices as usize <= contents.paths.contributions.len(), "most glossy vertices")?;
+    demand(gloss.max_vertices as usize <= gloss.vertices.len(), "most glossy vertices")?;
 
     let hvds = &contents.hvds;
-    let first = &contents.paths.contribution_offsets;
-    demand(gloss.shifts.len() == hvds.levels[0].len(), "shifts")?;
-    let holds = |shift: u32, cluster: usize| {
-        let (start, end) = (first[2 * cluster], first[2 * cluster + 2]);
-        let range = u64::from(start.wrapping_add(shift)) + u64::from(end - start);
-        start == end || shift == NO_ENTRY || range <= vertices as u64
-    };
-    for (cluster, &shift) in gloss.shifts.iter().enumerate() {
-        demand(holds(shift, cluster), "shifts")?;
-    }
-    // An unweighted cluster has the contributions of its cluster, and so its vertices.
-    for (cluster, &unweighted) in hvds.unweighted.iter().enumerate() {
-        if let Some(&shift) = gloss.shifts.get(unweighted as usize) {
-            demand(shift == gloss.shifts[cluster], "shifts of unweighted clusters")?;
-        }
+    for (half, length) in halves.into_iter().enumerate() {
+        let offsets: Vec<u32> = gloss.vertex_offsets.iter().map(|first| first[half]).collect();
+        demand(cuts(&offsets, hvds.levels[0].len(), length), "glossy vertices of clusters")?;
     }
 
     let (bins, leaves) = (gloss.bins.len(), gloss.leaf_count as usize);

@@ -1,7 +1,7 @@
 //! Restores the precomputation from a file. Results that follow quickly from the scene
 //! are computed again.
 
-use super::checks::{self, has_images};
+use super::checks;
 use super::contents::Contents;
 use crate::cache_file::{CacheMiss, File, Key};
 use crate::error::Result;
@@ -118,7 +118,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     }
     let cache_points =
         Buffer::from_slice(context, GrowsWith::GatherRays.named("cache points"), &contents.cache_points)?;
-    let merged_rays = MergedRays::of_lists(context, contents.merged_rays, hemisphere, has_images(scene))?;
+    let merged_rays = MergedRays::of_lists(context, &contents.merged_rays, hemisphere)?;
     let groups = sides::Enclosures::of_numbers(&scene.triangles, &contents.closed);
     let took = start.elapsed().as_secs_f64();
     Ok(Precomputed {

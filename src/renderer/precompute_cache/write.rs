@@ -114,12 +114,15 @@ impl Tables {
         writer.add("merged ray counts", &self.merged_rays.counts[..]);
         writer.add("merged rays", &self.merged_rays.merged_rays[..]);
         writer.add("merged ray colours", &self.merged_rays.colours[..]);
+        writer.add("merged ray directions", &self.merged_rays.directions[..]);
         writer.add("near clusters", &made.near_clusters[..]);
         writer.add("near patches", &made.near_patches[..]);
         if let Some(gloss) = gloss {
             writer.add("gloss entries", &gloss.entries[..]);
             writer.add("gloss vertices", &gloss.vertices[..]);
-            writer.add("gloss shifts", &gloss.shifts[..]);
+            writer.add("gloss entry indices", &gloss.entry_indices[..]);
+            writer.add("gloss mirrors", &gloss.mirrors[..]);
+            writer.add("gloss vertex offsets", &gloss.vertex_offsets[..]);
             writer.add("gloss bins", &gloss.bins[..]);
             writer.add("gloss sums", ends(&gloss.sums));
             writer.add("gloss child offsets", &gloss.child_offsets[..]);

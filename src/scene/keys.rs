@@ -129,7 +129,7 @@ keys! {
         cache_points: "integer", "1 to 1 000 000", "16 000; 40 000; 80 000", "Cache points at most", "300", "0";
         gather_rays: "integer, 4·k²", "4 to 65 536", "144; 256; 784", "Gather rays of a cache point", "16", "17";
         directions: "integer, a square", "1 to 65 536", "144; 256; 256", "Outgoing directions of glossy clusters", "16", "17";
-        gloss_rays: "integer", "1 to 4 096", "32; 32; 64", "Rays of a glossy pixel into its lobe", "4", "0";
+        gloss_rays: "integer", "1 to 4 096", "32; 32; 64", "Rays of a glossy pixel into a lobe too sharp for records", "4", "0";
         cells: "integer, a power of two", "8 to 256", "32; 64; 128", "Cells of the hierarchy along the longest axis", "8", "9";
         occlusion: "true or false", "", "true", "Whether rays read the children of clusters whose parts see different surroundings", "false", "";
         gap_rounds: "integer", "0 to 16", "0; 0; 3", "Extra gather iterations in narrow cavities", "1", "17";

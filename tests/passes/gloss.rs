@@ -23,7 +23,7 @@ use lightpaths::passes::precompute::gloss;
 use lightpaths::passes::precompute::path_orders::LightPaths;
 use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::directions::Directions;
-use lightpaths::scene::{Light, LightKind, Material};
+use lightpaths::scene::{Camera, Light, LightKind, Material};
 use lightpaths::types::{CachePoint, GatherRay, LightSource, NO_CLUSTER, NO_TARGET, PathVertex};
 use std::collections::HashMap;
 
@@ -114,6 +114,18 @@ impl Glossy {
             return vec![cluster];
         }
         hvds.children_of(cluster).iter().flat_map(|&child| self.base_below(child)).collect()
+    }
+}
+
+/// A view into the glossy room.
+pub(crate) fn camera(size: [u32; 2]) -> Camera {
+    Camera {
+        name: String::new(),
+        position: Vec3::new(0.1, 0.05, 0.45),
+        target: Vec3::new(-0.1, 0.0, -0.4),
+        up: Vec3::Y,
+        fov_y_degrees: 80.0,
+        size,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Glossy pixels: their samples, their rays, and the light along these rays.
 
 use crate::common::assert_silent;
-use crate::gloss::{Glossy, HEMISPHERE, SEED, lights};
+use crate::gloss::{Glossy, HEMISPHERE, SEED, camera, lights};
 use crate::world::{FLOAT, Random, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::gather_rays::Tracing;
@@ -16,7 +16,7 @@ use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, LOBE_RAYS, 
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::precompute::gather_rays;
 use lightpaths::passes::{OneLight, light_sources};
-use lightpaths::scene::{Camera, Light, LightKind};
+use lightpaths::scene::{Light, LightKind};
 use lightpaths::types::{NO_SIDE, NO_TARGET, PixelSurface, View};
 use std::f64::consts::PI;
 
@@ -65,14 +65,7 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
         min_entry_points: gather_rays::MIN_ENTRY_POINTS,
     };
     for (size, most) in [([1, 1], 4), ([9, 7], 3), ([31, 33], 16)] {
-        let camera = Camera {
-            name: String::new(),
-            position: Vec3::new(0.1, 0.05, 0.45),
-            target: Vec3::new(-0.1, 0.0, -0.4),
-            up: Vec3::Y,
-            fov_y_degrees: 80.0,
-            size,
-        };
+        let camera = camera(size);
         let view = View::from(&camera);
         let count = (size[0] * size[1]) as usize;
         let primary = Primary::new(&world.context, count as u32).unwrap();

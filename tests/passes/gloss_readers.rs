@@ -1,6 +1,6 @@
 //! Readers of glossy radiance: gather rays, through gloss bins, and rays of glossy pixels.
 
-use crate::gloss::{DIRECTIONS, Glossy, HEMISPHERE, SEED};
+use crate::gloss::{DIRECTIONS, Glossy, HEMISPHERE, SEED, camera};
 use crate::world::{Random, SUM, assert_near};
 use glam::{DVec2, DVec3, Vec3};
 use lightpaths::cpu::gather;
@@ -17,7 +17,6 @@ use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::precompute::gather_rays::RayTable;
 use lightpaths::passes::precompute::merged_rays::{MergedRayPacking, MergedRays};
-use lightpaths::scene::Camera;
 use lightpaths::types::{MergedRay, NO_CLUSTER, NO_TARGET, PixelSurface, Record, View};
 use std::f64::consts::PI;
 
@@ -99,14 +98,7 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
 ) {
     let (world, context) = (&glossy.world, &glossy.world.context);
     let mut random = Random::new(65);
-    let camera = Camera {
-        name: String::new(),
-        position: Vec3::new(0.1, 0.05, 0.45),
-        target: Vec3::new(-0.1, 0.0, -0.4),
-        up: Vec3::Y,
-        fov_y_degrees: 80.0,
-        size: [13, 11],
-    };
+    let camera = camera([13, 11]);
     let view = View::from(&camera);
     let count = camera.size[0] * camera.size[1];
     let primary = Primary::new(context, count).unwrap();
@@ -162,14 +154,7 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
 /// radiance of these gloss bins.
 pub(crate) fn pixels_read_the_bins_of_broad_lobes(glossy: &Glossy, gloss: &Gloss, contributions: &Buffer) {
     let (world, context) = (&glossy.world, &glossy.world.context);
-    let camera = Camera {
-        name: String::new(),
-        position: Vec3::new(0.1, 0.05, 0.45),
-        target: Vec3::new(-0.1, 0.0, -0.4),
-        up: Vec3::Y,
-        fov_y_degrees: 80.0,
-        size: [29, 23],
-    };
+    let camera = camera([29, 23]);
     let (view, count) = (View::from(&camera), camera.size[0] * camera.size[1]);
     let primary = Primary::new(context, count).unwrap();
     let clusters = world.hvds.cluster_count() as usize;

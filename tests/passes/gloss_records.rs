@@ -1,7 +1,7 @@
 //! Broad lobes at records, and the pixels that read them.
 
 use crate::common::assert_silent;
-use crate::gloss::{Glossy, HEMISPHERE, SEED};
+use crate::gloss::{Glossy, HEMISPHERE, SEED, camera};
 use crate::gloss_readers::unpack_direction;
 use crate::world::{Random, SUM, World, assert_near, room};
 use glam::{DVec3, Vec3, Vec4};
@@ -21,7 +21,7 @@ use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRange};
 use lightpaths::passes::precompute::gather_rays::{RayDirections, RayTable};
 use lightpaths::passes::precompute::merged_rays::{MergedRayLists, MergedRays};
-use lightpaths::scene::{Camera, Material};
+use lightpaths::scene::Material;
 use lightpaths::types::{NO_SIDE, NO_TARGET, PixelSurface, View};
 
 /// The albedo of a lobe is the cosine of its mirror direction unless the surface cuts it off.
@@ -104,14 +104,7 @@ fn broad_lobes_come_from_records_in(glossy: &Glossy, has_colours: bool) {
     let exponents = LobeExponents { values, count: 3, most: 2.0 * sharp };
     let records = GlossRecords::new(context, &gather, exponents).unwrap();
 
-    let camera = Camera {
-        name: String::new(),
-        position: Vec3::new(0.1, 0.05, 0.45),
-        target: Vec3::new(-0.1, 0.0, -0.4),
-        up: Vec3::Y,
-        fov_y_degrees: 80.0,
-        size: [29, 23],
-    };
+    let camera = camera([29, 23]);
     let (view, count) = (View::from(&camera), camera.size[0] * camera.size[1]);
     let primary = Primary::new(context, count).unwrap();
     let splat = Splat::new(context, point_count, camera.size).unwrap();

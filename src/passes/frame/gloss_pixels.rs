@@ -1,5 +1,6 @@
-//! Glossy pixels: rays into their Phong lobes, traced once a view, and the light that returns along
-//! them. In: pixels, clusters. Out: glossy radiance (W/m²/sr), besides the diffuse one.
+//! Glossy pixels: the light of broad lobes, from records; rays into sharp lobes, traced once a
+//! view, and the light that returns along them. In: pixels, lobes at records, clusters. Out: glossy
+//! radiance (W/m²/sr), besides the diffuse one.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;

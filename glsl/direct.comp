@@ -35,6 +35,7 @@ layout(scalar, push_constant) uniform Push { DirectPush push; };
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/receivers.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/light_kind.glsl"
@@ -52,10 +53,10 @@ void main() {
     LightSource light = of_kind(light_at(Lights, push.light));
     float found = is_first(push.flags, push.first_sample) ? 0.0 : light_irradiance[index];
     if_any (point.side != NO_SIDE) {
-        vec3 normal = facing_normal(point.side);
-        float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, point.position, normal, point.normal,
+        Receiver at = receiver_of(point);
+        float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, at.position, at.normal, point.normal,
                                     point.footprint);
-        found = accumulated(light, push.flags, push.end_sample, found, lit, point.position, point.normal, point.footprint);
+        found = accumulated(light, push.flags, push.end_sample, found, lit, at.position, point.normal, point.footprint);
     }
     light_irradiance[index] = found;
     if (!loops_completed(push.width)) truncated_loops[0] = LOOP_TRUNCATED;

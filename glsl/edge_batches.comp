@@ -7,6 +7,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/quirks.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/antialias.glsl"
@@ -27,6 +28,7 @@ layout(binding = 5) uniform usamplerBuffer EdgeSamples;
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/receivers.glsl"
 #include "include/bvh.glsl"
 #include "include/view.glsl"
 #include "include/primary.glsl"
@@ -48,7 +50,8 @@ void main() {
         if (seen.side == NO_SIDE) continue;
         uvec2 number = in_rows(i, count);  // of the sample in its pixel, of the pixel
         PixelSurface point = edge_point(view, edge_pixels[number.y], seen, number.x, count);
-        batch = with_point(batch, point.position, facing_normal(point.side));
+        Receiver at = receiver_of(point);
+        batch = with_point(batch, at.position, at.normal);
     }
     point_batches[flat_invocation()] = batch;
 }

@@ -40,6 +40,7 @@ layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/receivers.glsl"
 #include "include/bvh.glsl"
 #include "include/view.glsl"
 #include "include/primary.glsl"
@@ -63,11 +64,11 @@ void main() {
     float found = is_first(push.flags, push.first_sample) ? 0.0 : edge_light[index];
     if_any (seen.side != NO_SIDE) {
         PixelSurface point = edge_point(view, edge_pixels[number.y], seen, number.x, count);
-        vec3 normal = facing_normal(point.side);
-        float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, point.position, normal, point.normal,
+        Receiver at = receiver_of(point);
+        float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, at.position, at.normal, point.normal,
                                     point.footprint);
         lit *= 0.125 * float(eighths_of(seen));
-        found = accumulated(light, push.flags, push.end_sample, found, lit, point.position, point.normal, point.footprint);
+        found = accumulated(light, push.flags, push.end_sample, found, lit, at.position, point.normal, point.footprint);
     }
     edge_light[index] = found;
     if (!loops_completed(view.width)) truncated_loops[0] = LOOP_TRUNCATED;

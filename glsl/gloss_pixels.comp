@@ -27,7 +27,7 @@ struct GlossPixelsPush {
     vec3 eye;
     uint weight_capacity;
     uint record_count;
-    float record_exponent;  // of a lobe that records bring, at most
+    uint broad_exponents;  // see `is_broad`
     uint exponent_count;
     vec2 first_exponents;  // of lobes at records, ascending
     vec2 other_exponents;
@@ -98,7 +98,7 @@ void main() {
     for (uint i = index * samples; i < (index + 1u) * samples; ++i) direct += highlights[i];
     float fraction = 1.0 / float(max(samples, 1u));
     direct *= fraction * own.specular;
-    if (is_broad(own, push.record_exponent)) {
+    if (is_broad(own, push.broad_exponents)) {
         gloss_radiance[pixel] = PixelGloss(direct, own.specular * lobe_from_records(pixel, point, own.exponent));
         return;
     }

@@ -31,7 +31,7 @@ struct GlossRaysPush {
     uint seed;
     uint cluster_bits;         // width of the cluster field in GlossRay.target
     float min_entry_points;  // minimum sample count of a cluster
-    float record_exponent;     // of a lobe that records bring, at most
+    uint broad_exponents;     // see `is_broad`
     uint side;                 // direction bins along an edge of the square map
     float max_exponent;       // of a lobe that the bins resolve
 };
@@ -137,7 +137,7 @@ void main() {
         if (is_other) point = centre;
         gloss_samples[index] = point;
         Reflectance material = materials[material_of(point.side)];
-        bool is_traced = TRACES == 1u && !is_broad(material, push.record_exponent);
+        bool is_traced = TRACES == 1u && !is_broad(material, push.broad_exponents);
         for (uint i = index * LOBE_RAYS; i < (index + 1u) * LOBE_RAYS; ++i) {
             vec2 u = sample_3d(number * LOBE_RAYS + i % LOBE_RAYS, seed).xy;
             gloss_rays[i] = GlossRay(NO_TARGET, 0.0, 0u, NO_GLOSS_BIN);

@@ -18,7 +18,7 @@ layout(local_size_x = 64) in;
 struct GlossReadPush {
     uint pixel_count;
     uint weight_capacity;
-    float record_exponent;  // of a lobe that records bring, at most
+    uint broad_exponents;  // see `is_broad`
 };
 
 layout(binding = 0) uniform usamplerBuffer Surfaces;
@@ -35,7 +35,7 @@ void main() {
     uint index = flat_invocation();
     if (index >= push.pixel_count) return;
     uint side = pixel_surface_at(Pixels, index).side;
-    if (side == NO_SIDE || !is_broad(materials[surface_at(side >> 1).material], push.record_exponent)) return;
+    if (side == NO_SIDE || !is_broad(materials[surface_at(side >> 1).material], push.broad_exponents)) return;
     uvec2 range = pair_at(WeightRanges, index);
     for (uint i = range.x; i < min(range.y, push.weight_capacity); ++i) is_read[pair_at(Weights, i).x] = 1u;
 }

@@ -46,6 +46,7 @@ layout(scalar, push_constant) uniform Push { HighlightsPush push; };
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/receivers.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/direct.glsl"
@@ -83,28 +84,27 @@ void main() {
     if (index >= count * samples) return;
     LightSource light = light_at(Lights, push.light);
     PixelSurface point = gloss_samples[index];
-    vec3 normal = surface_at(point.side >> 1).normal;
-    if ((point.side & 1u) != 0u) normal = -normal;
+    Receiver at = receiver_of(point);
     float exponent = materials[surface_at(point.side >> 1).material].exponent;
     vec3 mirror = reflect(normalize(point.position - push.eye), point.normal);
     // The lobe's own solid angle is 2π/(n+1): it holds fewer point samples than the directions that
     // would replace them, or not even one.
     float lobe_samples = max(1.0, float(light.samples) / float(LOBE_RAYS));
-    bool is_large = light.kind == LIGHT_AREA && seen_size(light, point.position) * (exponent + 1.0) > 2.0 * PI * lobe_samples;
+    bool is_large = light.kind == LIGHT_AREA && seen_size(light, at.position) * (exponent + 1.0) > 2.0 * PI * lobe_samples;
     bool is_sky = HAS_EMISSION != 0u && (push.flags & IS_SKY) != 0u;
     is_large = is_large || is_sky;
     float sum = 0.0;
     uint end = is_large ? push.first_sample : push.end_sample;
     for (uint i = push.first_sample; i < end; ++i) {
         LightSample found;
-        if (!sample_light(light, point.position, lattice_point(light, i), found)) continue;
+        if (!sample_light(light, at.position, lattice_point(light, i), found)) continue;
         float lobe = phong_lobe(mirror, found.direction, exponent);
         if (lobe < DARK) lobe = 0.0;
         if (lobe == 0.0 && (push.flags & TRACES_ALL) == 0u) continue;
         sum += lobe * (exponent + 2.0) / (2.0 * PI)
-             * light_factor(light, i, i + 1u, push.flags, point.position, normal, point.normal, point.footprint);
+             * light_factor(light, i, i + 1u, push.flags, at.position, at.normal, point.normal, point.footprint);
     }
-    sum = weighed(light, light.samples, sum, point.position, point.normal, point.footprint);
+    sum = weighed(light, light.samples, sum, at.position, point.normal, point.footprint);
     uint pixel_seed = hash(push.seed, gloss_pixels[index / samples]);
     uint first = LOBE_RAYS * (index % samples);
     // The lobe's directions are traced in the first dispatch only, whatever the number
@@ -113,12 +113,12 @@ void main() {
     for (uint i = first; i < last; ++i) {
         vec3 direction = sample_phong_lobe(mirror, exponent, sample_3d(i, pixel_seed).xy);
         float cosine = dot(point.normal, direction);
-        float distance = is_sky ? LIGHT_FAR : distance_to(light, point.position, direction);
-        if (distance == 0.0 || cosine <= 0.0 || dot(normal, direction) <= 0.0) continue;
+        float distance = is_sky ? LIGHT_FAR : distance_to(light, at.position, direction);
+        if (distance == 0.0 || cosine <= 0.0 || dot(at.normal, direction) <= 0.0) continue;
         LightSample towards = LightSample(direction, distance, vec3(0.0));
-        if (!is_lit(point.position, normal, towards)) continue;
+        if (!is_lit(at.position, at.normal, towards)) continue;
         float radiance = is_sky ? sky_along(direction)[int(light.area)] : 1.0;
-        radiance *= passed_by_panes(shadow_ray(point.position, normal, towards), light.shape >> CHANNEL_SHIFT);
+        radiance *= passed_by_panes(shadow_ray(at.position, at.normal, towards), light.shape >> CHANNEL_SHIFT);
         sum += radiance * cosine * (exponent + 2.0) / (exponent + 1.0) / float(LOBE_RAYS);
     }
     float before = is_first(push.flags, push.first_sample) ? 0.0 : highlight_irradiance[index];

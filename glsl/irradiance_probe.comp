@@ -60,6 +60,7 @@ layout(scalar, push_constant) uniform Push { IrradianceProbePush push; };
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/receivers.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/light_parts.glsl"

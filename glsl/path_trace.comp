@@ -72,6 +72,7 @@ layout(scalar, push_constant) uniform Push { PathTracePush push; };
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/receivers.glsl"
 #include "include/emitted.glsl"
 #include "include/sky.glsl"
 #include "include/bvh.glsl"

@@ -58,6 +58,7 @@ layout(scalar, push_constant) uniform Push { PhotonGatherPush push; };
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/receivers.glsl"
 #include "include/emitted.glsl"
 #include "include/sky.glsl"
 #include "include/bvh.glsl"
@@ -67,6 +68,7 @@ layout(scalar, push_constant) uniform Push { PhotonGatherPush push; };
 
 struct Vertex {
     vec3 position;
+    Receiver receiver;  // takes direct light
     vec3 normal;    // geometric, on the visible side
     vec3 shading;   // the normal to shade with
     vec3 outgoing;  // towards the viewer
@@ -107,6 +109,7 @@ uint nearest_point(vec3 position, vec3 normal) {
 // Reflected direct light along `outgoing`, with one shadow ray a light. `gathered` is the part that
 // frames find by gather rays: diffuse reflection of the sky without its bright spots.
 vec3 direct_light(Vertex vertex, Reflectance material, uint ray, uint seed, out vec3 gathered) {
+    Receiver at = vertex.receiver;
     vec3 sum = vec3(0.0);
     gathered = vec3(0.0);
     // A black material reflects nothing and takes no shadow ray.
@@ -115,11 +118,11 @@ vec3 direct_light(Vertex vertex, Reflectance material, uint ray, uint seed, out 
         vec3 u = sample_3d(ray, hash(seed, i));
         LightSource light = chosen_part(lights[i], u.z);
         LightSample found;
-        if (!sample_light(light, vertex.position, u.xy, found)) continue;
+        if (!sample_light(light, at.position, u.xy, found)) continue;
         float cosine = dot(vertex.shading, found.direction);
-        if (cosine <= 0.0 || dot(vertex.normal, found.direction) <= 0.0) continue;
-        if (!is_lit(vertex.position, vertex.normal, found)) continue;
-        found.irradiance *= passed_by_panes(shadow_ray(vertex.position, vertex.normal, found));
+        if (cosine <= 0.0 || dot(at.normal, found.direction) <= 0.0) continue;
+        if (!is_lit(at.position, at.normal, found)) continue;
+        found.irradiance *= passed_by_panes(shadow_ray(at.position, at.normal, found));
         sum += brdf(material, vertex.shading, vertex.outgoing, found.direction) * found.irradiance * cosine;
         if (light.kind == LIGHT_SKY) gathered += light.edge_v.x * cosine / PI * material.diffuse * found.irradiance;
     }
@@ -128,15 +131,19 @@ vec3 direct_light(Vertex vertex, Reflectance material, uint ray, uint seed, out 
 
 Vertex vertex_at(Hit hit, vec3 direction, bool smooth_normal) {
     Surface surface = surface_at(hit.triangle);
-    vec3 normal = dot(surface.normal, direction) > 0.0 ? -surface.normal : surface.normal;
+    bool is_back = dot(surface.normal, direction) > 0.0;
+    vec3 normal = is_back ? -surface.normal : surface.normal;
     vec3 shading = normal;
+    vec3 position = hit_position(hit);
+    Receiver receiver = Receiver(position, normal);
     if (smooth_normal) {
         shading = normalize(hit.barycentric.x * surface.n0 + hit.barycentric.y * surface.n1 + hit.barycentric.z * surface.n2);
-        if (dot(surface.normal, direction) > 0.0) shading = -shading;
+        if (is_back) shading = -shading;
+        receiver = receiver_at(position, 2u * hit.triangle + uint(is_back), shading);
     }
     Reflectance material = materials[surface.material];
     if (HAS_TEXTURES != 0u) material.diffuse *= image_at(surface.material, hit.triangle, hit.barycentric);
-    return Vertex(hit_position(hit), normal, shading, -direction, material);
+    return Vertex(position, receiver, normal, shading, -direction, material);
 }
 
 // Radiance that the visible surface reflects of light from other surfaces.

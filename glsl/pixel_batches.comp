@@ -7,6 +7,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/quirks.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -22,6 +23,7 @@ layout(scalar, binding = 3) readonly buffer SeenPoints { PixelSurface seen_point
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/receivers.glsl"
 #include "include/bvh.glsl"
 #include "include/shafts.glsl"
 
@@ -39,7 +41,8 @@ void main() {
         if (xy.x >= push.width || place >= push.point_count) continue;
         PixelSurface point = seen_points[place];
         if (point.side == NO_SIDE) continue;
-        batch = with_point(batch, point.position, facing_normal(point.side));
+        Receiver at = receiver_of(point);
+        batch = with_point(batch, at.position, at.normal);
     }
     point_batches[index] = batch;
 }

@@ -47,6 +47,7 @@ layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/receivers.glsl"
 #include "include/bvh.glsl"
 #include "include/view.glsl"
 #include "include/primary.glsl"
@@ -130,22 +131,21 @@ void main() {
     vec2 corner = vec2(in_rows(index, view.width));
     vec4 sum = vec4(0.0);
     PixelSurface own = pixel_surface_at(Pixels, index);
-    vec3 own_normal = facing_normal(own.side);
+    Surface own_surface = surface_at(own.side >> 1);
+    vec3 own_normal = facet_of(own_surface, own.side);
     bool is_traced = is_edge || is_sampled_by_rays(view, corner, own);
     LightSource light = of_kind(light_at(Lights, push.light));
     uint end = end_of_kind(push.first_sample, push.end_sample);
     for (uint i = before + lane; i < count && place < listed; i += LANES) {
         PixelSurface found = own;
-        vec3 normal = own_normal;
         vec2 point = corner + sample_3d(i, index).xy;
-        if (!is_traced) found.position = on_plane(view, found, normal, point);
-        if_any (is_traced) {
-            found = seen_in(place, view, point);
-            if (found.side != NO_SIDE) normal = facing_normal(found.side);
-        }
+        if (!is_traced) found.position = on_plane(view, found, own_normal, point);
+        if_any (is_traced) found = seen_in(place, view, point);
         if (found.side == NO_SIDE) continue;
-        float factor = light_factor(light, push.first_sample, end, push.flags, found.position, normal, found.normal, found.footprint);
-        factor = light.relative * weighed(light, light.samples, factor, found.position, found.normal, found.footprint);
+        Receiver at = Receiver(found.position, own_normal);
+        if_any (is_traced || (own_surface.sides & ROUNDED) != 0u) at = receiver_of(found);
+        float factor = light_factor(light, push.first_sample, end, push.flags, at.position, at.normal, found.normal, found.footprint);
+        factor = light.relative * weighed(light, light.samples, factor, at.position, found.normal, found.footprint);
         uint slot = 0u;
         if_any (is_edge && factor > 0.0) slot = slot_for(found, index, first_slot, slots);
         sum += mix(vec4(0.0), vec4(factor), equal(uvec4(0u, 1u, 2u, 3u), uvec4(slot)));

@@ -285,6 +285,9 @@ pub const EDITABLE: u32 = 1;
 /// data for lobes.
 pub const MAY_BE_GLOSSY: u32 = 2;
 
+/// Bit of [`Surface::sides`]: the shading normals describe a smooth surface around the facet.
+pub const ROUNDED: u32 = 0x4000;
+
 /// Value of [`Texture::is_clamped`]: beyond a triangle its nearest colour continues.
 pub const CLAMPED_TO_TRIANGLE: u32 = 2;
 

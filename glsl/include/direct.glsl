@@ -138,7 +138,7 @@ float open_factor(LightSource light, vec2 u, vec3 position, vec3 normal, vec3 sh
     bool is_glossy = sample_light(light, position, u, found);
     if (found.distance == 0.0) return 0.0;
     float cosine = dot(shading, found.direction);
-    // A light behind the geometric surface has no effect, whatever the shading normal.
+    // A light behind the surface has no effect, whatever the shading normal.
     if (!(is_glossy && cosine > 0.0 && dot(normal, found.direction) > 0.0)) return 0.0;
     float factor = cosine * found.irradiance.x;
     if (light.kind == LIGHT_AREA) return factor;

@@ -43,10 +43,13 @@ float gloss_fraction(Reflectance material) {
 // Fraction up to which an error of the lobe's light is small beside the diffuse light.
 const float LITTLE = 0.4;
 
-// Whether records bring the lobe's light to a pixel, instead of rays from the pixel. Mirrors
-// `is_broad` in src/passes/frame/gloss_records.rs.
-bool is_broad(Reflectance material, float record_exponent) {
-    return has_lobe(material) && material.exponent <= record_exponent;
+// Whether records bring the lobe's light to a pixel, instead of rays from the pixel.
+// `exponents` holds the largest exponent of such lobes: of those with little of the reflected light
+// in bits 0-15, of others in bits 16-31. Mirrors `BroadLobes` in src/passes/frame/gloss_records.rs.
+bool is_broad(Reflectance material, uint exponents) {
+    // Without a division, which devices round differently.
+    bool is_little = all(lessThanEqual(material.specular, LITTLE * (material.diffuse + material.specular)));
+    return has_lobe(material) && material.exponent <= float(is_little ? exponents & 0xffffu : exponents >> 16);
 }
 
 // Number of vertices that estimate the lobe's outgoing light well enough; 0: all are needed.

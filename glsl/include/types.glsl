@@ -22,8 +22,9 @@ struct Surface {
 };
 
 // Surface.sides: bits 0-5 cluster code of the front, 6-11 of the back, 12 front takes part in
-// transport, 13 back does.
+// transport, 13 back does, 14 ROUNDED.
 uint side_code(uint sides, bool back) { return (sides >> (back ? 6u : 0u)) & 63u; }
+const uint ROUNDED = 0x4000u;  // the shading normals describe a smooth surface around the facet
 bool side_is_active(uint sides, bool back) { return (sides & (back ? 0x2000u : 0x1000u)) != 0u; }
 
 // Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3] Five times four words: a CPU loads

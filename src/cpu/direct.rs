@@ -2,6 +2,7 @@
 
 use crate::cpu::lights::{is_lit, lattice_point, sample_light};
 use crate::cpu::rays::Geometry;
+use crate::cpu::receivers::receiver;
 use crate::types::{LIGHT_AREA, LightSource, NO_SIDE, PixelSurface, SHAPE_SURFACE, SHAPE_TRIANGLE};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
@@ -114,8 +115,8 @@ pub fn irradiance(geometry: Geometry<'_>, light: &LightSource, pixel: &PixelSurf
     match pixel.side {
         NO_SIDE => 0.0,
         side => {
-            let normal = geometry.normal(side);
-            light_factor(geometry, light, pixel.position, normal, pixel.normal, pixel.footprint)
+            let at = receiver(geometry, pixel.position, side, pixel.normal);
+            light_factor(geometry, light, at.position, at.normal, pixel.normal, pixel.footprint)
         }
     }
 }

@@ -5,6 +5,7 @@ use crate::cpu::direct::lit_samples;
 use crate::cpu::gather_rays::Tracing;
 use crate::cpu::lights::{LightSample, is_lit};
 use crate::cpu::primary::seen_through;
+use crate::cpu::receivers::receiver;
 use crate::cpu::sampling::{hash_pair, sample_3d};
 use crate::types::{LIGHT_AREA, LightSource, PixelSurface, Reflectance, View};
 use glam::{DMat3, DVec2, DVec3, UVec2, Vec3};
@@ -86,8 +87,8 @@ pub fn highlight(
     [index, number]: [u32; 2],
 ) -> DVec3 {
     let (geometry, exponent) = (tracing.geometry, f64::from(material.exponent));
-    let (normal, shading) = (geometry.normal(point.side), point.normal.as_dvec3());
-    let position = point.position.as_dvec3();
+    let at = receiver(geometry, point.position, point.side, point.normal);
+    let (position, shading) = (at.position.as_dvec3(), point.normal.as_dvec3());
     let mirror = (point.position - eye).as_dvec3().normalize().reflect(shading);
     let [corner, edge_u, edge_v, axis] =
         [light.position, light.edge_u, light.edge_v, light.axis].map(Vec3::as_dvec3);
@@ -95,7 +96,7 @@ pub fn highlight(
     let seen = f64::from(light.area) * (-axis.dot(to_light)).max(0.0) / to_light.length().powi(3);
     let lobe_samples = (f64::from(light.samples) / f64::from(LOBE_RAYS)).max(1.0);
     if light.kind != LIGHT_AREA || seen * (exponent + 1.0) <= TAU * lobe_samples {
-        let samples = lit_samples(geometry, light, point.position, normal, point.normal, point.footprint);
+        let samples = lit_samples(geometry, light, at.position, at.normal, point.normal, point.footprint);
         let fractions =
             samples.iter().map(|(_, direction, factor)| lobe_term(material, mirror, *direction) * *factor);
         return fractions.sum::<DVec3>() / PI;
@@ -111,9 +112,9 @@ pub fn highlight(
             && distance > 0.0
             && place.truncate().cmpge(DVec2::ZERO).all()
             && place.truncate().cmple(DVec2::ONE).all();
-        let is_above = direction.dot(shading) > 0.0 && direction.dot(normal.as_dvec3()) > 0.0;
+        let is_above = direction.dot(shading) > 0.0 && direction.dot(at.normal.as_dvec3()) > 0.0;
         let found = LightSample { direction, distance, irradiance: DVec3::ZERO };
-        let is_seen = is_met && is_above && is_lit(geometry, point.position, normal, &found);
+        let is_seen = is_met && is_above && is_lit(geometry, at.position, at.normal, &found);
         if is_seen { direction.dot(shading) * (exponent + 2.0) / (exponent + 1.0) } else { 0.0 }
     };
     let mean = (0..LOBE_RAYS).map(gloss).sum::<f64>() / f64::from(LOBE_RAYS);

@@ -3,6 +3,7 @@
 use crate::cpu::brdf::brdf;
 use crate::cpu::lights::{chosen_part, is_lit, sample_light};
 use crate::cpu::rays::{Geometry, Hit};
+use crate::cpu::receivers::{Receiver, receiver};
 use crate::types::{LIGHT_GROUP, LightSource, Reflectance};
 use glam::{DVec3, Vec3};
 
@@ -20,6 +21,8 @@ pub struct LitScene<'a> {
 /// A surface point with the direction to its viewer.
 pub(super) struct Vertex {
     pub(super) position: Vec3,
+    /// Of direct light.
+    pub(super) receiver: Receiver,
     pub(super) geometric: Vec3,
     pub(super) shading: DVec3,
     pub(super) outgoing: DVec3,
@@ -41,8 +44,13 @@ impl LitScene<'_> {
         };
         let mut material = self.materials[surface.material as usize];
         material.diffuse *= self.geometry.colour(hit.triangle, hit.barycentric).as_vec3();
+        let position = hit.position.as_vec3();
         Vertex {
-            position: hit.position.as_vec3(),
+            position,
+            receiver: match is_smooth {
+                true => receiver(self.geometry, position, side, shading.as_vec3()),
+                false => Receiver { position, normal: geometric },
+            },
             geometric,
             shading,
             outgoing: -direction.normalize(),
@@ -53,17 +61,17 @@ impl LitScene<'_> {
     /// Direct light that a vertex reflects, W/m²/sr; `u` returns the random numbers of a light by
     /// its index. Counts shadow rays.
     pub(super) fn reflected_light(&self, vertex: &Vertex, u: impl Fn(u32) -> DVec3, rays: &mut u32) -> DVec3 {
-        let mut radiance = DVec3::ZERO;
+        let (mut radiance, at) = (DVec3::ZERO, vertex.receiver);
         // Parts follow the lights.
         let firsts = self.lights.iter().filter(|light| light.kind == LIGHT_GROUP).map(|light| light.stride);
         let count = firsts.min().map_or(self.lights.len(), |first| first as usize);
         for (number, light) in (0_u32..).zip(&self.lights[..count]) {
             let u = u(number);
             let light = chosen_part(light, self.lights, u.z);
-            let found = sample_light(&light, vertex.position.as_dvec3(), u.truncate());
+            let found = sample_light(&light, at.position.as_dvec3(), u.truncate());
             let Some(found) = found else { continue };
             let cosine = vertex.shading.dot(found.direction);
-            if cosine <= 0.0 || vertex.geometric.as_dvec3().dot(found.direction) <= 0.0 {
+            if cosine <= 0.0 || at.normal.as_dvec3().dot(found.direction) <= 0.0 {
                 continue;
             }
             let reflected = brdf(&vertex.material, vertex.shading, vertex.outgoing, found.direction);
@@ -71,7 +79,7 @@ impl LitScene<'_> {
                 continue;
             }
             *rays += 1;
-            if is_lit(self.geometry, vertex.position, vertex.geometric, &found) {
+            if is_lit(self.geometry, at.position, at.normal, &found) {
                 radiance += cosine * reflected * found.irradiance;
             }
         }

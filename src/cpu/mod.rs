@@ -40,6 +40,7 @@ pub mod pixel_colours;
 pub mod prefix_sum;
 pub mod primary;
 pub mod rays;
+pub mod receivers;
 pub mod records;
 pub mod sampling;
 pub mod shafts;

@@ -140,11 +140,10 @@ impl Renderer {
         let bit = editable_bits(&self.world.scene.materials)[material];
         self.dirty.material_changed((bit != 0).then_some(bit));
         self.dirty.uploads.materials = true;
-        if lobes {
+        let gloss = self.transport.gloss.as_mut();
+        let others_read_records = gloss.is_some_and(|gloss| gloss.edited(&self.world.scene.materials));
+        if lobes || others_read_records {
             self.dirty.lobes_changed();
-        }
-        if let Some(gloss) = &mut self.transport.gloss {
-            gloss.edited(&self.world.scene.materials);
         }
         Ok(())
     }

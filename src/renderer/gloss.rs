@@ -15,13 +15,14 @@ use crate::passes::frame::form_factors::FormFactors;
 use crate::passes::frame::gather::Gather;
 use crate::passes::frame::gloss::{Gloss, vertices_for};
 use crate::passes::frame::gloss_pixels::{GlossPixels, Surroundings};
-use crate::passes::frame::gloss_records::{GlossRecords, LobeExponents, is_broad};
+use crate::passes::frame::gloss_records::{BroadLobes, GlossRecords, LobeExponents};
 use crate::passes::frame::hvds::Pyramid;
 use crate::passes::frame::splat::Splat;
 use crate::passes::gloss_tables::GlossTables;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, Scene};
 use glam::Vec3;
+use std::mem;
 use std::sync::Arc;
 
 /// The passes of glossy surfaces.
@@ -43,6 +44,10 @@ pub(super) struct GlossPasses {
     /// Gather rays of a cache point.
     gather_rays: u32,
     has_records: bool,
+    /// Fraction of the scene's area that each material has.
+    area_parts: Vec<f64>,
+    /// For each material, whether its lobe takes its light from records.
+    of_records: Vec<bool>,
     seed: u32,
 }
 
@@ -60,26 +65,29 @@ impl GlossPasses {
         let gather_rays = gather.hemisphere.rays();
         let has_records = gather.point_count() > 0;
         let directions = outgoing_directions(&scene.materials, Directions::new(quality.directions));
-        let exponents = lobe_exponents(&scene.materials, gather_rays, has_records);
+        let area_parts = area_parts(scene);
+        let broad = broad_lobes(&scene.materials, &area_parts, gather_rays, has_records);
         let pixels = GlossPixels::new(
             context,
             buffers,
             width * height,
             quality.gloss_rays,
             cluster_bits,
-            [quality.entry_points > 0, may_trace(&scene.materials, exponents.most)],
+            [quality.entry_points > 0, may_trace(&scene.materials, broad)],
         )?;
         let mut passes = Self {
             reads: BinReads::new(context, tables, directions)?,
             clusters: Gloss::new(context, buffers, tables, path_count, area_m2)?,
             pixels,
-            records: GlossRecords::new(context, gather, exponents)?,
+            records: GlossRecords::new(context, gather, LobeExponents::new(&scene.materials, broad))?,
             may_be_glossy: scene.materials.iter().map(Material::may_be_glossy).collect(),
             is_glossy: false,
             has_rays: false,
             has_sky: scene.emission.sky.is_some(),
             gather_rays,
             has_records,
+            area_parts,
+            of_records: Vec::new(),
             seed: quality.seed,
         };
         passes.edited(&scene.materials);
@@ -100,20 +108,24 @@ impl GlossPasses {
         self.may_be_glossy[material]
     }
 
-    /// Updates the passes after an edit of materials.
-    pub(super) fn edited(&mut self, materials: &[Material]) {
-        let exponents = lobe_exponents(materials, self.gather_rays, self.has_records);
+    /// Updates the passes after an edit of materials. Returns whether other lobes than before take
+    /// their light from records.
+    pub(super) fn edited(&mut self, materials: &[Material]) -> bool {
+        let lobes_at_records =
+            |has_records| broad_lobes(materials, &self.area_parts, self.gather_rays, has_records);
+        let broad = lobes_at_records(self.has_records);
         let lobes: Vec<&Material> =
             materials.iter().filter(|material| material.specular != Vec3::ZERO).collect();
-        let takes_rays = |most: f32| lobes.iter().any(|material| !is_broad(material, most));
+        let takes_rays = |broad: BroadLobes| lobes.iter().any(|material| !broad.hold(material));
         self.is_glossy = !lobes.is_empty();
-        self.has_rays = takes_rays(exponents.most);
+        self.has_rays = takes_rays(broad);
         // Highlights are the same with and without records.
-        let of_hemisphere = lobe_exponents(materials, self.gather_rays, true);
-        self.pixels.takes_samples = self.has_sky || takes_rays(of_hemisphere.most);
-        self.records.edited(exponents);
-        self.pixels.record_exponent = exponents.most;
+        self.pixels.takes_samples = self.has_sky || takes_rays(lobes_at_records(true));
+        let of_records: Vec<bool> = materials.iter().map(|material| broad.hold(material)).collect();
+        self.records.edited(LobeExponents::new(materials, broad));
+        self.pixels.broad = broad;
         self.clusters.max_asked = max_asked(materials);
+        mem::replace(&mut self.of_records, of_records) != self.of_records
     }
 
     /// Records the list of glossy pixels and traces their rays.
@@ -239,15 +251,27 @@ fn max_asked(materials: &[Material]) -> u32 {
     if needed.contains(&0) { u32::MAX } else { needed.into_iter().max().unwrap_or(0) }
 }
 
-/// Exponents of the lobes that records bring; none without records.
-fn lobe_exponents(materials: &[Material], gather_rays: u32, has_records: bool) -> LobeExponents {
-    LobeExponents::new(materials, if has_records { gather_rays } else { 0 })
+/// The lobes that records bring; none without records.
+fn broad_lobes(
+    materials: &[Material],
+    area_parts: &[f64],
+    gather_rays: u32,
+    has_records: bool,
+) -> BroadLobes {
+    if has_records { BroadLobes::new(materials, area_parts, gather_rays) } else { BroadLobes::default() }
 }
 
-/// Whether some lobe takes rays from pixels, now or after an edit; `most` is the exponent up to
-/// which records bring broad lobes.
-pub(super) fn may_trace(materials: &[Material], most: f32) -> bool {
-    materials
-        .iter()
-        .any(|material| material.may_be_glossy() && (material.editable || !is_broad(material, most)))
+/// Fraction of the scene's area that each material has.
+fn area_parts(scene: &Scene) -> Vec<f64> {
+    let mut areas = vec![0.0; scene.materials.len()];
+    for triangle in &scene.triangles {
+        areas[triangle.material as usize] += triangle.area_m2();
+    }
+    let whole: f64 = areas.iter().sum();
+    areas.into_iter().map(|area| area / whole).collect()
+}
+
+/// Whether some lobe takes rays from pixels, now or after an edit.
+pub(super) fn may_trace(materials: &[Material], broad: BroadLobes) -> bool {
+    materials.iter().any(|material| material.may_be_glossy() && (material.editable || !broad.hold(material)))
 }

@@ -45,7 +45,7 @@ impl Renderer {
         let bits = self.transport.gather.packing.cluster_bits;
         let pixel_count = view.width * view.height;
         let of_gloss = |gloss: &GlossPasses| {
-            let may_trace = may_trace(&self.world.scene.materials, gloss.records.exponents().most);
+            let may_trace = may_trace(&self.world.scene.materials, gloss.pixels.broad);
             let traces = [quality.entry_points > 0, may_trace];
             GlossPixels::new(context, buffers, pixel_count, quality.gloss_rays, bits, traces)
         };

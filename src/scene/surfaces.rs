@@ -1,7 +1,7 @@
 //! Sides of triangles that take part in light transport.
 
 use crate::scene::{Triangle, grid::cluster_code};
-use crate::types;
+use crate::types::{self, ROUNDED};
 use glam::{DVec3, Vec3};
 
 impl types::Surface {
@@ -20,10 +20,28 @@ impl types::Surface {
         self.sides & (if back { 0x2000 } else { 0x1000 }) != 0
     }
 
+    /// Whether the shading normals describe a smooth surface around the facet.
+    pub fn is_rounded(&self) -> bool {
+        self.sides & ROUNDED != 0
+    }
+
     /// Removes a side from transport.
     pub fn deactivate_side(&mut self, back: bool) {
         self.sides &= !(if back { 0x2000 } else { 0x1000 });
     }
+}
+
+/// Cosine between facet and shading normal above which a corner is flat.
+const FLAT: f32 = 0.99999;
+
+/// The same below which the normals describe no smooth surface: some files have one normal a
+/// corner of a box.
+const STEEPEST: f32 = 0.7;
+
+/// Whether the shading normals of a triangle describe a smooth surface around it.
+fn is_rounded(triangle: &Triangle, normal: Vec3) -> bool {
+    let least = triangle.normals.iter().map(|corner| corner.dot(normal)).fold(1.0, f32::min);
+    (STEEPEST..FLAT).contains(&least)
 }
 
 /// The device's surface of a triangle. `active`: whether front and back take part in transport.
@@ -35,7 +53,8 @@ pub fn surface(triangle: &Triangle, active: [bool; 2]) -> types::Surface {
         sides: cluster_code(normal, false)
             | cluster_code(-normal, true) << 6
             | u32::from(active[0]) << 12
-            | u32::from(active[1]) << 13,
+            | u32::from(active[1]) << 13
+            | if is_rounded(triangle, normal) { ROUNDED } else { 0 },
         n0: triangle.normals[0],
         n1: triangle.normals[1],
         n2: triangle.normals[2],

@@ -14,7 +14,7 @@ use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::gloss::Gloss;
 use lightpaths::passes::frame::gloss_pixels::{GlossPixels, LOBE_RAYS, PixelGloss, Surroundings};
 use lightpaths::passes::frame::gloss_records::{
-    GlossRecord, GlossRecords, LobeExponents, is_broad, lobe_albedo as table_albedo,
+    BroadLobes, GlossRecord, GlossRecords, LobeExponents, lobe_albedo as table_albedo,
 };
 use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
@@ -43,10 +43,11 @@ fn exponents_are_exact_up_to_four() {
         |exponent, specular| Material { specular: Vec3::splat(specular), exponent, ..plain.clone() };
     let of = |exponents: &[f32]| {
         let materials: Vec<_> = exponents.iter().map(|&exponent| material(exponent, 0.2)).collect();
-        LobeExponents::new(&materials, 256)
+        LobeExponents::new(&materials, BroadLobes { little: 128, strong: 0 })
     };
     assert_eq!(of(&[]).count, 0);
-    assert_eq!(LobeExponents::new(&[material(5.0, 0.0)], 256).count, 0);
+    let lobes = BroadLobes { little: 128, strong: 128 };
+    assert_eq!(LobeExponents::new(&[material(5.0, 0.0)], lobes).count, 0);
     assert_eq!((of(&[20.0, 20.0]).count, of(&[20.0, 20.0]).values.x), (1, 20.0));
     assert_eq!(
         (of(&[40.0, 3.0, 7.0]).count, of(&[40.0, 3.0, 7.0]).values.truncate()),
@@ -58,7 +59,26 @@ fn exponents_are_exact_up_to_four() {
     assert!(many.values.abs_diff_eq(Vec4::new(2.0, 8.0, 32.0, 128.0), 1e-3), "{many:?}");
     // A lobe of fewer than four rays is no broad one.
     assert_eq!(of(&[2.0, 129.0]).count, 1);
-    assert!(is_broad(&material(128.0, 0.2), many.most) && !is_broad(&material(129.0, 0.2), many.most));
+}
+
+/// A strong lobe needs twice the rays unless it covers much of the scene.
+#[test]
+fn strong_lobes_take_records_where_rays_are_many() {
+    let plain = Material { diffuse: Vec3::splat(0.3), ..room().materials[0].clone() };
+    let material =
+        |specular, exponent| Material { specular: Vec3::splat(specular), exponent, ..plain.clone() };
+    let materials = |strong: f32| [material(0.2, 5.0), material(strong, 5.0), material(0.0, 5.0)];
+    let of = |strong: f32, parts: [f64; 3]| BroadLobes::new(&materials(strong), &parts, 256);
+    assert_eq!(of(0.21, [0.1, 0.3, 0.6]), BroadLobes { little: 128, strong: 64 });
+    assert_eq!(of(0.21, [0.1, 0.4, 0.5]), BroadLobes { little: 128, strong: 128 });
+    // Exactly four tenths of the reflected light is little.
+    assert_eq!(of(0.2, [0.1, 0.4, 0.5]), BroadLobes { little: 128, strong: 64 });
+    let lobes = of(0.21, [0.1, 0.3, 0.6]);
+    let is_held = |specular, exponent| lobes.hold(&material(specular, exponent));
+    assert!(is_held(0.2, 128.0) && !is_held(0.2, 129.0));
+    assert!(is_held(0.21, 64.0) && !is_held(0.21, 65.0));
+    assert!(!is_held(0.0, 5.0));
+    assert_eq!(lobes.packed(), 64 << 16 | 128);
 }
 
 #[test]
@@ -101,7 +121,8 @@ fn broad_lobes_come_from_records_in(glossy: &Glossy, has_colours: bool) {
     let [sharp, broad] = [0, 1].map(|material| world.materials[material].exponent);
     let values = Vec4::new(broad, 0.75 * sharp, 1.5 * sharp, 0.0);
     assert!(broad < values.y);
-    let exponents = LobeExponents { values, count: 3, most: 2.0 * sharp };
+    let most = (2.0 * sharp) as u32;
+    let exponents = LobeExponents { values, count: 3, broad: BroadLobes { little: most, strong: most } };
     let records = GlossRecords::new(context, &gather, exponents).unwrap();
 
     let camera = camera([29, 23]);
@@ -110,7 +131,7 @@ fn broad_lobes_come_from_records_in(glossy: &Glossy, has_colours: bool) {
     let splat = Splat::new(context, point_count, camera.size).unwrap();
     let mut pixels_pass =
         GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, packing.cluster_bits, [true; 2]).unwrap();
-    (pixels_pass.record_exponent, pixels_pass.takes_samples) = (exponents.most, false);
+    (pixels_pass.broad, pixels_pass.takes_samples) = (exponents.broad, false);
     let bins = BinReads::none(context).unwrap();
     let contributions = Buffer::from_slice(context, "contributions", &glossy.paths.contributions).unwrap();
     let sources = GatherSources {

@@ -21,6 +21,7 @@ mod path_noise;
 mod path_tracer;
 mod photons;
 mod plates;
+mod rounded;
 mod scale;
 mod sphere;
 mod stages;

@@ -102,7 +102,7 @@ const BROAD: f32 = 100.0;
 
 /// Fraction of the reflected light up to which an error of the lobe's light is small beside
 /// the diffuse light.
-const LITTLE: f32 = 0.4;
+pub const LITTLE: f32 = 0.4;
 
 /// Whether a material has weak and broad gloss: a sample of a cluster's vertices, in few direction
 /// bins, suffices for its lobe.

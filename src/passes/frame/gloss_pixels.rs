@@ -9,7 +9,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::frame::bin_reads::BinReads;
 use crate::passes::frame::gloss::{Gloss, GlossLight, GlossSpan, VertexKernels};
-use crate::passes::frame::gloss_records::RecordLobes;
+use crate::passes::frame::gloss_records::{BroadLobes, RecordLobes};
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::precompute::gather_rays::MIN_ENTRY_POINTS;
@@ -75,8 +75,8 @@ gpu_struct! {
         pub cluster_bits: u32,
         /// Minimum sample count of a cluster.
         pub min_entry_points: f32,
-        /// Exponent of a lobe that records bring, at most.
-        pub record_exponent: f32,
+        /// Exponents of broad lobes ([`BroadLobes::packed`]).
+        pub broad_exponents: u32,
         /// Direction bins along an edge of the square map.
         pub side: u32,
         /// Exponent of the sharpest lobe that the bins resolve.
@@ -116,8 +116,8 @@ gpu_struct! {
         /// Capacity of the list of splat weights.
         pub weight_capacity: u32,
         pub record_count: u32,
-        /// Exponent of a lobe that records bring, at most.
-        pub record_exponent: f32,
+        /// Exponents of broad lobes ([`BroadLobes::packed`]).
+        pub broad_exponents: u32,
         pub exponent_count: u32,
         /// Exponents of the lobes at records, ascending.
         pub first_exponents: Vec2,
@@ -195,8 +195,8 @@ pub struct GlossPixels {
     cluster_bits: u32,
     /// False without light paths: clusters then hold no light.
     has_paths: bool,
-    /// Exponent of a lobe that records bring, at most; initially 0: none.
-    pub record_exponent: f32,
+    /// The lobes that records bring; initially none.
+    pub broad: BroadLobes,
     /// Directions of lobes start from samples: rays, or those to a sky. If not, samples only
     /// place the points of highlights.
     pub takes_samples: bool,
@@ -260,7 +260,7 @@ impl GlossPixels {
             capacity,
             cluster_bits,
             has_paths,
-            record_exponent: 0.0,
+            broad: BroadLobes::default(),
             takes_samples: true,
             offsets: Buffer::storage(
                 context,
@@ -343,7 +343,7 @@ impl GlossPixels {
                 seed,
                 cluster_bits: self.cluster_bits,
                 min_entry_points: MIN_ENTRY_POINTS,
-                record_exponent: self.record_exponent,
+                broad_exponents: self.broad.packed(),
                 side: bins.directions.side,
                 max_exponent: bins.max_exponent,
             },
@@ -422,7 +422,7 @@ impl GlossPixels {
                 eye: lobes.map_or(Vec3::ZERO, |lobes| lobes.eye),
                 weight_capacity: lobes.map_or(0, |lobes| lobes.weight_capacity),
                 record_count: lobes.map_or(0, |lobes| lobes.record_count),
-                record_exponent: lobes.map_or(0.0, |_| self.record_exponent),
+                broad_exponents: lobes.map_or(0, |_| self.broad.packed()),
                 exponent_count: exponents.count,
                 first_exponents: exponents.values.xy(),
                 other_exponents: exponents.values.zw(),

@@ -9,6 +9,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::SceneBuffers;
 use crate::passes::frame::gather::Gather;
+use crate::passes::frame::gloss::LITTLE;
 use crate::passes::frame::splat::Splat;
 use crate::passes::has_textures;
 use crate::scene::Material;
@@ -35,8 +36,8 @@ gpu_struct! {
         pub pixel_count: u32,
         /// Capacity of the list of splat weights.
         pub weight_capacity: u32,
-        /// Exponent of a lobe that records bring, at most.
-        pub record_exponent: f32,
+        /// Exponents of broad lobes ([`BroadLobes::packed`]).
+        pub broad_exponents: u32,
     }
 }
 
@@ -66,7 +67,51 @@ pub const LAYOUTS: &[Layout] = &[GlossRecord::LAYOUT, GlossReadPush::LAYOUT, Glo
 
 /// Rays of a hemisphere for each unit of the exponent. A lobe of exponent n holds 2/(n+2) of a
 /// hemisphere's rays: at this limit four.
-const RAYS_OF_EXPONENT: f32 = 2.0;
+const RAYS_OF_EXPONENT: u32 = 2;
+
+/// The same for strong lobes on a small part of the surfaces: eight rays. Rays from pixels are more
+/// exact there, and few pixels have them.
+const RAYS_OF_STRONG_EXPONENT: u32 = 4;
+
+/// Fraction of the scene's area up to which a part is small.
+const SMALL_PART: f64 = 1.0 / 3.0;
+
+/// Exponents up to which lobes take their light from records.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BroadLobes {
+    /// Of lobes with little of the reflected light.
+    pub little: u32,
+    /// Of stronger lobes.
+    pub strong: u32,
+}
+
+impl BroadLobes {
+    /// The lobes among these materials in which enough of a cache point's gather rays lie;
+    /// `parts` are the materials' fractions of the scene's area.
+    pub fn new(materials: &[Material], parts: &[f64], rays: u32) -> Self {
+        let is_strong = |material: &&Material| material.specular != Vec3::ZERO && !has_little(material);
+        let of_strong = materials.iter().zip(parts).filter(|(material, _)| is_strong(material));
+        let is_small = of_strong.map(|(_, part)| part).sum::<f64>() <= SMALL_PART;
+        let rays_of_strong = if is_small { RAYS_OF_STRONG_EXPONENT } else { RAYS_OF_EXPONENT };
+        Self { little: rays / RAYS_OF_EXPONENT, strong: rays / rays_of_strong }
+    }
+
+    /// Whether records bring the lobe's light to pixels.
+    pub fn hold(self, material: &Material) -> bool {
+        let most = if has_little(material) { self.little } else { self.strong };
+        material.specular != Vec3::ZERO && material.exponent <= most as f32
+    }
+
+    /// For kernels: `little` in bits 0-15, `strong` in bits 16-31.
+    pub fn packed(self) -> u32 {
+        self.little.min(0xffff) | self.strong.min(0xffff) << 16
+    }
+}
+
+/// Whether the lobe has little of the reflected light, in the rounding of the kernels.
+fn has_little(material: &Material) -> bool {
+    material.specular.cmple(LITTLE * (material.diffuse + material.specular)).all()
+}
 
 /// Exponents of the lobes that records have. Pixels interpolate between them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -75,22 +120,20 @@ pub struct LobeExponents {
     pub values: Vec4,
     /// Number of exponents, 4 at most.
     pub count: u32,
-    /// Exponent of a lobe that records bring, at most.
-    pub most: f32,
+    /// The lobes of which they are.
+    pub broad: BroadLobes,
 }
 
 impl LobeExponents {
-    /// The exponents of the broad lobes among these materials, where a cache point has that many
-    /// gather rays. Up to four exponents are exact.
-    pub fn new(materials: &[Material], rays: u32) -> Self {
-        let most = rays as f32 / RAYS_OF_EXPONENT;
-        let broad = materials.iter().filter(|material| is_broad(material, most));
-        let mut exponents: Vec<f32> = broad.map(|material| material.exponent).collect();
+    /// The exponents of the broad lobes among these materials. Up to four are exact.
+    pub fn new(materials: &[Material], broad: BroadLobes) -> Self {
+        let lobes = materials.iter().filter(|material| broad.hold(material));
+        let mut exponents: Vec<f32> = lobes.map(|material| material.exponent).collect();
         exponents.sort_unstable_by(f32::total_cmp);
         exponents.dedup();
         let count = exponents.len().min(4);
         let (Some(&low), Some(&high)) = (exponents.first(), exponents.last()) else {
-            return Self { most, ..Self::default() };
+            return Self { broad, ..Self::default() };
         };
         let between = |place: usize| match place {
             0 => low,
@@ -101,7 +144,7 @@ impl LobeExponents {
             5.. => between(place),
             _ => exponents[place.min(count - 1)],
         };
-        Self { values: Vec4::from_array([0, 1, 2, 3].map(value)), count: count as u32, most }
+        Self { values: Vec4::from_array([0, 1, 2, 3].map(value)), count: count as u32, broad }
     }
 }
 
@@ -136,11 +179,6 @@ pub fn lobe_albedo(exponent: f64, cosine: f64) -> f64 {
     };
     let mean = (0..ALBEDO_SAMPLES).map(above).sum::<f64>() / f64::from(ALBEDO_SAMPLES);
     (exponent + 2.0) / (exponent + 1.0) * mean
-}
-
-/// Whether records bring the lobe's light to pixels.
-pub fn is_broad(material: &Material, most: f32) -> bool {
-    material.specular != Vec3::ZERO && material.exponent <= most
 }
 
 /// Lobes at records as pixels read them.
@@ -243,7 +281,7 @@ impl GlossRecords {
         gather: &Gather,
         eye: Vec3,
     ) {
-        let LobeExponents { values, count, most } = self.exponents;
+        let LobeExponents { values, count, broad } = self.exponents;
         rec.upload(&self.albedos, &self.albedo_table);
         let mut pass = rec.pass(Self::STEM);
         pass.fill_zero(&self.is_read);
@@ -252,7 +290,7 @@ impl GlossRecords {
         pass.dispatch(
             &self.mark,
             [pixel_count, 1, 1],
-            &GlossReadPush { pixel_count, weight_capacity, record_exponent: most },
+            &GlossReadPush { pixel_count, weight_capacity, broad_exponents: broad.packed() },
             &[
                 ("Surfaces", &scene.surfaces),
                 ("Materials", &scene.materials),

@@ -10,7 +10,7 @@ use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD};
 use crate::passes::precompute::cache_points::RADIUS_RANGE;
 use crate::scene::hvds::Hvds;
 use crate::scene::{Scene, split_planes};
-use crate::types::{CachePoint, NO_CLUSTER, Surface};
+use crate::types::{CachePoint, NO_CLUSTER, ROUNDED, Surface};
 use glam::Vec3;
 
 /// Checks the contents against themselves and the scene. `order` is the tree's order of the
@@ -33,6 +33,7 @@ pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Re
 
 /// Checks the codes of a triangle's sides against the code that its surface has.
 pub(super) fn sides(surface: &Surface, sides: u32) -> Result<(), CacheMiss> {
+    let sides = sides | surface.sides & ROUNDED;
     demand((surface.sides ^ sides) >> 12 <= 3 && (surface.sides ^ sides) & 0xfff == 0, "codes of sides")
 }
 

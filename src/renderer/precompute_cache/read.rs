@@ -20,7 +20,7 @@ use crate::renderer::quality_warnings::{blurred, outgoing_directions, uncovered,
 use crate::scene::directions::Directions;
 use crate::scene::host_bvh::HostBvh;
 use crate::scene::{Scene, bvh::Bvh, grid, solids::Solids, surfaces};
-use crate::types::Surface;
+use crate::types::{ROUNDED, Surface};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -91,7 +91,7 @@ fn surfaces_of(
     for (&triangle, &sides) in order.iter().zip(&contents.sides) {
         let mut surface = surfaces::surface(&scene.triangles[triangle as usize], [false; 2]);
         checks::sides(&surface, sides)?;
-        surface.sides = sides;
+        surface.sides = sides | surface.sides & ROUNDED;
         all.push(surface);
     }
     Ok(all)

@@ -4,7 +4,7 @@ use crate::cache_file::Writer;
 use crate::error::Result;
 use crate::passes::precompute::merged_rays::MergedRayLists;
 use crate::renderer::precompute::Precomputed;
-use crate::types::CachePoint;
+use crate::types::{CachePoint, ROUNDED};
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -50,7 +50,7 @@ impl Tables {
         Ok(Self {
             cache_points: made.cache_points.read()?,
             merged_rays: made.merged_rays.lists()?,
-            sides: made.surfaces.iter().map(|surface| surface.sides).collect(),
+            sides: made.surfaces.iter().map(|surface| surface.sides & !ROUNDED).collect(),
             contributions: made.paths.contributions.iter().map(|contribution| contribution.what).collect(),
             notes: notes.to_string().into_bytes(),
         })

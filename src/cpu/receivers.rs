@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 /// A point that takes light.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver {
-    /// Metres.
+    /// Where shadow rays start, metres.
     pub position: Vec3,
     /// Unit normal of the surface there that occludes.
     pub normal: Vec3,

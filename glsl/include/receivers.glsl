@@ -7,10 +7,10 @@ struct Receiver {
     vec3 normal;
 };
 
-// On a rounded surface, `position` is lifted from the facet to the smooth surface around it, which
-// touches the planes at the corners across their normals. From the facet itself, the neighbouring
-// facets hide a light that still is above the smooth surface's horizon: the line between light and
-// shadow would follow the facets. [Hanika 2021] Concave surfaces are not lifted.
+// On a rounded surface, `position` is lifted to the smooth surface around the facet, which touches
+// the planes across the normals at the corners. [Hanika 2021] Without the lift, other facets hide a
+// light that is above the smooth surface's horizon, and the line between light and shadow follows
+// the facets. Concave surfaces are not lifted.
 Receiver receiver_at(vec3 position, uint side, vec3 shading) {
     Surface surface = surface_at(side >> 1);
     Receiver found = Receiver(position, facet_of(surface, side));

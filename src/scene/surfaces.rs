@@ -34,8 +34,8 @@ impl types::Surface {
 /// Cosine between facet and shading normal above which a corner is flat.
 const FLAT: f32 = 0.99999;
 
-/// The same below which the normals describe no smooth surface: some files have one normal a
-/// corner of a box.
+/// The same below which the normals describe no smooth surface. Some files give a box one normal
+/// at each corner.
 const STEEPEST: f32 = 0.7;
 
 /// Whether the shading normals of a triangle describe a smooth surface around it.

@@ -221,6 +221,31 @@ fn surfaces_edited_from_diffuse_to_glossy_are_as_good_as_loaded() {
     assert_silent(&context());
 }
 
+/// An edit of the walls alone decides whether the strong lobes of floor and block take records or
+/// rays. Exponents above 100 change nothing else that rays depend on.
+#[test]
+fn lobes_move_between_rays_and_records_as_loaded() {
+    let of_walls = |specular: f32| {
+        let mut scene = glossy(110.0, false);
+        let (diffuse, specular) = (Vec3::splat(0.3), Vec3::splat(specular));
+        scene.materials[0] =
+            Material { diffuse, specular, exponent: 110.0, editable: true, ..scene.materials[0].clone() };
+        render(scene, Quality { gather_rays: 256, ..SKETCH })
+    };
+    let loaded = [0.1, 0.4].map(of_walls);
+    let pictures = loaded.each_ref().map(|renderer| renderer.layer(Layer::Beauty).unwrap());
+    assert!(pictures[0] != pictures[1]);
+    // Rays are traced for the first edit: the scene was loaded with records.
+    let [_, mut edited] = loaded;
+    for (specular, picture) in [(0.1, &pictures[0]), (0.4, &pictures[1])] {
+        edited.set_material(0, Vec3::splat(0.3), Vec3::splat(specular), 110.0).unwrap();
+        edited.set_skipping(true);
+        edited.frame().unwrap();
+        assert!(edited.layer(Layer::Beauty).unwrap() == *picture, "specular albedo {specular}");
+    }
+    assert_silent(&context());
+}
+
 /// Without light paths there is no light between surfaces. A glossy surface adds only highlights,
 /// and they equal those of the whole picture.
 #[test]

@@ -72,7 +72,7 @@ fn shadow_lines_do_not_follow_the_facets() {
     assert_silent(&context());
 }
 
-/// The normals of a box with one normal a corner describe no ball: no light comes from behind.
+/// An octahedron with one normal at each corner is no ball: a light behind it shows nowhere.
 #[test]
 fn steep_normals_lift_nothing() {
     let quality = Quality { entry_points: 0, cache_points: 0, edge_samples: 0, ..SMALL };

@@ -1,6 +1,6 @@
 //! Pictures beside and over the main picture.
 
-use super::{RETRY, WindowState};
+use super::WindowState;
 use crate::app::demo::cells;
 use crate::app::demo::reference::Reference;
 use crate::app::demo::ui_state::View;
@@ -25,7 +25,6 @@ impl WindowState {
         }
         if self.leaving.is_some() {
             // One tracer at a time: the device may lack memory for two.
-            self.panels.egui_ctx().request_repaint_after(RETRY);
             return Ok(());
         }
         if self.reference.is_none() {

@@ -315,8 +315,8 @@ impl WindowState {
             self.viewport.let_go();
             self.window.request_redraw();
         }
-        if shown == Shown::NotNow || self.session.progress().is_some() {
-            // The worker may send its last event before its thread ends.
+        if shown == Shown::NotNow || self.session.progress().is_some() || self.leaving.is_some() {
+            // A worker sends its last event before its thread ends.
             let soon = Instant::now() + RETRY;
             self.again = Some(self.again.map_or(soon, |again| again.min(soon)));
         }

@@ -43,6 +43,36 @@ layout(scalar, push_constant) uniform Push { DirectPush push; };
 #include "include/shafts.glsl"
 #include "include/shaft_rays.glsl"
 
+// Distance of the outer probes from the light's edges, in units of the edges: a lamp may sit in a
+// frame.
+const float INSET = 0.02;
+
+// What a point sees of an area light at the points of a grid, as in light_factor_in. A straight
+// edge that hides a part of the light hides a corner.
+uint seen_by_probes(uint shaft, LightSource light, Receiver at, vec3 shading, float area) {
+    uint seen = 0u;
+    for (uint i = 0u; i < 16u; ++i) {
+        LightSample found;
+        float factor = open_factor(light, mix(vec2(INSET), vec2(1.0 - INSET), vec2(i & 3u, i >> 2) / 3.0), at.position, at.normal, shading, area, found);
+        if_any (factor > 0.0) seen |= is_lit_in(shaft, at.position, at.normal, found) ? SEES_LIT : SEES_HIDDEN;
+    }
+    return seen;
+}
+
+// The light with the sign that marks a penumbra, as shadow_mark reads it. `before` has it if an
+// earlier part of the light casts one, or, between dispatches for one part, if samples are hidden.
+float marked(uint shaft, LightSource light, Receiver at, PixelSurface point, float before, float found, uint seen) {
+    bool had_mark = floatBitsToUint(before) >> 31 != 0u;
+    bool is_part = (push.flags & ADDS) != 0u;
+    if (!is_part && had_mark) seen |= SEES_HIDDEN;
+    if (!is_part && abs(before) > 0.0) seen |= SEES_LIT;
+    bool is_last = push.end_sample == light.samples;
+    bool has_roots = word_at(ShaftRoots, shaft * SHAFT_WORDS) != 0u;
+    if_any (is_last && has_roots && seen != (SEES_LIT | SEES_HIDDEN)) seen |= seen_by_probes(shaft, light, at, point.normal, point.footprint);
+    bool has_mark = is_last ? seen == (SEES_LIT | SEES_HIDDEN) || (is_part && had_mark) : (seen & SEES_HIDDEN) != 0u;
+    return uintBitsToFloat(floatBitsToUint(found) | (has_mark ? 0x80000000u : 0u));
+}
+
 void main() {
     uint batch = batch_of(flat_workgroup());
     if (batch == NO_BATCH) return;
@@ -51,12 +81,15 @@ void main() {
     if (xy.x >= push.width || index >= push.point_count) return;
     PixelSurface point = pixel_surface_at(SeenPoints, index);
     LightSource light = of_kind(light_at(Lights, push.light));
-    float found = is_first(push.flags, push.first_sample) ? 0.0 : light_irradiance[index];
+    float before = is_first(push.flags, push.first_sample) ? 0.0 : light_irradiance[index];
+    float found = abs(before);
     if_any (point.side != NO_SIDE) {
         Receiver at = receiver_of(point);
+        uint seen = 0u;
         float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, at.position, at.normal, point.normal,
-                                    point.footprint);
+                                    point.footprint, seen);
         found = accumulated(light, push.flags, push.end_sample, found, lit, at.position, point.normal, point.footprint);
+        if ((push.flags & MARKS_PENUMBRA) != 0u) found = marked(batch, light, at, point, before, found, seen);
     }
     light_irradiance[index] = found;
     if (!loops_completed(push.width)) truncated_loops[0] = LOOP_TRUNCATED;

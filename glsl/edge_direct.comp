@@ -14,14 +14,17 @@
 #include "include/sampling.glsl"
 #include "include/antialias.glsl"
 
+#define SAMPLES_OF_PIXEL
+
 layout(local_size_x = 64) in;
 
 struct EdgeLightPush {
     View view;
     EdgeCapacity capacity;
     uint light;
-    uint first_sample;  // first point sample of this dispatch; later dispatches add to the first
+    uint first_sample;  // first sample of an image point in this dispatch; later dispatches add to the first
     uint end_sample;
+    uint sample_step;   // of the lattice of the samples of all image points of a pixel
     uint flags;         // TRACES_ALL, ADDS
 };
 
@@ -60,13 +63,14 @@ void main() {
     if (batch == NO_BATCH || index >= edge_count * count) return;
     uvec2 number = in_rows(index, count);  // of the sample in its pixel, of the pixel
     EdgeSample seen = edge_sample_of(pair_at(EdgeSamples, index));
-    LightSource light = of_kind(light_at(Lights, push.light));
+    LightSource light = seen_from_point(of_kind(light_at(Lights, push.light)), number.x, push.sample_step);
     float found = is_first(push.flags, push.first_sample) ? 0.0 : edge_light[index];
     if_any (seen.side != NO_SIDE) {
         PixelSurface point = edge_point(view, edge_pixels[number.y], seen, number.x, count);
         Receiver at = receiver_of(point);
+        uint sees = 0u;
         float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, at.position, at.normal, point.normal,
-                                    point.footprint);
+                                    point.footprint, sees);
         lit *= 0.125 * float(eighths_of(seen));
         found = accumulated(light, push.flags, push.end_sample, found, lit, at.position, point.normal, point.footprint);
     }

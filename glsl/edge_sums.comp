@@ -24,8 +24,9 @@ struct EdgeListPush {
 layout(scalar, binding = 0) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(binding = 1) uniform usamplerBuffer EdgeSamples;
 layout(binding = 2) uniform usamplerBuffer EdgeLight;
-layout(scalar, binding = 3) writeonly buffer LightIrradiance { float light_irradiance[]; };
+layout(scalar, binding = 3) buffer LightIrradiance { float light_irradiance[]; };
 layout(scalar, binding = 4) writeonly buffer EdgeNeeds { uint edge_needs[]; };
+layout(scalar, binding = 5) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 
 void main() {
@@ -50,5 +51,7 @@ void main() {
     float variance = squares / float(max(count, 1u)) - mean * mean;
     float spread = mean > 0.0 && is_covered ? variance / (mean * mean) : 0.0;
     uint need = min(uint(float(DENSITY) * spread), MAX_SAMPLE_FACTOR * count) & ~15u;
+    // Without the mark of a penumbra: all edge pixels have samples.
+    light_irradiance[edge_pixels[edge]] = abs(light_irradiance[edge_pixels[edge]]);
     edge_needs[edge] = spread < uintBitsToFloat(SPREAD) || need <= count ? 0u : need;
 }

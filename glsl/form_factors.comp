@@ -55,7 +55,8 @@ void main() {
     uint place = push.first_point + index;
     LightSource light = of_kind(light_at(Lights, push.light));
     float before = is_first(push.flags, push.first_sample) ? 0.0 : form_factors[place];
-    float found = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, position, normal, normal, push.area_m2);
+    uint seen = 0u;
+    float found = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, position, normal, normal, push.area_m2, seen);
     form_factors[place] = accumulated(light, push.flags, push.end_sample, before, found, position, normal, push.area_m2);
     if (!loops_completed(push.point_count)) truncated_loops[0] = LOOP_TRUNCATED;
 }

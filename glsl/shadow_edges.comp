@@ -17,6 +17,8 @@
 #include "include/antialias.glsl"
 #include "include/records.glsl"
 
+#define SAMPLES_OF_PIXEL
+
 const uint LANES = 16u;  // that share a pixel
 
 layout(local_size_x = 64) in;
@@ -25,8 +27,9 @@ struct EdgeLightPush {
     View view;
     EdgeCapacity capacity;
     uint light;
-    uint first_sample;  // first point sample of this dispatch; later dispatches add to the first
+    uint first_sample;  // first sample of an image point in this dispatch; later dispatches add to the first
     uint end_sample;
+    uint sample_step;   // of the lattice of the samples of all image points of a pixel
     uint flags;         // TRACES_ALL: camera rays start at the tree's root, too; ADDS
 };
 
@@ -134,7 +137,7 @@ void main() {
     Surface own_surface = surface_at(own.side >> 1);
     vec3 own_normal = facet_of(own_surface, own.side);
     bool is_traced = is_edge || is_sampled_by_rays(view, corner, own);
-    LightSource light = of_kind(light_at(Lights, push.light));
+    LightSource whole_light = of_kind(light_at(Lights, push.light));
     uint end = end_of_kind(push.first_sample, push.end_sample);
     for (uint i = before + lane; i < count && place < listed; i += LANES) {
         PixelSurface found = own;
@@ -144,8 +147,9 @@ void main() {
         if (found.side == NO_SIDE) continue;
         Receiver at = Receiver(found.position, own_normal);
         if_any (is_traced || (own_surface.sides & ROUNDED) != 0u) at = receiver_of(found);
+        LightSource light = seen_from_point(whole_light, i, push.sample_step);
         float factor = light_factor(light, push.first_sample, end, push.flags, at.position, at.normal, found.normal, found.footprint);
-        factor = light.relative * weighed(light, light.samples, factor, at.position, found.normal, found.footprint);
+        factor = light.relative * weighed(light, end, factor, at.position, found.normal, found.footprint);
         uint slot = 0u;
         if_any (is_edge && factor > 0.0) slot = slot_for(found, index, first_slot, slots);
         sum += mix(vec4(0.0), vec4(factor), equal(uvec4(0u, 1u, 2u, 3u), uvec4(slot)));
@@ -153,7 +157,10 @@ void main() {
     if (!loops_completed(view.width)) truncated_loops[0] = LOOP_TRUNCATED;
     sums[gl_LocalInvocationIndex] = sum;
     barrier();
-    if (lane != 0u || place >= listed || count == 0u) return;
+    if (lane != 0u || place >= listed) return;
+    // Without samples, a pixel keeps its light, without the mark.
+    if (!is_edge && count == 0u) light_irradiance[index] = abs(light_irradiance[index]);
+    if (count == 0u) return;
     vec4 total = vec4(0.0);
     for (uint i = 0u; i < LANES; ++i) total += sums[gl_LocalInvocationIndex + i];
     bool starts = is_first(push.flags, push.first_sample);

@@ -1,9 +1,9 @@
 // Antialiasing of a light, step 2: lists the pixels at which its light changes much, such as shadow
-// edges, and the edge pixels that need more samples. Other edge pixels are averaged already. Sizes
-// dispatches of four pixels and of 64 pixels a workgroup. The list is unordered, because each pixel
-// is averaged by itself. One invocation = four consecutive pixels, a texel of each list. In: the
-// per-light irradiance buffer, edge pixels and their needs. Out: pixels, their number, dispatch
-// sizes; initially zero.
+// edges, those in its penumbra, and the edge pixels that need more samples. Other edge pixels are
+// averaged already. Sizes dispatches of four pixels and of 64 pixels a workgroup. The list is
+// unordered, because each pixel is averaged by itself. One invocation = four consecutive pixels, a
+// texel of each list. In: the per-light irradiance buffer, edge pixels and their needs. Out:
+// pixels, their number, dispatch sizes; initially zero.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -26,8 +26,8 @@ layout(scalar, binding = 3) writeonly buffer ShadowPixels { uint shadow_pixels[]
 layout(scalar, binding = 4) buffer ShadowGroups { uint shadow_groups[]; };
 layout(scalar, push_constant) uniform Push { EdgeMarkPush push; };
 
-// The light at pixel `first` and the next three. Values beyond `pixel_count` are arbitrary; the
-// caller masks them.
+// The light at pixel `first` and the next three, negative in the penumbra. Values beyond
+// `pixel_count` are arbitrary; the caller masks them.
 vec4 light_from(int first, int pixel_count) {
     ivec2 texels = clamp((ivec2(first) >> 2) + ivec2(0, 1), 0, (pixel_count - 1) >> 2);
     vec4 a = uintBitsToFloat(texelFetch(LightIrradiance, texels.x));
@@ -58,11 +58,14 @@ void main() {
         row[i] = row[i - 1] + int(begins);
     }
 
-    vec4 here = light_from(first, pixel_count);
-    bvec4 found = both(differ(here, light_from(first - 1, pixel_count)), greaterThan(column, ivec4(0)));
-    found = either(found, both(differ(here, light_from(first + 1, pixel_count)), lessThan(column, ivec4(width - 1))));
-    found = either(found, both(differ(here, light_from(first - width, pixel_count)), greaterThan(row, ivec4(0))));
-    found = either(found, both(differ(here, light_from(first + width, pixel_count)), lessThan(row, ivec4(int(push.height) - 1))));
+    vec4 marked = light_from(first, pixel_count);
+    vec4 here = abs(marked);
+    bvec4 found = both(differ(here, abs(light_from(first - 1, pixel_count))), greaterThan(column, ivec4(0)));
+    found = either(found, both(differ(here, abs(light_from(first + 1, pixel_count))), lessThan(column, ivec4(width - 1))));
+    found = either(found, both(differ(here, abs(light_from(first - width, pixel_count))), greaterThan(row, ivec4(0))));
+    found = either(found, both(differ(here, abs(light_from(first + width, pixel_count))), lessThan(row, ivec4(int(push.height) - 1))));
+    // The mark is the sign, of zero, too.
+    found = either(found, notEqual(floatBitsToUint(marked) & 0x80000000u, uvec4(0u)));
 
     uvec4 edges = texelFetch(EdgeNumbers, first >> 2);
     for (int i = 0; i < 4; ++i) {

@@ -346,6 +346,8 @@ gpu_struct! {
 pub const TRACES_ALL: u32 = 1;
 /// Flag of a dispatch for a light: the result is added to that of the light's earlier parts.
 pub const ADDS: u32 = 2;
+/// Flag of a dispatch: pixels that see only a part of the light get a negative sign.
+pub const MARKS_PENUMBRA: u32 = 8;
 /// Flag of a dispatch for a light: the light is the sky, as a whole.
 pub const IS_SKY: u32 = 4;
 

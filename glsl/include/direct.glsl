@@ -90,7 +90,7 @@ float sample_weight(LightSource light, vec3 position, vec3 shading, float area) 
     float distance = max(length(corner + 0.5 * (light.edge_u + light.edge_v)), 1e-12);
     vec2 edges = vec2(length(light.edge_u), length(light.edge_v));
     // A lower bound of the distance to the nearest point of the light.
-    float spacings = (distance - 0.5 * (edges.x + edges.y)) * sqrt(float(light.samples)) / max(edges.x, edges.y);
+    float spacings = (distance - 0.5 * (edges.x + edges.y)) * sqrt(float(light.samples * sample_sets(light))) / max(edges.x, edges.y);
     float fraction = light.area > LARGE * distance * distance ? clamp(2.0 - spacings / NEAR, 0.0, 1.0) : 0.0;
     // Point to disc of the surface's area. [Wallace]
     float weight = 1.0 / (1.0 + area / (PI * distance * distance));

@@ -67,6 +67,43 @@ bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample foun
     return factor > 0.0;
 }
 
+#ifdef SAMPLES_OF_PIXEL
+// The image points of a pixel each see a light by samples of their own, so that a pixel has many
+// and an image point few. Together they are a lattice, and each of its sets is one, too. The
+// functions are those below. `modulus` of a light is the number of the set, `stride` the step of
+// the whole.
+
+// Number of sets; one for a light of so few samples that it may stand for a curved surface, which
+// its corners leave. As in src/passes/lattice.rs.
+uint sample_sets(LightSource light) { return light.samples < 4u ? 1u : 16u; }
+
+uint lattice_row(LightSource light, uint i) {
+    uint sets = sample_sets(light);
+    return (light.modulus + sets * i) * light.stride % (sets * light.samples);
+}
+
+uint next_row(LightSource light, uint row) {
+    uint sets = sample_sets(light);
+    uint next = row + sets * (light.stride % light.samples);
+    return next < sets * light.samples ? next : next - sets * light.samples;
+}
+
+vec2 lattice_place(LightSource light, uint i, uint row) {
+    uint sets = sample_sets(light);
+    return (vec2(light.modulus + sets * i, row) + 0.5) / float(sets * light.samples);
+}
+
+// The light with the samples of image point `number` of a pixel. `step`: of the whole lattice.
+LightSource seen_from_point(LightSource light, uint number, uint step) {
+    // All samples if they are few; as in src/passes/lattice.rs.
+    light.samples = max(min(light.samples, 8u), (light.samples + 3u) / 4u);
+    light.stride = step;
+    light.modulus = number % sample_sets(light);
+    return light;
+}
+#else
+uint sample_sets(LightSource light) { return 1u; }
+
 // Point samples of a light form a lattice with one in every row and every column. `lattice_row`
 // returns the row of sample `i`, counted with the rows that the lattice leaves out ahead of the
 // first; `next_row` returns that of the next sample without a division.
@@ -81,6 +118,7 @@ vec2 lattice_place(LightSource light, uint i, uint row) { return (vec2(i, row + 
 
 // Point sample number `i` of a light, for sample_light.
 vec2 lattice_point(LightSource light, uint i) { return lattice_place(light, i, lattice_row(light, i)); }
+#endif
 
 // From a surface point, on the side that `normal` faces, to a light.
 Ray shadow_ray(vec3 position, vec3 normal, LightSample light) {

@@ -32,8 +32,13 @@ bool is_lit_in(uint shaft, vec3 position, vec3 normal, LightSample light) {
     return !trace_from(word_at(ShaftRoots, last), ShaftRoots, last + 1u - nodes, nodes - 1u, ray, true, hit);
 }
 
-// As light_factor, for a point of the shaft's batch and a light of LIGHT_KIND.
-float light_factor_in(uint shaft, LightSource light, uint first, uint end, uint flags, vec3 position, vec3 normal, vec3 shading, float area) {
+// What a point sees of a light: samples that light it, samples that are hidden.
+const uint SEES_LIT = 1u;
+const uint SEES_HIDDEN = 2u;
+
+// As light_factor, for a point of the shaft's batch and a light of LIGHT_KIND. Adds to `seen`.
+float light_factor_in(uint shaft, LightSource light, uint first, uint end, uint flags, vec3 position, vec3 normal, vec3 shading, float area,
+                      inout uint seen) {
     float sum = 0.0;
     uint row = lattice_row(light, first);
     for (uint i = first; i < end_of_kind(first, end); ++i) {
@@ -42,7 +47,9 @@ float light_factor_in(uint shaft, LightSource light, uint first, uint end, uint 
         LightSample found;
         float factor = open_factor(light, u, position, normal, shading, area, found);
         if (!is_due(found, factor, flags)) continue;
-        if (is_lit_in(shaft, position, normal, found)) sum += factor * passed_by_panes(shadow_ray(position, normal, found), light.shape >> CHANNEL_SHIFT);
+        bool lit = is_lit_in(shaft, position, normal, found);
+        seen |= lit ? SEES_LIT : SEES_HIDDEN;
+        if (lit) sum += factor * passed_by_panes(shadow_ray(position, normal, found), light.shape >> CHANNEL_SHIFT);
     }
     return sum / float(light.samples);
 }

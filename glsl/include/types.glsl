@@ -179,6 +179,7 @@ const uint SHAPE_SURFACE = 4u;    // area: it is surface of the model
 const uint TRACES_ALL = 1u;  // rays are traced although they cannot bring light
 const uint ADDS = 2u;        // the result is added to that of the light's earlier parts
 const uint IS_SKY = 4u;      // the light is the sky, as a whole
+const uint MARKS_PENUMBRA = 8u;  // pixels that see only a part of the light are marked
 
 const uint LIGHT_POINT = 0u;
 const uint LIGHT_SPOT = 1u;

@@ -1,10 +1,10 @@
 //! Reference of the direct illumination.
 
-use crate::cpu::lights::{is_lit, lattice_point, sample_light};
+use crate::cpu::lights::{PointSamples, is_lit, sample_light};
 use crate::cpu::rays::Geometry;
 use crate::cpu::receivers::receiver;
 use crate::types::{LIGHT_AREA, LightSource, NO_SIDE, PixelSurface, SHAPE_SURFACE, SHAPE_TRIANGLE};
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
 
 /// Distance in units of the widest sample spacing of an area light. Receivers nearer than `NEAR`
@@ -39,24 +39,35 @@ pub fn polygon_irradiance(normal: DVec3, corners: &[DVec3]) -> f64 {
 /// is the closed form over the unoccluded sum of the samples; further off it bounds 1/d². 1
 /// for other lights.
 pub fn sample_weight(light: &LightSource, position: DVec3, shading: DVec3, area_m2: f64) -> f64 {
+    weight_of(light, &PointSamples::lattice(light), position, shading, area_m2)
+}
+
+fn weight_of(
+    light: &LightSource,
+    samples: &PointSamples,
+    position: DVec3,
+    shading: DVec3,
+    area_m2: f64,
+) -> f64 {
+    let count = samples.points.len() as f64;
     if light.kind != LIGHT_AREA {
         return 1.0;
     }
     let [u, v] = [light.edge_u, light.edge_v].map(Vec3::as_dvec3);
     let (corner, area) = (light.position.as_dvec3() - position, f64::from(light.area));
     let distance = (corner + 0.5 * (u + v)).length().max(1e-12);
-    let spacing = u.length().max(v.length()) / f64::from(light.samples).sqrt();
+    let spacing = u.length().max(v.length()) / (count * f64::from(samples.sets)).sqrt();
     let spacings = (distance - 0.5 * (u.length() + v.length())) / spacing;
     let is_large = area > LARGE * distance.powi(2);
     let fraction = if is_large { (2.0 - spacings / NEAR).clamp(0.0, 1.0) } else { 0.0 };
     // [Wallace]
     let afar = 1.0 / (1.0 + area_m2 / PI / distance.powi(2));
     let white = LightSource { emission: Vec3::ONE, ..*light };
-    let open = |number| {
-        let found = sample_light(&white, position, lattice_point(light, number))?;
+    let open = |place: &DVec2| {
+        let found = sample_light(&white, position, *place)?;
         Some(shading.dot(found.direction).max(0.0) * found.irradiance.x)
     };
-    let sum = (0..light.samples).filter_map(open).sum::<f64>() / f64::from(light.samples);
+    let sum = samples.points.iter().filter_map(open).sum::<f64>() / count;
     if fraction == 0.0 || sum == 0.0 {
         return afar;
     }
@@ -77,24 +88,41 @@ pub fn lit_samples(
     shading: Vec3,
     area_m2: f32,
 ) -> Vec<(u32, DVec3, f64)> {
+    let lit = |(_, is_lit): &(_, bool)| *is_lit;
+    let samples = PointSamples::lattice(light);
+    let reached = reached(geometry, light, &samples, position, normal, shading, area_m2);
+    reached.into_iter().filter(lit).map(|(sample, _)| sample).collect()
+}
+
+/// Point samples that illuminate a surface point unless something hides them, and whether they do.
+fn reached(
+    geometry: Geometry<'_>,
+    light: &LightSource,
+    samples: &PointSamples,
+    position: Vec3,
+    normal: Vec3,
+    shading: Vec3,
+    area_m2: f32,
+) -> Vec<((u32, DVec3, f64), bool)> {
     // Rounding decides which side of the emitting surface a receiver on it is on.
     let height = light.axis.dot(light.position - position).abs();
     if light.shape & SHAPE_SURFACE != 0 && height <= 4.0 * geometry.clear_distance.at(position) {
         return Vec::new();
     }
     let white = LightSource { emission: Vec3::ONE, ..*light };
-    let weight = sample_weight(light, position.as_dvec3(), shading.as_dvec3(), area_m2.into());
-    let sample = |number: u32| {
-        let found = sample_light(&white, position.as_dvec3(), lattice_point(light, number))?;
+    let weight = weight_of(light, samples, position.as_dvec3(), shading.as_dvec3(), area_m2.into());
+    let sample = |(number, place): (u32, &DVec2)| {
+        let found = sample_light(&white, position.as_dvec3(), *place)?;
         let cosine = shading.as_dvec3().dot(found.direction);
         let faces = cosine > 0.0 && normal.as_dvec3().dot(found.direction) > 0.0;
         // [Wallace]
         let excess = f64::from(area_m2) / PI / found.distance.powi(2);
         let bounded = if light.kind == LIGHT_AREA { weight } else { 1.0 / (1.0 + excess) };
-        let factor = cosine * found.irradiance.x * bounded / f64::from(light.samples);
-        (faces && is_lit(geometry, position, normal, &found)).then_some((number, found.direction, factor))
+        let factor = cosine * found.irradiance.x * bounded / samples.points.len() as f64;
+        let is_lit = faces && is_lit(geometry, position, normal, &found);
+        faces.then_some(((number, found.direction, factor), is_lit))
     };
-    (0..light.samples).filter_map(sample).collect()
+    (0..).zip(&samples.points).filter_map(sample).collect()
 }
 
 /// Irradiance of a surface point of that area (m²) per unit of a light's emission, from all
@@ -112,13 +140,43 @@ pub fn light_factor(
 
 /// Direct irradiance at a pixel per unit of a light's emission.
 pub fn irradiance(geometry: Geometry<'_>, light: &LightSource, pixel: &PixelSurface) -> f64 {
-    match pixel.side {
-        NO_SIDE => 0.0,
-        side => {
-            let at = receiver(geometry, pixel.position, side, pixel.normal);
-            light_factor(geometry, light, at.position, at.normal, pixel.normal, pixel.footprint)
-        }
+    irradiance_by(geometry, light, &PointSamples::lattice(light), pixel)
+}
+
+/// As [`irradiance`], by other samples of the light.
+pub fn irradiance_by(
+    geometry: Geometry<'_>,
+    light: &LightSource,
+    samples: &PointSamples,
+    pixel: &PixelSurface,
+) -> f64 {
+    seen_samples(geometry, light, samples, pixel)
+        .iter()
+        .filter(|sample| sample.1)
+        .map(|sample| sample.0)
+        .sum()
+}
+
+/// Whether a pixel sees a part of a light and not all of it, by its samples and by probes.
+pub fn is_in_penumbra(geometry: Geometry<'_>, light: &LightSource, pixel: &PixelSurface) -> bool {
+    let sees = |samples: &PointSamples| seen_samples(geometry, light, samples, pixel);
+    let seen: Vec<_> = [PointSamples::lattice(light), PointSamples::probes()].iter().flat_map(sees).collect();
+    seen.iter().any(|sample| sample.1) && seen.iter().any(|sample| !sample.1)
+}
+
+/// The irradiance that samples bring to a pixel if nothing hides them, and whether they do.
+fn seen_samples(
+    geometry: Geometry<'_>,
+    light: &LightSource,
+    samples: &PointSamples,
+    pixel: &PixelSurface,
+) -> Vec<(f64, bool)> {
+    if pixel.side == NO_SIDE {
+        return Vec::new();
     }
+    let at = receiver(geometry, pixel.position, pixel.side, pixel.normal);
+    let reached = reached(geometry, light, samples, at.position, at.normal, pixel.normal, pixel.footprint);
+    reached.into_iter().map(|((_, _, factor), is_lit)| (factor, is_lit)).collect()
 }
 
 /// Direct irradiance at a pixel, W/m².

@@ -108,6 +108,40 @@ pub fn lattice_point(light: &LightSource, number: u32) -> DVec2 {
     (place + 0.5) / f64::from(light.samples)
 }
 
+/// Point samples of a light, for [`sample_light`].
+pub struct PointSamples {
+    /// Places on the light.
+    pub points: Vec<DVec2>,
+    /// Number of such sets that receivers close together have.
+    pub sets: u32,
+}
+
+impl PointSamples {
+    /// The lattice, which is the same for all receivers.
+    pub fn lattice(light: &LightSource) -> Self {
+        Self { points: (0..light.samples).map(|number| lattice_point(light, number)).collect(), sets: 1 }
+    }
+
+    /// The samples of image point `number` of a pixel. From four on, they are every sixteenth point
+    /// of a lattice with that step.
+    pub fn of_image_point(count: u32, number: u32, step: u32) -> Self {
+        let sets = if count < 4 { 1 } else { 16 };
+        let place = |column: u32| {
+            let row = column * step % (sets * count);
+            (DVec2::new(f64::from(column), f64::from(row)) + 0.5) / f64::from(sets * count)
+        };
+        let columns = (0..count).map(|sample| number % sets + sets * sample);
+        Self { points: columns.map(place).collect(), sets }
+    }
+
+    /// A grid from edge to edge, slightly inside. It tells whether something hides a part.
+    pub fn probes() -> Self {
+        let inset = |step: u32| 0.02 + 0.96 * f64::from(step) / 3.0;
+        let places = (0..16).map(|number| DVec2::new(inset(number % 4), inset(number / 4)));
+        Self { points: places.collect(), sets: 1 }
+    }
+}
+
 /// Whether nothing is between a surface point (on the side that `normal` faces) and the light.
 pub fn is_lit(geometry: Geometry<'_>, position: Vec3, normal: Vec3, light: &LightSample) -> bool {
     let origin = geometry.offset_origin(position, normal);

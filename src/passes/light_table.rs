@@ -1,6 +1,7 @@
 //! The device's tables of lights: one for frames, in which each light is one or more parts with
 //! point samples, and one for path and photon tracing, which choose a point at random.
 
+use super::lattice::lattice;
 use super::one_light::SkyTable;
 use crate::scene::emission::Sky;
 use crate::scene::emitters::Part;
@@ -241,26 +242,6 @@ fn of_channel(colour: DVec3, channel: Option<u8>) -> f64 {
 fn sky_radiances(sky: &Sky, turn: f32, channel: Option<u8>) -> impl Iterator<Item = f32> {
     let table = sky.table(turn);
     (0..table.len()).map(move |cell| of_channel(table[cell], channel) as f32)
-}
-
-/// Step and modulus of a lattice of `samples` points, with one in every row and every column. The
-/// step is close to the golden section, which separates neighbours, and coprime to the modulus,
-/// which separates rows. The modulus is the number of points, or one more without the point at the
-/// origin, whichever is closer.
-fn lattice(samples: u32) -> [u32; 2] {
-    let is_coprime = |stride: u32, modulus: u32| {
-        let (mut a, mut b) = (modulus, stride);
-        while b > 0 {
-            (a, b) = (b, a % b);
-        }
-        a == 1
-    };
-    let distance =
-        |[stride, modulus]: [u32; 2]| (f64::from(stride) / f64::from(modulus) - 0.618_033_988_75).abs();
-    let lattices = [samples, samples + 1].into_iter().flat_map(|modulus| {
-        (1..modulus).filter(move |&stride| is_coprime(stride, modulus)).map(move |stride| [stride, modulus])
-    });
-    lattices.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or([1, 1])
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ pub mod gather_targets;
 pub mod gloss_tables;
 mod grows_with;
 pub mod kernel_copy;
+mod lattice;
 mod light_table;
 mod loop_limit;
 mod one_light;

@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
-use crate::types::{ADDS, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource, TRACES_ALL};
+use crate::passes::lattice::{has_sets, pixel_lattice, samples_of_point};
+use crate::types::{
+    ADDS, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource, MARKS_PENUMBRA, TRACES_ALL,
+};
 
 /// Point samples of a light in one dispatch. More would exceed the watchdog of a slow device, and
 /// the iteration limit ([`crate::gpu::MAX_LOOP_ITERATIONS`]).
@@ -55,6 +58,8 @@ pub struct OneLight<'a> {
     pub traces_all: bool,
     /// This is a later part of a light: its light is added to that of earlier ones.
     pub adds: bool,
+    /// Pixels that see only a part of an area light get a mark. `Antialias` removes it.
+    pub marks_penumbra: bool,
     /// The radiance that rays out of the scene find. `None` unless the light is a sky.
     pub sky: Option<SkyTable>,
     /// The channel of a light of one colour, if panes have colours.
@@ -75,6 +80,7 @@ impl<'a> OneLight<'a> {
             samples,
             traces_all: false,
             adds: false,
+            marks_penumbra: false,
             sky: None,
             channel: None,
         }
@@ -93,7 +99,26 @@ impl<'a> OneLight<'a> {
     /// Ranges of samples of each part, by dispatch: the first and one past the last. The first
     /// dispatch writes, later ones add.
     pub fn spans(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
-        let samples = self.samples;
+        Self::spans_of(self.samples)
+    }
+
+    /// As [`Self::spans`], of the samples that one image point of a pixel has: all if they are few.
+    /// Several image points share a pixel, and each has samples of its own.
+    pub fn point_spans(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
+        Self::spans_of(self.point_samples())
+    }
+
+    /// Step of the lattice that the samples of all image points of a pixel are.
+    pub fn point_step(&self) -> u32 {
+        pixel_lattice(self.point_samples())
+    }
+
+    /// Point samples of a part at one image point of a pixel.
+    pub fn point_samples(&self) -> u32 {
+        samples_of_point(self.samples)
+    }
+
+    fn spans_of(samples: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
         let firsts = (0..samples).step_by(SAMPLES_A_DISPATCH as usize);
         firsts.map(move |first| (first, samples.min(first + SAMPLES_A_DISPATCH)))
     }
@@ -119,10 +144,11 @@ impl<'a> OneLight<'a> {
         self.part_beams() + if self.sky.is_some() { SKY_BEAMS } else { 0 }
     }
 
-    /// The flags of a dispatch: `TRACES_ALL`, `ADDS`.
+    /// The flags of a dispatch: `TRACES_ALL`, `ADDS`, `MARKS_PENUMBRA`.
     pub fn flags(&self) -> u32 {
         let flag = |is_set, flag| if is_set { flag } else { 0 };
-        flag(self.traces_all, TRACES_ALL) | flag(self.adds, ADDS)
+        let marks = self.marks_penumbra && self.kind == LIGHT_AREA && has_sets(self.samples);
+        flag(self.traces_all, TRACES_ALL) | flag(self.adds, ADDS) | flag(marks, MARKS_PENUMBRA)
     }
 }
 

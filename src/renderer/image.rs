@@ -6,7 +6,6 @@ use super::plan::FramePlan;
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};
 use crate::gpu::{Buffer, Context, Recorder};
-use crate::passes::SceneBuffers;
 use crate::passes::frame::{
     antialias::Antialias,
     compose::{Compose, Irradiances},
@@ -15,6 +14,7 @@ use crate::passes::frame::{
     primary::Primary,
     tonemap::Tonemap,
 };
+use crate::passes::{OneLight, SceneBuffers};
 use crate::types::View;
 use glam::Vec3;
 use std::sync::Arc;
@@ -95,6 +95,7 @@ impl Image {
                 if place > 0 {
                     pass.barrier(COMPUTE_TO_TRANSFER);
                 }
+                let light = OneLight { marks_penumbra: self.antialias.is_on(), ..light };
                 self.direct.record(&mut pass, buffers, light, pixels, irradiance);
             }
             pass.barrier(COMPUTE_TO_COMPUTE);

@@ -90,7 +90,8 @@ fn edge_counts(renderer: &Renderer, traced: &[(OneLight<'_>, &Buffer)]) -> [u64;
     let rays = traced.iter().map(|(light, _)| {
         let crossed = renderer.lights.shadow_edges(*light);
         let of_crossed = samples_per_edge(crossed, max_samples, capacity);
-        u64::from(light.sample_count()) * (sample_count + u64::from(of_crossed) * u64::from(crossed))
+        u64::from(light.part_count * light.point_samples())
+            * (sample_count + u64::from(of_crossed) * u64::from(crossed))
     });
     [sample_count, slot_count, rays.sum()]
 }

@@ -94,7 +94,7 @@ keys! {
         edge_u: "3 numbers, m", "±1e12", "needed", "First edge from the corner", "[0.5, 0.0, 0.0]", "[0.0, 0.0, 0.0]";
         edge_v: "3 numbers, m", "±1e12", "needed", "Second edge; light leaves towards edge_u × edge_v", "[0.0, 0.0, 0.5]", "[0.5, 0.0, 0.0]";
         radiance: "3 numbers, W/m²/sr", "0 to 1e15", "needed", "Emitted radiance, red, green, blue", "[4.0, 4.0, 4.0]", "[-1.0, 0.0, 0.0]";
-        samples: "integer", "1 to 4 096", "10", "Point samples of the light for indirect light", "16", "0";
+        samples: "integer", "1 to 4 096", "10", "Point samples of the light; penumbrae have more", "16", "0";
         visible: "true or false", "", "false", "Whether it is a surface that is seen, which cannot be moved then", "true", "";
     }
     "light" "directional" {

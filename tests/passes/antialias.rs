@@ -6,6 +6,7 @@ use crate::world::World;
 use glam::{DVec2, Vec3};
 use lightpaths::cpu;
 use lightpaths::cpu::antialias::Thresholds;
+use lightpaths::cpu::lights::PointSamples;
 use lightpaths::cpu::primary::seen_through;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -76,14 +77,15 @@ impl Frame {
             .unwrap();
         let (mut irradiances, mut shadow_counts, mut needs) = (Vec::new(), Vec::new(), Vec::new());
         for ((index, light), irradiance) in (0..).zip(lights).zip(&buffers) {
-            let light = OneLight::new(&table, index, light);
+            let marks_penumbra = antialias.is_on();
+            let light = OneLight { marks_penumbra, ..OneLight::new(&table, index, light) };
             context
                 .run(|rec| {
                     let mut pass = rec.pass("direct");
                     direct.record(&mut pass, &world.buffers, light, &primary.pixels, irradiance);
                 })
                 .unwrap();
-            let before = irradiance.read().unwrap();
+            let before: Vec<f32> = irradiance.read().unwrap();
             let groups = Antialias::groups(context).unwrap();
             // No pass writes them if antialiasing is off.
             context.run(|rec| rec.fill_zero(&groups)).unwrap();
@@ -341,16 +343,20 @@ fn shadow_edges_equal_the_reference() {
             let count = frame.samples_per_edge(edge_count);
             assert_eq!(count, most);
             let (mut changed, mut differ) = (0, 0);
+            let one = OneLight::new(&frame.buffers[0], 0, light);
             for (pixel, centre) in (0_u32..).zip(&frame.pixels) {
                 let index = pixel as usize;
-                if before[index] == after[index] {
+                // The sign marks a penumbra.
+                if before[index].abs() == after[index] {
                     continue;
                 }
                 changed += 1;
                 let sample = |number| {
                     let found =
                         cpu::antialias::shadow_sample(world.geometry(), &frame.view, pixel, centre, number);
-                    found.map_or(0.0, |found| cpu::direct::irradiance(world.geometry(), light, &found))
+                    let samples = PointSamples::of_image_point(one.point_samples(), number, one.point_step());
+                    let lit = |found| cpu::direct::irradiance_by(world.geometry(), light, &samples, &found);
+                    found.map_or(0.0, lit)
                 };
                 let reference = (0..count).map(sample).sum::<f64>() / f64::from(count);
                 differ +=
@@ -364,6 +370,44 @@ fn shadow_edges_equal_the_reference() {
     }
     println!("{flat} flat, {curved} curved");
     assert!(flat > 100 && curved > 20, "{flat} flat, {curved} curved");
+    assert_silent(&context());
+}
+
+/// Pixels that see a part of an area light are averaged, and no mark remains.
+#[test]
+fn penumbrae_equal_the_reference() {
+    let room = path_trace::world();
+    let mut lights = vec![light_sources(&path_trace::lights())[2]; 3];
+    // One dispatch; several; too few samples for marks.
+    (lights[1].samples, lights[1].stride, lights[1].modulus) = (17, 11, 18);
+    (lights[2].samples, lights[2].stride, lights[2].modulus) = (3, 2, 3);
+    let mut seen = 0;
+    for size in [[23, 19], [64, 3], [97, 53]] {
+        let frame = Frame::new(&room, &lights, &camera(size, 1.0), 16);
+        for (light, [before, after]) in lights.iter().zip(&frame.irradiances) {
+            let is_marked = |pixel: usize| before[pixel].is_sign_negative();
+            let is_edge = |pixel: usize| frame.numbers[pixel] != NO_EDGE;
+            let pixels = 0..frame.pixels.len();
+            if light.samples < 4 {
+                assert_eq!(pixels.filter(|&pixel| is_marked(pixel)).count(), 0);
+                continue;
+            }
+            let reference =
+                |pixel: &usize| cpu::direct::is_in_penumbra(room.geometry(), light, &frame.pixels[*pixel]);
+            let differ = pixels.clone().filter(|pixel| reference(pixel) != is_marked(*pixel)).count();
+            // A ray may pass an edge on the other side.
+            assert!(differ * 100 <= pixels.len(), "{differ} of {} pixels differ", pixels.len());
+            let marked = pixels.filter(|&pixel| is_marked(pixel) && !is_edge(pixel));
+            seen += marked.count();
+            let mut after = after[..frame.pixels.len()].iter();
+            assert!(after.all(|value| value.is_sign_positive()), "no mark remains");
+        }
+    }
+    assert!(seen > 200, "{seen} pixels in penumbrae");
+    // Without samples at edges there are no marks.
+    let frame = Frame::new(&room, &lights, &camera([23, 19], 1.0), 0);
+    let mut pixels = frame.irradiances.iter().flat_map(|[before, _]| &before[..frame.pixels.len()]);
+    assert!(pixels.all(|value| value.is_sign_positive()));
     assert_silent(&context());
 }
 

@@ -6,8 +6,9 @@ use crate::path_trace;
 use crate::world::World;
 use lightpaths::cpu;
 use lightpaths::cpu::antialias::Needs;
+use lightpaths::cpu::lights::PointSamples;
 use lightpaths::passes::frame::antialias::{DENSITY, EdgeSample, MAX_SAMPLE_FACTOR, SPREAD};
-use lightpaths::passes::light_sources;
+use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::shapes;
 use lightpaths::types::{NO_SIDE, PixelSurface};
 
@@ -78,12 +79,13 @@ fn light_at_edges_equals_the_reference() {
             lights.iter().zip(&frame.irradiances).zip(&frame.needs)
         {
             let irradiance = &irradiance[frame.pixels.len()..];
+            let one = OneLight::new(&frame.buffers[0], 0, light);
             let (mut differ, mut edges) = (0, 0);
             let edge = frame.edge_pixels().into_iter().zip(samples.chunks_exact(count as usize));
             for (((pixel, own), irradiance), &device_need) in
                 edge.zip(irradiance.chunks_exact(slots)).zip(device_needs)
             {
-                let lit = |number| {
+                let lit = |number, set| {
                     let seen = cpu::antialias::sample(geometry, &frame.view, pixel, number);
                     seen.map_or(0.0, |seen| {
                         let surface = PixelSurface {
@@ -92,12 +94,18 @@ fn light_at_edges_equals_the_reference() {
                             normal: seen.normal.as_vec3(),
                             footprint: seen.footprint as f32,
                         };
-                        cpu::direct::irradiance(geometry, light, &surface)
+                        let samples =
+                            PointSamples::of_image_point(one.point_samples(), set, one.point_step());
+                        cpu::direct::irradiance_by(geometry, light, &samples, &surface)
                     })
                 };
                 let light_of = |(index, &sample): (u32, &EdgeSample)| {
                     let [point, eighths, _, _] = parts_of(sample);
-                    if eighths == 0 { 0.0 } else { f64::from(eighths) / 8.0 * lit(index + point * count) }
+                    if eighths == 0 {
+                        0.0
+                    } else {
+                        f64::from(eighths) / 8.0 * lit(index + point * count, index)
+                    }
                 };
                 let values: Vec<f64> = (0..).zip(own).map(light_of).collect();
                 let is_covered = own.iter().all(|&sample| parts_of(sample)[1] == 8);
@@ -108,7 +116,7 @@ fn light_at_edges_equals_the_reference() {
                 let sum: f64 =
                     (0..slots).filter(|&slot| room(slot)).map(|slot| f64::from(irradiance[slot])).sum();
                 if device_need > 0 {
-                    let more: f64 = (count..device_need).map(lit).sum();
+                    let more: f64 = (count..device_need).map(|number| lit(number, number)).sum();
                     let reference = (values.iter().sum::<f64>() + more) / f64::from(device_need);
                     differ += usize::from((sum - reference).abs() > 0.05 * (reference + 1e-2));
                     needy += 1;

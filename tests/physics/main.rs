@@ -19,6 +19,7 @@ mod lights;
 mod panes;
 mod path_noise;
 mod path_tracer;
+mod penumbra;
 mod photons;
 mod plates;
 mod rounded;

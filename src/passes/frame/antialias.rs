@@ -275,6 +275,7 @@ impl Antialias {
             light: light.row,
             first_sample,
             end_sample,
+            sample_step: light.point_step(),
             flags: light.flags(),
         }
     }
@@ -310,7 +311,7 @@ impl Antialias {
         self.shafts.record_counted(pass, scene, light, (&self.edge_groups, BATCH_GROUPS));
         pass.barrier(COMPUTE_TO_INDIRECT);
         let (all, deep) = ((&self.edge_groups, SAMPLE_GROUPS), (&self.shafts.list, 0));
-        for span in light.spans() {
+        for span in light.point_spans() {
             let push = self.light_push(view, light, span);
             pass.dispatch_indirect(self.direct.shallow(light), all, &push, &bindings);
             pass.barrier(COMPUTE_TO_COMPUTE);
@@ -332,6 +333,7 @@ impl Antialias {
                 ("EdgeLight", &self.edge_light),
                 ("LightIrradiance", irradiance),
                 ("EdgeNeeds", &self.edge_needs),
+                ("EdgePixels", &self.edge_pixels),
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
@@ -384,7 +386,7 @@ impl Antialias {
             ("TruncatedLoops", &scene.truncated_loops),
         ];
         let bindings: Vec<_> = traced.into_iter().chain(listed).chain(averaged).collect();
-        for (part, span) in light.parts().flat_map(|part| part.spans().map(move |span| (part, span))) {
+        for (part, span) in light.parts().flat_map(|part| part.point_spans().map(move |span| (part, span))) {
             if part.adds || span.0 > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }

@@ -72,10 +72,12 @@ gpu_struct! {
         pub capacity: EdgeCapacity,
         /// Row of the part of the light.
         pub light: u32,
-        /// First point sample of the light.
+        /// First sample of an image point.
         pub first_sample: u32,
         /// One past the last.
         pub end_sample: u32,
+        /// Step of the lattice of the samples of all image points of a pixel.
+        pub sample_step: u32,
         /// Sum of `TRACES_ALL` and `ADDS`.
         pub flags: u32,
     }

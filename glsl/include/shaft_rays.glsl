@@ -48,7 +48,7 @@ float light_factor_in(uint shaft, LightSource light, uint first, uint end, uint 
         float factor = open_factor(light, u, position, normal, shading, area, found);
         if (!is_due(found, factor, flags)) continue;
         bool lit = is_lit_in(shaft, position, normal, found);
-        seen |= lit ? SEES_LIT : SEES_HIDDEN;
+        if (factor > 0.0) seen |= lit ? SEES_LIT : SEES_HIDDEN;
         if (lit) sum += factor * passed_by_panes(shadow_ray(position, normal, found), light.shape >> CHANNEL_SHIFT);
     }
     return sum / float(light.samples);

@@ -76,6 +76,7 @@ impl Frame {
             })
             .unwrap();
         let (mut irradiances, mut shadow_counts, mut needs) = (Vec::new(), Vec::new(), Vec::new());
+        let primary_count = (size[0] * size[1]) as usize;
         for ((index, light), irradiance) in (0..).zip(lights).zip(&buffers) {
             let marks_penumbra = antialias.is_on();
             let light = OneLight { marks_penumbra, ..OneLight::new(&table, index, light) };
@@ -86,6 +87,18 @@ impl Frame {
                 })
                 .unwrap();
             let before: Vec<f32> = irradiance.read().unwrap();
+            // Rays that cannot bring light change neither the light nor the marks.
+            let untiring = OneLight { traces_all: true, ..light };
+            context
+                .run(|rec| {
+                    let mut pass = rec.pass("direct");
+                    direct.record(&mut pass, &world.buffers, untiring, &primary.pixels, irradiance);
+                })
+                .unwrap();
+            let bits = |values: &[f32]| {
+                values[..primary_count].iter().map(|value| value.to_bits()).collect::<Vec<_>>()
+            };
+            assert_eq!(bits(&irradiance.read().unwrap()), bits(&before), "light {index}");
             let groups = Antialias::groups(context).unwrap();
             // No pass writes them if antialiasing is off.
             context.run(|rec| rec.fill_zero(&groups)).unwrap();

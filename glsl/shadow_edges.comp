@@ -149,7 +149,7 @@ void main() {
         if_any (is_traced || (own_surface.sides & ROUNDED) != 0u) at = receiver_of(found);
         LightSource light = seen_from_point(whole_light, i, push.sample_step);
         float factor = light_factor(light, push.first_sample, end, push.flags, at.position, at.normal, found.normal, found.footprint);
-        factor = light.relative * weighed(light, end, factor, at.position, found.normal, found.footprint);
+        factor = light.relative * weighed(light, light.samples, factor, at.position, found.normal, found.footprint);
         uint slot = 0u;
         if_any (is_edge && factor > 0.0) slot = slot_for(found, index, first_slot, slots);
         sum += mix(vec4(0.0), vec4(factor), equal(uvec4(0u, 1u, 2u, 3u), uvec4(slot)));

@@ -340,7 +340,7 @@ fn shadow_edges_equal_the_reference() {
     let sphere = World::new(&shapes::integrating_sphere(0.8, 2, 0.5, Vec3::ZERO, 1.0), 8);
     let mut lights = light_sources(&path_trace::lights());
     // This light takes several dispatches.
-    (lights[2].samples, lights[2].stride, lights[2].modulus) = (17, 11, 18);
+    (lights[2].samples, lights[2].stride, lights[2].modulus) = (40, 25, 41);
     let (mut flat, mut curved) = (0, 0);
     let near = [near];
     for (world, lights, size, most) in [

@@ -89,7 +89,7 @@ void main() {
         float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, at.position, at.normal, point.normal,
                                     point.footprint, seen);
         found = accumulated(light, push.flags, push.end_sample, found, lit, at.position, point.normal, point.footprint);
-        if ((push.flags & MARKS_PENUMBRA) != 0u) found = marked(batch, light, at, point, before, found, seen);
+        if (LIGHT_KIND == LIGHT_AREA && (push.flags & MARKS_PENUMBRA) != 0u) found = marked(batch, light, at, point, before, found, seen);
     }
     light_irradiance[index] = found;
     if (!loops_completed(push.width)) truncated_loops[0] = LOOP_TRUNCATED;

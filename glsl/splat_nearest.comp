@@ -1,4 +1,4 @@
-// Splatting, step 4: gives each uncovered pixel the best-fitting record of all. The search skips
+// Splatting, step 3: gives each uncovered pixel the best-fitting record of all. The search skips
 // blocks of records that are further away than the best misfit so far. Deterministic: of equal
 // records the first wins. One workgroup = one pixel. In: uncovered pixels, records, boxes around
 // blocks of records. Out: the pixel's only weight.
@@ -19,7 +19,7 @@ struct SplatNearestPush {
 
 layout(binding = 0) uniform usamplerBuffer Pixels;
 layout(binding = 1) uniform usamplerBuffer CachePoints;
-layout(scalar, binding = 2) readonly buffer BlockBoxes { TileBox block_boxes[]; };
+layout(scalar, binding = 2) readonly buffer BlockBoxes { RecordBox block_boxes[]; };
 layout(scalar, binding = 3) readonly buffer WeightRanges { WeightRange weight_ranges[]; };
 layout(scalar, binding = 4) readonly buffer UncoveredPixels { uint uncovered_pixels[]; };  // see splat_tiles
 layout(scalar, binding = 5) writeonly buffer Weights { SplatWeight weights[]; };
@@ -48,7 +48,7 @@ float misfit(PixelSurface pixel, uint record) {
 }
 
 // A lower bound of the distance, despite rounding.
-float min_distance(vec3 position, TileBox box) {
+float min_distance(vec3 position, RecordBox box) {
     return 0.9999 * length(max(max(box.low - position, position - box.high), vec3(0.0)));
 }
 

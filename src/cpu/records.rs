@@ -13,9 +13,9 @@ const FLAT_SINE2: f32 = 0.0003;
 /// Tolerances of a record in height and normals.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
-    above2: f32,
-    below2: f32,
-    facets: f32,
+    pub(crate) above2: f32,
+    pub(crate) below2: f32,
+    pub(crate) facets: f32,
     pub(crate) inverse_normal_error: f32,
 }
 

@@ -60,6 +60,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::blend::LAYOUTS,
         frame::prefix_sum::LAYOUTS,
         frame::tile_sort::LAYOUTS,
+        frame::record_tree::LAYOUTS,
         frame::splat::LAYOUTS,
         frame::pixel_colours::LAYOUTS,
         frame::compose::LAYOUTS,

@@ -49,7 +49,7 @@ use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_TRANSFER, TRANSFER_TO_C
 use crate::gpu::{Context, Recorder};
 use crate::passes::frame::{
     blend::Blend, form_factors::FormFactors, gather::Gather, hvds::Pyramid, near_lights::NearLights,
-    path_scan::PathScan, splat::Splat,
+    path_scan::PathScan, record_tree::RecordTree, splat::Splat,
 };
 use crate::passes::reflectances;
 use crate::scene::directions::Directions;
@@ -105,7 +105,8 @@ impl Renderer {
         let reach = seen::paths_to_view(&mut scene, &made)?;
         let (view, is_glossy) = (View::from(&scene.cameras[0]), made.gloss.is_some());
         let image = Image::new(context, &made.buffers, view, scene.quality.edge_samples, is_glossy)?;
-        let splat = Splat::new(context, made.point_count, image.size())?;
+        let tree = RecordTree::new(context, &made.cache_points.read()?, &scene.triangles)?;
+        let splat = Splat::new(context, tree.into(), image.size())?;
         let (world, transport, statistics) = Self::upload(context, scene, made)?;
         let factor_count = transport.form_factors.point_count();
         let counts = [factor_count, image.direct.point_count(), transport.pyramid.base_count()];
@@ -254,7 +255,7 @@ impl Renderer {
         transport.record_scan(rec, plan, materials);
         transport.record_hierarchy(rec, plan, materials, lights);
         if plan.view {
-            splat.record(rec, &buffers.surfaces, points, pixels, &image.view);
+            splat.record(rec, &buffers.surfaces, points, pixels);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         transport.record_gather(rec, plan, (materials, lights.sky()), splat);

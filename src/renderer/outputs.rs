@@ -92,13 +92,12 @@ impl Renderer {
         statistics.memory_bytes = memory.current_bytes;
         statistics.peak_memory_bytes = memory.peak_bytes;
         statistics.largest_binding_bytes = memory.largest_binding_bytes;
-        let SplatCounts { pairs, weights, relaxed, uncovered, .. } = self.counters.splat();
+        let SplatCounts { weights, relaxed, uncovered, .. } = self.counters.splat();
         let counts = [
             ("pixels", self.size()[0] * self.size()[1]),
             ("edge pixels", self.counters.edge_pixels()),
             ("pixels without a covering record", relaxed + uncovered),
             ("pixels that take the nearest record", uncovered),
-            ("splat tile pairs", pairs),
             ("splat weights", weights),
         ];
         statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), u64::from(value))));

@@ -40,7 +40,7 @@ impl Sizes {
         let [width, height] = image.size();
         let pixels = u64::from(width) * u64::from(height);
         let [steps, steps_once] = transport.path_scan.step_bytes();
-        let [pairs, weights] = splat.list_bytes();
+        let [record_tree, weights] = splat.list_bytes();
         Self {
             pixels,
             points: pixels + edge_slot_count,
@@ -73,7 +73,7 @@ impl Sizes {
             cache_points: transport.gather.cache_points.bytes(),
             merged_rays: transport.gather.merged_rays.bytes(),
             neighbours: transport.blend.list_bytes(),
-            pairs,
+            record_tree,
             weights,
             marked_weights: u64::from(dirty.records.marked_view) * weights,
         }

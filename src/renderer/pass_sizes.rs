@@ -68,8 +68,8 @@ pub(super) struct Sizes {
     pub(super) cache_points: u64,
     pub(super) merged_rays: u64,
     pub(super) neighbours: u64,
-    /// (Tile, record) pairs, and splat weights.
-    pub(super) pairs: u64,
+    /// Record tree, and splat weights.
+    pub(super) record_tree: u64,
     pub(super) weights: u64,
     /// Splat weights that the list of records was made from; zero if the view is not new.
     pub(super) marked_weights: u64,

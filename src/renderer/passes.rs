@@ -84,7 +84,7 @@ pub(super) const PASSES: [Pass; 26] = [
     unmodelled(Gloss::STEM, Column::Thvds),
     pass(NearField::STEM, Column::Tfg, |size| Cost::of(size.near_field)),
     pass(Splat::STEM, Column::Tsplat, |size| {
-        Cost::of(size.surface + size.cache_points + 4 * size.pairs + size.weights)
+        Cost::of(size.surface + size.cache_points + size.record_tree + size.weights)
     }),
     // Mask and sums of records, and sums of the list. Splat weights only if the view is new.
     pass(NeededRecords::STEM, Column::Tfg, |size| {

@@ -9,6 +9,7 @@ use lightpaths::gpu::{Buffer, HostBlock, Recorder, Tuning};
 use lightpaths::passes::frame::blend::Blend;
 use lightpaths::passes::frame::needed_records::{NeededRecords, RecordList, RecordRequest};
 use lightpaths::passes::frame::primary::Primary;
+use lightpaths::passes::frame::record_tree::RecordTree;
 use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRange};
 use lightpaths::passes::frame::splat_capacity::SplatCounts;
 use lightpaths::passes::precompute::neighbours::{Neighbour, Neighbourhoods};
@@ -31,7 +32,7 @@ fn splat(world: &World, pass: &mut Splat, points: &[CachePoint], view: &View) ->
     let counters = HostBlock::new(&world.context, "counters", SplatCounts::WORDS).unwrap();
     loop {
         let record = |rec: &mut Recorder| {
-            pass.record(rec, surfaces, &cache_points, &primary.pixels, view);
+            pass.record(rec, surfaces, &cache_points, &primary.pixels);
             rec.barrier(COMPUTE_TO_TRANSFER);
             pass.copy_counts(rec, &counters, 0);
         };
@@ -86,7 +87,8 @@ fn needed_records_equal_the_reference() {
             lists.first.push(lists.list.len() as u32);
         }
         let blend = Blend::new(&world.context, &lists).unwrap();
-        let mut splat_pass = Splat::new(&world.context, count as u32, SIZE).unwrap();
+        let tree = RecordTree::new(&world.context, &points, &world.triangles).unwrap();
+        let mut splat_pass = Splat::new(&world.context, tree.into(), SIZE).unwrap();
         let pass = NeededRecords::new(&world.context, count as u32, rows).unwrap();
         let everything = vec![(0..count as u32).collect::<Vec<_>>()];
         let mut is_current = vec![false; count];

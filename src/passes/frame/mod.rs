@@ -22,6 +22,7 @@ pub mod path_scan;
 pub mod pixel_colours;
 pub mod prefix_sum;
 pub mod primary;
+pub mod record_tree;
 pub mod shafts;
 pub mod sky_factors;
 pub mod splat;

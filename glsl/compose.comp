@@ -47,6 +47,7 @@ layout(scalar, binding = 14) readonly buffer SkyTexels { vec3 sky_texels[]; };
 layout(binding = 15) uniform usamplerBuffer Nodes;
 layout(binding = 16) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 17) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
+layout(scalar, binding = 18) readonly buffer EdgeIrradiance { vec3 edge_irradiance[]; };  // indirect, at the edge points
 layout(scalar, push_constant) uniform Push { ComposePush push; };
 
 #include "include/triangles.glsl"
@@ -74,12 +75,12 @@ vec3 passed_to(uint index, uint side) {
 
 uint material_of(uint side) { return surface_at(side >> 1).material; }
 
-// `colour` is the colour of the material's image. The indirect irradiance comes from pixel
-// `source`, the gloss from pixel `gloss_source`. `weight` applies to these two; `direct`
-// includes it already.
-vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint gloss_source, float weight) {
+// `colour` is the colour of the material's image. The gloss comes from pixel
+// `gloss_source`. `weight` applies to it and to the indirect irradiance; `direct` includes it
+// already.
+vec3 reflected(uint side, vec3 colour, vec3 direct, vec3 indirect, uint gloss_source, float weight) {
     if (side == NO_SIDE) return vec3(0.0);
-    vec3 irradiance = push.direct_weight * direct + push.indirect_weight * weight * indirect_irradiance[source];
+    vec3 irradiance = push.direct_weight * direct + push.indirect_weight * weight * indirect;
     vec3 radiance = reflectance_at(Materials, material_of(side)).diffuse * irradiance * (1.0 / PI);
     if (HAS_TEXTURES != 0u) radiance *= colour;
     if (IS_GLOSSY == 1u) {
@@ -111,7 +112,7 @@ vec2 middle_of(uint index) { return vec2(in_rows(index, push.view.width)) + 0.5;
 vec3 centre(uint index) {
     vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(pixel_colours[index]) : vec3(1.0);
     uint side = pixel_surface_at(Pixels, index).side;
-    vec3 found = push.emission_scale * reflected(side, colour, direct_irradiance[index], index, index, 1.0) + emitted_at(side, middle_of(index));
+    vec3 found = push.emission_scale * reflected(side, colour, direct_irradiance[index], indirect_irradiance[index], index, 1.0) + emitted_at(side, middle_of(index));
     return passed_to(index, side) * found;
 }
 
@@ -129,7 +130,9 @@ vec3 mean_of_samples(uint edge, uint count, uint slots, uint index) {
         uint gloss_source = IS_GLOSSY == 1u ? gloss_source_of(slot.side, source, index) : source;
         vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(edge_colours[i]) : vec3(1.0);
         vec3 passed = passed_to(index, slot.side);
-        sum += passed * reflected(slot.side, colour, direct_irradiance[pixel_count + i], source, gloss_source, weight_of(slot, count));
+        vec3 indirect = indirect_irradiance[source];
+        if_any (slot.point != NO_POINT) indirect = edge_irradiance[slot.point];
+        sum += passed * reflected(slot.side, colour, direct_irradiance[pixel_count + i], indirect, gloss_source, weight_of(slot, count));
         if (HAS_EMISSION != 0u) {
             emission += weight_of(slot, count) * passed * emitted_at(slot.side, vec2(0.0));
             uncovered -= weight_of(slot, count);

@@ -1,7 +1,8 @@
 // Antialiasing, step 4: gives each sample of an edge pixel a slot. Samples that take indirect light
-// from the same pixel and show the same material share one. If the slots run out, a sample takes
-// the first slot of its material, else the last slot. Deterministic. One invocation = one edge
-// pixel. In: its samples. Out: its slots, and the slot of each sample.
+// from the same pixel and show the same material share one; those alone share others. If the slots
+// run out, a sample takes the first slot of its material, else the last slot. Deterministic. One
+// invocation = one edge pixel. In: its samples. Out: its slots, the slot of each sample, and the
+// number of its edge points.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -22,6 +23,7 @@ layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 1) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 2) buffer EdgeSamples { EdgeSample edge_samples[]; };
 layout(scalar, binding = 3) writeonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
+layout(scalar, binding = 4) writeonly buffer PointNumbers { uint point_numbers[]; };  // of each edge pixel; initially zero
 layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 
 #include "include/surfaces.glsl"
@@ -35,7 +37,7 @@ void main() {
     EdgeSlot slots[MAX_SLOTS];
     uint materials[MAX_SLOTS];
     uint used = 0u;
-    for (uint i = 0u; i < MAX_SLOTS; ++i) slots[i] = EdgeSlot(NO_SIDE, 0u);
+    for (uint i = 0u; i < MAX_SLOTS; ++i) slots[i] = EdgeSlot(NO_SIDE, 0u, NO_POINT);
     for (uint i = 0u; i < count; ++i) {
         EdgeSample found = edge_samples[edge * count + i];
         if (found.side == NO_SIDE) continue;
@@ -45,16 +47,21 @@ void main() {
         for (uint k = used; k-- > 0u;) {
             if (materials[k] != material) continue;
             alike = k;
-            if (place_of(slots[k]) == place_of(found)) own = k;
+            if (place_of(slots[k]) == place_of(found) && (slots[k].point != NO_POINT) == is_alone(found)) own = k;
         }
         if (own == MAX_SLOTS && used < slots_each) {
             own = used++;
-            slots[own] = EdgeSlot(found.side, place_of(found));
+            slots[own] = EdgeSlot(found.side, place_of(found), is_alone(found) ? i : NO_POINT);
             materials[own] = material;
         }
         if (own == MAX_SLOTS) own = alike < MAX_SLOTS ? alike : used - 1u;
         slots[own].what += eighths_of(found) << 4;
         edge_samples[edge * count + i].what = found.what | own << 11;
     }
-    for (uint i = 0u; i < slots_each; ++i) edge_slots[edge * slots_each + i] = slots[i];
+    uint points = 0u;
+    for (uint i = 0u; i < slots_each; ++i) {
+        edge_slots[edge * slots_each + i] = slots[i];
+        points += uint(slots[i].point != NO_POINT);
+    }
+    point_numbers[edge] = points;
 }

@@ -46,6 +46,7 @@ layout(scalar, binding = 9) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; }
 layout(scalar, binding = 10) readonly buffer EdgeNeeds { uint edge_needs[]; };
 layout(scalar, binding = 11) buffer LightIrradiance { float light_irradiance[]; };
 layout(scalar, binding = 12) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
+layout(binding = 13) uniform usamplerBuffer EdgePoints;
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/triangles.glsl"
@@ -105,7 +106,9 @@ uint slot_for(PixelSurface found, uint pixel, uint first, uint slot_count) {
     for (uint i = 0u; i < slot_count; ++i) {
         EdgeSlot slot = edge_slots[first + i];
         if (slot.side == NO_SIDE) break;
-        float cost = dissimilarity(found, facet, pixel_surface_at(Pixels, pixel_at(size, pixel, place_of(slot))));
+        PixelSurface shown = pixel_surface_at(Pixels, pixel_at(size, pixel, place_of(slot)));
+        if (slot.point != NO_POINT) shown = pixel_surface_at(EdgePoints, slot.point);
+        float cost = dissimilarity(found, facet, shown);
         if (surface.material != surface_at(slot.side >> 1).material) cost += 1e6;
         best = cost < least ? i : best;
         least = min(cost, least);

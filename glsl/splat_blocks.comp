@@ -16,12 +16,13 @@ layout(binding = 0) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 1) writeonly buffer BlockBoxes { RecordBox block_boxes[]; };
 layout(scalar, binding = 2) writeonly buffer Tally { SplatTally tally; };
 layout(scalar, binding = 3) writeonly buffer UncoveredPixels { uint uncovered_pixels[]; };  // see splat_weights
+layout(scalar, binding = 4) writeonly buffer UncoveredPoints { uint uncovered_points[]; };
 layout(scalar, push_constant) uniform Push { SplatBlocksPush push; };
 
 void main() {
     if (flat_invocation() == 0u) {
         tally = SplatTally(0u, 0u, 0u);
-        for (uint i = 0u; i < 4u; ++i) uncovered_pixels[i] = 0u;
+        for (uint i = 0u; i < 4u; ++i) uncovered_pixels[i] = uncovered_points[i] = 0u;
     }
     uint first = flat_invocation() * RECORD_BLOCK;
     if (first >= push.record_count) return;

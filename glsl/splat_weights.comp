@@ -17,6 +17,7 @@
 #include "include/records.glsl"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint AT_EDGES = 0;  // 1: the pixels are edge points, in any order
 
 layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(binding = 1) uniform usamplerBuffer Pixels;
@@ -29,6 +30,7 @@ layout(scalar, binding = 7) buffer Tally { SplatTally tally; };
 // Workgroups along each axis, one an item; the number of items; the items, in any order, because
 // each is handled by itself.
 layout(scalar, binding = 8) buffer UncoveredPixels { uint uncovered_pixels[]; };
+layout(scalar, binding = 9) readonly buffer PointGroups { uint point_groups[]; };  // word 3: number of edge points
 
 #include "include/surfaces.glsl"
 #include "include/record_tree.glsl"
@@ -89,6 +91,10 @@ void main() {
     uvec2 xy = corner_of_tile(flat_workgroup(), 8u, push.width) + place_in_tile(8u);
     bool is_inside = xy.x < push.width && xy.y < push.height;
     uint index = xy.y * push.width + xy.x;
+    if (AT_EDGES == 1u) {
+        index = flat_invocation();
+        is_inside = index < point_groups[3];
+    }
     PixelSurface pixel = PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
     if (is_inside) pixel = pixel_surface_at(Pixels, index);
     // An inactive side receives no indirect light and has no records.
@@ -119,7 +125,7 @@ void main() {
     barrier();
     if (gl_LocalInvocationIndex == 0u) tile_first = atomicAdd(tally.weights, tile_weights);
     barrier();
-    if (!is_inside) return;
+    if (!is_inside && AT_EDGES == 0u) return;
     first += tile_first;
     weight_ranges[index] = WeightRange(first, first + capacity);
     float scale = 1.0 / served.sum;

@@ -6,8 +6,12 @@
 struct EdgeSample {
     uint side;  // NO_SIDE if none of its image points met a surface
     uint what;  // bits 0-2: image point that it shows; 3-6: eighths of its image points that met one; 7-10: position of the pixel whose
-                // indirect light it takes among the nine around, row by row; 11-12: its slot
+                // indirect light it takes among the nine around, row by row; 11-12: its slot; 13: IS_ALONE
 };
+
+// No pixel around a sample shows its surface at the centre, so that its indirect light needs a point
+// of its own.
+const uint IS_ALONE = 1u << 13;
 
 EdgeSample edge_sample_of(uvec2 words) { return EdgeSample(words.x, words.y); }
 
@@ -15,13 +19,17 @@ EdgeSample edge_sample_of(uvec2 words) { return EdgeSample(words.x, words.y); }
 struct EdgeSlot {
     uint side;  // of its first sample; NO_SIDE: this slot and all later ones are empty
     uint what;  // bits 0-3: place of the pixel whose indirect light they take; from bit 4: their eighths, summed
+    uint point;  // edge point whose indirect light they take instead; NO_POINT: none. Until points are numbered, the first sample
 };
+
+const uint NO_POINT = 0xffffffffu;
 
 // Capacity of the lists of edge pixels.
 struct EdgeCapacity {
     uint max_samples;  // of a pixel
     uint samples;       // in all
     uint slots;         // in all
+    uint points;        // edge points in all
 };
 
 const uint MAX_SLOTS = 4u;  // of a pixel
@@ -45,6 +53,7 @@ const uint NO_EDGE = 0xffffffffu;
 uint point_of(EdgeSample found) { return found.what & 7u; }
 uint eighths_of(EdgeSample found) { return found.what >> 3 & 15u; }
 uint place_of(EdgeSample found) { return found.what >> 7 & 15u; }
+bool is_alone(EdgeSample found) { return (found.what & IS_ALONE) != 0u; }
 uint slot_of(EdgeSample found) { return found.what >> 11 & 3u; }
 
 uint place_of(EdgeSlot slot) { return slot.what & 15u; }

@@ -8,7 +8,7 @@ use crate::gpu::Buffer;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::passes::GrowsWith;
 use crate::passes::LitScene;
-use crate::passes::frame::{gather::Gather, needed_records::RecordList};
+use crate::passes::frame::{gather::Gather, needed_records::RecordList, splat::SeenSurfaces};
 use crate::passes::precompute::Silent;
 use crate::passes::precompute::gather_rays::{self, Hemisphere};
 use crate::passes::precompute::merged_rays::MergedRays;
@@ -157,34 +157,54 @@ impl Renderer {
                 None,
             );
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.splat.record_apply(rec, &self.image.primary.pixels, &self.transport.blend.records);
+            self.splat.record_apply(rec, self.image.seen(), &self.transport.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.image.record_composition(rec, &self.world.buffers, self.indirect_light(), [1.0, 1.0]);
         })?;
         Ok(())
     }
 
-    /// A layer of the last frame without splatting: a final gather at every pixel, from the
-    /// same clusters. Edge pixels take their samples' indirect light from pixels around them,
-    /// as in a frame.
+    /// A layer of the last frame without splatting: a final gather at every pixel and edge point,
+    /// from the same clusters.
     ///
     /// # Errors
     /// The device lacks memory or failed.
     pub fn layer_gathered_at_pixels(&self, layer: Layer) -> Result<Vec<[f32; 3]>> {
         self.complete()?;
-        let pixels: Vec<PixelSurface> = self.image.primary.pixels.read()?;
-        let splatted: Vec<Vec3> = self.splat.irradiance.read()?;
-        let mut irradiance = vec![Vec3::ZERO; pixels.len()];
-        let seen: Vec<usize> = (0..pixels.len()).filter(|&index| pixels[index].side != NO_SIDE).collect();
-        for indices in seen.chunks(PIXELS_AT_A_TIME) {
+        let SeenSurfaces { pixels, edge_points, point_groups } = self.image.seen();
+        let points = point_groups.read_range::<u32>(3, 1)?[0] as usize;
+        let both = [
+            (pixels.read()?, self.splat.irradiance()),
+            (edge_points.read_range(0, points)?, self.splat.edge_irradiance()),
+        ];
+        let mut splatted = Vec::new();
+        for (seen, irradiance) in &both {
+            let before: Vec<Vec3> = irradiance.read_range(0, seen.len())?;
+            irradiance.write(&self.gathered_at(seen)?)?;
+            splatted.push((before, *irradiance));
+        }
+        self.compose_with([1.0, 1.0])?;
+        let layer = self.layer(layer)?;
+        for (before, irradiance) in splatted {
+            irradiance.write(&before)?;
+        }
+        self.compose_with([1.0, 1.0])?;
+        Ok(layer)
+    }
+
+    /// Irradiance of a final gather at each of these surfaces, W/m².
+    fn gathered_at(&self, seen: &[PixelSurface]) -> Result<Vec<Vec3>> {
+        let mut irradiance = vec![Vec3::ZERO; seen.len()];
+        let shown: Vec<usize> = (0..seen.len()).filter(|&index| seen[index].side != NO_SIDE).collect();
+        for indices in shown.chunks(PIXELS_AT_A_TIME) {
             let point = |&index: &usize| CachePoint {
-                position: pixels[index].position,
+                position: seen[index].position,
                 radius: 0.0,
-                normal: pixels[index].normal,
-                side: pixels[index].side,
+                normal: seen[index].normal,
+                side: seen[index].side,
                 occluder: Vec3::ZERO,
-                facet: self.world.surfaces[pixels[index].side as usize / 2]
-                    .normal_of(pixels[index].side % 2 == 1),
+                facet: self.world.surfaces[seen[index].side as usize / 2]
+                    .normal_of(seen[index].side % 2 == 1),
                 unused: UVec2::ZERO,
             };
             let points: Vec<CachePoint> = indices.iter().map(point).collect();
@@ -192,12 +212,7 @@ impl Renderer {
                 irradiance[index] = record.irradiance;
             }
         }
-        self.splat.irradiance.write(&irradiance)?;
-        self.compose_with([1.0, 1.0])?;
-        let layer = self.layer(layer)?;
-        self.splat.irradiance.write(&splatted)?;
-        self.compose_with([1.0, 1.0])?;
-        Ok(layer)
+        Ok(irradiance)
     }
 
     /// Gathers at the given points from the clusters of the last frame.

@@ -12,6 +12,7 @@ use crate::passes::frame::{
     direct::Direct,
     pixel_colours::PixelColours,
     primary::Primary,
+    splat::SeenSurfaces,
     tonemap::Tonemap,
 };
 use crate::passes::{OneLight, SceneBuffers};
@@ -56,6 +57,12 @@ impl Image {
             exposure_stops: 0.0,
             light_weights: [1.0, 1.0],
         })
+    }
+
+    /// The surfaces that indirect light is splatted to.
+    pub(super) fn seen(&self) -> SeenSurfaces<'_> {
+        let Antialias { edge_points, point_groups, .. } = &self.antialias;
+        SeenSurfaces { pixels: &self.primary.pixels, edge_points, point_groups }
     }
 
     /// Width and height in pixels.
@@ -145,6 +152,7 @@ impl Image {
             pixels: &self.primary.pixels,
             direct: &self.direct.irradiance,
             indirect: light.irradiance,
+            at_edges: light.at_edges,
             gloss: light.gloss,
             antialias: &self.antialias,
             colours: &self.pixel_colours,
@@ -159,6 +167,8 @@ impl Image {
 pub(super) struct IndirectLight<'a> {
     /// Indirect irradiance at pixels.
     pub(super) irradiance: &'a Buffer,
+    /// Indirect irradiance at edge points.
+    pub(super) at_edges: &'a Buffer,
     /// Glossy radiance of pixels. `None` if no material may be glossy.
     pub(super) gloss: Option<&'a Buffer>,
     /// Factor of all light, direct light included.

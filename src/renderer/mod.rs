@@ -106,7 +106,7 @@ impl Renderer {
         let (view, is_glossy) = (View::from(&scene.cameras[0]), made.gloss.is_some());
         let image = Image::new(context, &made.buffers, view, scene.quality.edge_samples, is_glossy)?;
         let tree = RecordTree::new(context, &made.cache_points.read()?, &scene.triangles)?;
-        let splat = Splat::new(context, tree.into(), image.size())?;
+        let splat = Splat::new(context, tree.into(), image.size(), image.antialias.capacity.points)?;
         let (world, transport, statistics) = Self::upload(context, scene, made)?;
         let factor_count = transport.form_factors.point_count();
         let counts = [factor_count, image.direct.point_count(), transport.pyramid.base_count()];
@@ -241,7 +241,7 @@ impl Renderer {
     fn record(&self, rec: &mut Recorder, plan: &FramePlan) {
         let Self { world, lights, transport, image, splat, .. } = self;
         let (buffers, materials) = (&world.buffers, &world.buffers.materials);
-        let (pixels, points) = (&image.primary.pixels, &transport.gather.cache_points);
+        let points = &transport.gather.cache_points;
         self.record_uploads(rec, plan);
         if plan.view {
             image.record_view(rec, buffers);
@@ -255,12 +255,12 @@ impl Renderer {
         transport.record_scan(rec, plan, materials);
         transport.record_hierarchy(rec, plan, materials, lights);
         if plan.view {
-            splat.record(rec, &buffers.surfaces, points, pixels);
+            splat.record(rec, &buffers.surfaces, points, image.seen());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        transport.record_gather(rec, plan, (materials, lights.sky()), splat);
+        transport.record_gather(rec, plan, (materials, lights.sky()), (splat, image.seen()));
         if plan.splat {
-            splat.record_apply(rec, pixels, &transport.blend.records);
+            splat.record_apply(rec, image.seen(), &transport.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if let Some(gloss) = &transport.gloss {
@@ -303,7 +303,8 @@ impl Renderer {
     /// What the picture adds to direct light.
     fn indirect_light(&self) -> IndirectLight<'_> {
         IndirectLight {
-            irradiance: &self.splat.irradiance,
+            irradiance: self.splat.irradiance(),
+            at_edges: self.splat.edge_irradiance(),
             gloss: self.transport.gloss.as_ref().map(|gloss| &gloss.pixels.radiance),
             emission_scale: self.lights.emission_scale,
         }

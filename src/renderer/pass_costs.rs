@@ -83,7 +83,7 @@ impl Sizes {
 /// Numbers of edge samples, of their slots, and of shadow rays from them. Shadow rays start at all
 /// samples of edge pixels, and at the samples of pixels at shadow edges.
 fn edge_counts(renderer: &Renderer, traced: &[(OneLight<'_>, &Buffer)]) -> [u64; 3] {
-    let EdgeCapacity { max_samples, samples, slots } = renderer.image.antialias.capacity;
+    let EdgeCapacity { max_samples, samples, slots, .. } = renderer.image.antialias.capacity;
     let (capacity, edges) = ([samples, slots], renderer.counters.edge_pixels());
     let of_edge = [samples_per_edge(edges, max_samples, capacity), slots_per_edge(edges, slots)];
     let [sample_count, slot_count] = of_edge.map(|count| u64::from(count) * u64::from(edges));

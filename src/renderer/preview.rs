@@ -100,7 +100,12 @@ impl Preview {
         }
         let plan = plan(&lights.traced());
         let light =
-            IndirectLight { irradiance: &self.ambient, gloss: None, emission_scale: lights.emission_scale };
+            IndirectLight {
+            irradiance: &self.ambient,
+            at_edges: &self.ambient,
+            gloss: None,
+            emission_scale: lights.emission_scale,
+        };
         self.context.record(true, |rec| {
             lights.record_upload(rec);
             buffers.emission.record_upload(rec, of_scene);

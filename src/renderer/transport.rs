@@ -19,7 +19,7 @@ use crate::passes::frame::{
     near_lights::NearLights,
     needed_records::{NeededRecords, RecordList},
     path_scan::PathScan,
-    splat::Splat,
+    splat::{SeenSurfaces, Splat},
 };
 use crate::passes::precompute::path_orders::PathRange;
 use std::ops::Range;
@@ -66,7 +66,7 @@ impl RecordLists {
         &self,
         rec: &mut Recorder,
         gathering: Gathering,
-        splat: &Splat,
+        splat: (&Splat, SeenSurfaces<'_>),
         blend: &Blend,
     ) -> Option<(&RecordList, Option<&Buffer>)> {
         let needed = &self.needed;
@@ -214,7 +214,7 @@ impl Transport {
         rec: &mut Recorder,
         plan: &FramePlan,
         (materials, sky): (&Buffer, Option<&Buffer>),
-        splat: &Splat,
+        splat: (&Splat, SeenSurfaces<'_>),
     ) {
         let Some((list, seen)) = self.record_lists.record(rec, plan.gather, splat, &self.blend) else {
             return;

@@ -147,7 +147,7 @@ impl Frame {
 
     /// Number of samples of an edge pixel if there are `edge_count`.
     pub(crate) fn samples_per_edge(&self, edge_count: u32) -> u32 {
-        let EdgeCapacity { max_samples, samples, slots } = self.antialias.capacity;
+        let EdgeCapacity { max_samples, samples, slots, .. } = self.antialias.capacity;
         cpu::antialias::samples_per_edge(edge_count, max_samples, [samples, slots])
     }
 
@@ -181,6 +181,11 @@ impl Frame {
 pub(crate) fn parts_of(sample: EdgeSample) -> [u32; 4] {
     let what = sample.what;
     [what & 7, what >> 3 & 15, what >> 7 & 15, what >> 11 & 3]
+}
+
+/// Whether no pixel around a sample shows its surface at the centre.
+pub(crate) fn is_alone(sample: EdgeSample) -> bool {
+    sample.what >> 13 & 1 != 0
 }
 
 pub(crate) fn camera(size: [u32; 2], distance: f32) -> Camera {

@@ -92,6 +92,9 @@ fn pictures_equal_the_reference_in(world: &World) {
         let frame = Frame::new(world, &lights(), &camera(size, 1.0), most);
         let indirect: Vec<Vec3> = frame.pixels.iter().map(|_| 1.0 + random.cube()).collect();
         let buffer = Buffer::from_slice(&world.context, "indirect", &indirect).unwrap();
+        let points = frame.antialias.capacity.points.max(1);
+        let at_edges: Vec<Vec3> = (0..points).map(|_| 1.0 + random.cube()).collect();
+        let edge_buffer = Buffer::from_slice(&world.context, "edge irradiance", &at_edges).unwrap();
         let pass = Compose::new(&world.context, &world.buffers, size, true).unwrap();
         let random_gloss =
             |random: &mut Random| PixelGloss { direct: 1.0 + random.cube(), indirect: 1.0 + random.cube() };
@@ -101,6 +104,7 @@ fn pictures_equal_the_reference_in(world: &World) {
             pixels: &frame.buffers[0],
             direct: &frame.buffers[1],
             indirect: &buffer,
+            at_edges: &edge_buffer,
             gloss: Some(&gloss),
             antialias: &frame.antialias,
             colours: &frame.colours,
@@ -117,7 +121,7 @@ fn pictures_equal_the_reference_in(world: &World) {
         world.context.run(|rec| pass.record(rec, &world.buffers, &view, irradiances, fraction)).unwrap();
         let radiance: Vec<Vec3> = pass.radiance.read().unwrap();
         let material_of = |side: u32| world.surfaces[side as usize / 2].material;
-        let reflected = |pixel: usize, side: u32, colour: DVec3, direct: Vec3, source: usize, weight: f32| {
+        let reflected = |pixel: usize, side: u32, colour: DVec3, direct: Vec3, (source, light_of): (usize, Vec3), weight: f32| {
             if side == NO_SIDE {
                 return DVec3::ZERO;
             }
@@ -130,7 +134,7 @@ fn pictures_equal_the_reference_in(world: &World) {
             cpu::compose::compose(
                 albedo,
                 fraction[0] * light * direct,
-                fraction[1] * weight * light * indirect[source],
+                fraction[1] * weight * light * light_of,
                 weight * light * (fraction[0] * gloss.direct + fraction[1] * gloss.indirect),
             )
         };
@@ -143,7 +147,7 @@ fn pictures_equal_the_reference_in(world: &World) {
             if !is_sampled {
                 let pixel = &frame.pixels[index];
                 let tint = tint(&of_pixels, index);
-                let reference = reflected(index, pixel.side, tint, frame.irradiance[index], index, 1.0);
+                let reference = reflected(index, pixel.side, tint, frame.irradiance[index], (index, indirect[index]), 1.0);
                 assert_near(*device, reference, FLOAT, 0.0, "centre");
                 continue;
             }
@@ -154,7 +158,8 @@ fn pictures_equal_the_reference_in(world: &World) {
                 let direct = frame.irradiance[frame.pixels.len() + number];
                 let weight = (slot.what >> 4) as f32 / (8 * count) as f32;
                 let source = frame.pixel_at(index as u32, slot.what & 15) as usize;
-                reflected(index, slot.side, tint(&of_edges, number), direct, source, weight)
+                let light_of = if slot.point == u32::MAX { indirect[source] } else { at_edges[slot.point as usize] };
+                reflected(index, slot.side, tint(&of_edges, number), direct, (source, light_of), weight)
             };
             assert_near(*device, own.map(part).sum(), SUM, 0.0, "edge");
         }

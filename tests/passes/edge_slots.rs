@@ -1,6 +1,6 @@
 //! Slots of edge pixels: the samples that share one, and the light that is summed in them.
 
-use crate::antialias::{Frame, camera, parts_of};
+use crate::antialias::{Frame, camera, is_alone, parts_of};
 use crate::common::{assert_silent, context};
 use crate::path_trace;
 use crate::world::World;
@@ -24,11 +24,14 @@ fn slots_equal_the_reference() {
         let (count, room) = (frame.samples_per_edge(edges) as usize, frame.slots_per_edge());
         assert_eq!((count, room), (most as usize, slots_each as usize));
         let (samples, slots) = (frame.samples(), frame.slots());
-        let mut used = 0;
-        for (samples, slots) in samples.chunks_exact(count).zip(slots.chunks_exact(room)) {
+        let (mut used, mut points) = (0, 0);
+        let edge_points: Vec<PixelSurface> = frame.antialias.edge_points.read().unwrap();
+        let chunks = samples.chunks_exact(count).zip(slots.chunks_exact(room));
+        for (pixel, (samples, slots)) in frame.edge_pixels().into_iter().zip(chunks) {
             let sort = |sample: &EdgeSample| {
                 let material = || world.surfaces[sample.side as usize / 2].material;
-                (sample.side != NO_SIDE).then(|| (material(), parts_of(*sample)[2]))
+                (sample.side != NO_SIDE)
+                    .then(|| (material(), parts_of(*sample)[2] | u32::from(is_alone(*sample)) << 4))
             };
             let sorts: Vec<_> = samples.iter().map(sort).collect();
             let reference = cpu::antialias::slots(&sorts, slots_each);
@@ -49,9 +52,25 @@ fn slots_equal_the_reference() {
                 let eighths: u32 = own.map(|(sample, _)| parts_of(*sample)[1]).sum();
                 assert_eq!((slot.side, slot.what), (side, place | eighths << 4));
                 used += usize::from(side != NO_SIDE);
+                let Some(index) = reference.iter().position(|own| *own == Some(number)) else { continue };
+                if !is_alone(samples[index]) {
+                    assert_eq!(slot.point, u32::MAX);
+                    continue;
+                }
+                assert_eq!(slot.point as usize, points);
+                let at = (index + parts_of(samples[index])[0] as usize * count) as u32;
+                let seen = cpu::antialias::sample(world.geometry(), &frame.view, pixel, at);
+                // A ray may pass an edge on the other side.
+                if let Some(seen) = seen.filter(|seen| seen.side == side) {
+                    let apart = seen.hit.position.as_vec3().distance(edge_points[points].position);
+                    assert!(apart < 1e-3, "edge point {points} is {apart} m away");
+                }
+                points += 1;
             }
         }
         assert!(used > edges as usize, "{used} slots of {edges} pixels");
+        let groups: Vec<u32> = frame.antialias.point_groups.read().unwrap();
+        assert!(groups[3] as usize == points && points > 0, "{points} edge points, {groups:?}");
     }
     assert_silent(&context());
 }

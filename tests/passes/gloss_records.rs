@@ -19,7 +19,7 @@ use lightpaths::passes::frame::gloss_records::{
 use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::record_tree::RecordTree;
-use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRange};
+use lightpaths::passes::frame::splat::{SeenSurfaces, Splat, SplatWeight, WeightRange};
 use lightpaths::passes::precompute::gather_rays::{RayDirections, RayTable};
 use lightpaths::passes::precompute::merged_rays::{MergedRayLists, MergedRays};
 use lightpaths::scene::Material;
@@ -130,7 +130,9 @@ fn broad_lobes_come_from_records_in(glossy: &Glossy, has_colours: bool) {
     let (view, count) = (View::from(&camera), camera.size[0] * camera.size[1]);
     let primary = Primary::new(context, count).unwrap();
     let tree = RecordTree::new(context, &glossy.points, &world.triangles).unwrap();
-    let splat = Splat::new(context, tree.into(), camera.size).unwrap();
+    let nothing = Buffer::from_slice(context, "edge points", &[0_u32; 8]).unwrap();
+    let seen = SeenSurfaces { pixels: &primary.pixels, edge_points: &nothing, point_groups: &nothing };
+    let splat = Splat::new(context, tree.into(), camera.size, 0).unwrap();
     let mut pixels_pass =
         GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, packing.cluster_bits, [true; 2]).unwrap();
     (pixels_pass.broad, pixels_pass.takes_samples) = (exponents.broad, false);
@@ -157,7 +159,7 @@ fn broad_lobes_come_from_records_in(glossy: &Glossy, has_colours: bool) {
                 SEED,
             );
             rec.barrier(COMPUTE_TO_COMPUTE);
-            splat.record(rec, &world.buffers.surfaces, &gather.cache_points, &primary.pixels);
+            splat.record(rec, &world.buffers.surfaces, &gather.cache_points, seen);
             rec.barrier(COMPUTE_TO_COMPUTE);
             gather.record(rec, sources, &list);
             rec.barrier(COMPUTE_TO_COMPUTE);

@@ -10,7 +10,7 @@ use lightpaths::passes::frame::blend::Blend;
 use lightpaths::passes::frame::needed_records::{NeededRecords, RecordList, RecordRequest};
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::record_tree::RecordTree;
-use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRange};
+use lightpaths::passes::frame::splat::{SeenSurfaces, Splat, SplatWeight, WeightRange};
 use lightpaths::passes::frame::splat_capacity::SplatCounts;
 use lightpaths::passes::precompute::neighbours::{Neighbour, Neighbourhoods};
 use lightpaths::scene::Camera;
@@ -23,16 +23,29 @@ fn view(position: Vec3) -> View {
     View::from(&Camera { name, position, target, up: Vec3::Y, fov_y_degrees: 60.0, size: SIZE })
 }
 
+/// An edge point that is none, and a dispatch size of zero.
+fn no_edge_points(world: &World) -> [Buffer; 2] {
+    let point = Buffer::from_slice(&world.context, "edge points", &[0_u32; 8]).unwrap();
+    [point, Buffer::from_slice(&world.context, "edge point groups", &[0_u32; 4]).unwrap()]
+}
+
+/// What a view without pixels and edge points shows.
+fn seen_by([nothing, point_groups]: &[Buffer; 2]) -> SeenSurfaces<'_> {
+    SeenSurfaces { pixels: nothing, edge_points: nothing, point_groups }
+}
+
 /// Finds and returns the records of every pixel.
 fn splat(world: &World, pass: &mut Splat, points: &[CachePoint], view: &View) -> Vec<Vec<u32>> {
     let primary = Primary::new(&world.context, SIZE[0] * SIZE[1]).unwrap();
     let cache_points = Buffer::from_slice(&world.context, "cache points", points).unwrap();
     world.context.run(|rec| primary.record(rec, &world.buffers, view)).unwrap();
     let surfaces = &world.buffers.surfaces;
+    let nothing = no_edge_points(world);
+    let seen = SeenSurfaces { pixels: &primary.pixels, ..seen_by(&nothing) };
     let counters = HostBlock::new(&world.context, "counters", SplatCounts::WORDS).unwrap();
     loop {
         let record = |rec: &mut Recorder| {
-            pass.record(rec, surfaces, &cache_points, &primary.pixels);
+            pass.record(rec, surfaces, &cache_points, seen);
             rec.barrier(COMPUTE_TO_TRANSFER);
             pass.copy_counts(rec, &counters, 0);
         };
@@ -88,7 +101,8 @@ fn needed_records_equal_the_reference() {
         }
         let blend = Blend::new(&world.context, &lists).unwrap();
         let tree = RecordTree::new(&world.context, &points, &world.triangles).unwrap();
-        let mut splat_pass = Splat::new(&world.context, tree.into(), SIZE).unwrap();
+        let mut splat_pass = Splat::new(&world.context, tree.into(), SIZE, 0).unwrap();
+        let nothing = no_edge_points(&world);
         let pass = NeededRecords::new(&world.context, count as u32, rows).unwrap();
         let everything = vec![(0..count as u32).collect::<Vec<_>>()];
         let mut is_current = vec![false; count];
@@ -109,7 +123,7 @@ fn needed_records_equal_the_reference() {
                 is_current.fill(false);
             }
             let request = RecordRequest { view_is_new: camera.is_some(), none_is_current, all };
-            let record = |rec: &mut _| pass.record(rec, request, &splat_pass, &blend);
+            let record = |rec: &mut _| pass.record(rec, request, (&splat_pass, seen_by(&nothing)), &blend);
             world.context.run(record).unwrap();
             let expected = needed_records(if all { &everything } else { &seen }, &neighbours, &is_current);
             assert_eq!(

@@ -78,6 +78,7 @@ fn radiance_equals_the_reference() {
             pixels: &surfaces,
             direct: &direct,
             indirect: &indirect,
+            at_edges: &indirect,
             gloss: None,
             antialias: &antialias,
             colours: &colours,

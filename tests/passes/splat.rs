@@ -9,7 +9,7 @@ use lightpaths::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_TRANSFER};
 use lightpaths::gpu::{Buffer, HostBlock};
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::record_tree::RecordTree;
-use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRange};
+use lightpaths::passes::frame::splat::{SeenSurfaces, Splat, SplatWeight, WeightRange};
 use lightpaths::passes::frame::splat_capacity::SplatCounts;
 use lightpaths::scene::Camera;
 use lightpaths::types::{CachePoint, NO_SIDE, PixelSurface, Record, View};
@@ -42,17 +42,23 @@ fn splat(world: &World, view: &View, points: &[CachePoint], records: &[Record]) 
     let cache_points = Buffer::from_slice(context, "cache points", points).unwrap();
     let record_buffer = Buffer::from_slice(context, "records", records).unwrap();
     let tree = RecordTree::new(context, points, &world.triangles).unwrap();
-    let mut pass = Splat::new(context, tree.into(), size).unwrap();
+    let mut pass = Splat::new(context, tree.into(), size, size[0] * size[1]).unwrap();
     context.run(|rec| primary.record(rec, &world.buffers, view)).unwrap();
+    // All pixels are edge points, too.
+    let count = size[0] * size[1];
+    let [x, y, z] = context.tuning().swizzled(count.div_ceil(64));
+    let point_groups = Buffer::from_slice(context, "edge point groups", &[x, y, z, count]).unwrap();
+    let pixels = &primary.pixels;
+    let seen = SeenSurfaces { pixels, edge_points: pixels, point_groups: &point_groups };
     let counters = HostBlock::new(context, "counters", SplatCounts::WORDS).unwrap();
     let mut repeats = 0;
     loop {
         let surfaces = &world.buffers.surfaces;
         context
             .run(|rec| {
-                pass.record(rec, surfaces, &cache_points, &primary.pixels);
+                pass.record(rec, surfaces, &cache_points, seen);
                 rec.barrier(COMPUTE_TO_COMPUTE);
-                pass.record_apply(rec, &primary.pixels, &record_buffer);
+                pass.record_apply(rec, seen, &record_buffer);
                 rec.barrier(COMPUTE_TO_TRANSFER);
                 pass.copy_counts(rec, &counters, 0);
             })
@@ -65,13 +71,25 @@ fn splat(world: &World, view: &View, points: &[CachePoint], records: &[Record]) 
     }
     let SplatCounts { relaxed, uncovered, .. } = SplatCounts::read(&counters, 0);
     let [runs, weights] = pass.lists();
-    let runs: Vec<WeightRange> = runs.read().unwrap();
     let weights: Vec<SplatWeight> = weights.read().unwrap();
+    let fractions = |runs: &Buffer| {
+        let runs: Vec<WeightRange> = runs.read_range(0, count as usize).unwrap();
+        let of_run = |run: &WeightRange| weights[run.first as usize..run.end as usize].to_vec();
+        runs.iter().map(of_run).collect::<Vec<_>>()
+    };
+    let (fractions, at_edges) = (fractions(runs), fractions(pass.edge_ranges()));
+    let words = |weights: &Vec<Vec<SplatWeight>>| {
+        weights.iter().flatten().map(|found| (found.record, found.weight.to_bits())).collect::<Vec<_>>()
+    };
+    assert!(words(&fractions) == words(&at_edges), "edge points and pixels have the same records");
+    let irradiance: Vec<Vec3> = pass.irradiance().read().unwrap();
+    assert!(irradiance == pass.edge_irradiance().read::<Vec3>().unwrap(), "and the same light");
     Splatted {
         pixels: primary.pixels.read().unwrap(),
-        fractions: runs.iter().map(|run| weights[run.first as usize..run.end as usize].to_vec()).collect(),
-        uncovered: [relaxed, uncovered],
-        irradiance: pass.irradiance.read().unwrap(),
+        fractions,
+        // Pixels and edge points take relaxed records.
+        uncovered: [relaxed / 2, uncovered],
+        irradiance,
         repeats,
     }
 }

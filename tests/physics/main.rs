@@ -24,6 +24,7 @@ mod photons;
 mod plates;
 mod rounded;
 mod scale;
+mod thin_faces;
 mod sphere;
 mod stages;
 mod textures;

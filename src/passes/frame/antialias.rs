@@ -7,7 +7,7 @@
 //! edge pixels, their slots, light.
 
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::passes::GrowsWith;
 pub use crate::passes::frame::edges::{
@@ -19,7 +19,7 @@ use crate::passes::frame::{
     shafts::{BATCH, ShaftKernel, Shafts},
 };
 use crate::passes::{LightKernel, OneLight, SceneBuffers};
-use crate::types::View;
+use crate::types::{PixelSurface, View};
 use std::sync::Arc;
 
 /// Cosine below which the normals of neighbouring pixels make an edge: 25°, more than curved
@@ -32,6 +32,9 @@ pub const CONTRAST: f32 = 0.1;
 /// Image points of a sample at the scene's outline. The background is black, so only the covered
 /// fraction of the pixel matters there. The sample counts it in eighths.
 pub const OUTLINE_POINTS: u32 = 8;
+/// Dissimilarity of the best pixel above which a sample is alone: the pixel shows another facet, or
+/// a plane as far from the sample as a pixel is wide.
+pub const ALONE: f32 = 1.0;
 /// Variance of a light among samples over their squared mean from which a pixel takes more samples.
 pub const SPREAD: f32 = 3.0;
 /// Samples of such a pixel over that ratio: the variance of their mean is 1/`DENSITY`
@@ -50,6 +53,10 @@ pub const MIN_SAMPLES: u32 = 4;
 /// Minimum capacity of samples and slots, unless fewer suffice for all pixels: most pixels of a
 /// small image are edge pixels.
 const MIN_ROOM: u64 = 5 << 17;
+/// The capacity for edge points suffices if one pixel in `POINT_SHARE` has one, but is at least
+/// `MIN_POINTS`.
+const POINT_SHARE: u64 = 4;
+const MIN_POINTS: u64 = 1 << 14;
 /// Byte offsets of the dispatch sizes for workgroups of 64 samples, of 64 edge pixels, of values of
 /// light (pixels, then slots), and of 64 batches of samples. In the list of a light, offset 0 is
 /// the size for workgroups of four averaged pixels.
@@ -65,6 +72,7 @@ pub struct Antialias {
     list: Pipeline,
     samples: Pipeline,
     slots: Pipeline,
+    points: Pipeline,
     batches: Pipeline,
     shafts: Shafts,
     direct: ShaftKernel,
@@ -94,6 +102,10 @@ pub struct Antialias {
     pub edge_samples: Buffer,
     /// Their `EdgeSlot`s, edge pixel by edge pixel.
     pub edge_slots: Buffer,
+    /// `PixelSurface`s of edge pixels that no pixel's centre around shows.
+    pub edge_points: Buffer,
+    /// Dispatch size for workgroups of 64 edge points; their number.
+    pub point_groups: Buffer,
 }
 
 impl Antialias {
@@ -114,6 +126,7 @@ impl Antialias {
         let creases = [("CREASE", CREASE.to_bits()), ("STEP", STEP.to_bits())];
         let more =
             [("SPREAD", SPREAD.to_bits()), ("DENSITY", DENSITY), ("MAX_SAMPLE_FACTOR", MAX_SAMPLE_FACTOR)];
+        let alone = [("OUTLINE_POINTS", OUTLINE_POINTS), ("ALONE", ALONE.to_bits())];
         let stored = |name, count: u32, bytes: usize| {
             Buffer::storage(context, GrowsWith::Pixels.named(name), u64::from(count) * bytes as u64)
         };
@@ -122,8 +135,9 @@ impl Antialias {
             mark: Pipeline::new(context, "edge_mark", &creases)?,
             shadow_mark: Pipeline::new(context, "shadow_mark", &[("CONTRAST", CONTRAST.to_bits())])?,
             list: Pipeline::new(context, "edge_list", &[("GROUP_POINTS", GROUP_VALUES), ("BATCH", BATCH)])?,
-            samples: Pipeline::new(context, Self::STEM, &[("OUTLINE_POINTS", OUTLINE_POINTS)])?,
+            samples: Pipeline::new(context, Self::STEM, &alone)?,
             slots: Pipeline::new(context, "edge_slots", &[])?,
+            points: Pipeline::new(context, "edge_points", &[])?,
             batches: Pipeline::new(context, "edge_batches", &[])?,
             shafts: Shafts::new(context, capacity.samples.div_ceil(BATCH))?,
             direct: ShaftKernel::new(context, "edge_direct")?,
@@ -146,6 +160,8 @@ impl Antialias {
             numbers: Buffer::from_slice(context, GrowsWith::Pixels.named("edge numbers"), &no_edges)?,
             edge_samples: stored("edge samples", capacity.samples, size_of::<EdgeSample>())?,
             edge_slots: stored("edge slots", capacity.slots, size_of::<EdgeSlot>())?,
+            edge_points: stored("edge points", capacity.points.max(1), size_of::<PixelSurface>())?,
+            point_groups: Buffer::from_slice(context, GrowsWith::Pixels.named("edge point groups"), &[0_u32; 4])?,
         })
     }
 
@@ -158,7 +174,13 @@ impl Antialias {
         let all_slots = u64::from(pixel_count) * u64::from(MAX_SLOTS);
         let slots = (u64::from(pixel_count) * 3 / 2).max(all_slots.min(MIN_ROOM));
         let slots = if max_samples == 0 { 0 } else { slots.min(bindable) };
-        EdgeCapacity { max_samples, samples: wanted.min(bindable) as u32, slots: slots as u32 }
+        let points = (u64::from(pixel_count) / POINT_SHARE).max(all_slots.min(MIN_POINTS)).min(slots);
+        EdgeCapacity {
+            max_samples,
+            samples: wanted.min(bindable) as u32,
+            slots: slots as u32,
+            points: points as u32,
+        }
     }
 
     /// Finds the edges in the view of a camera and traces their samples. Does nothing if
@@ -221,7 +243,9 @@ impl Antialias {
                 ("PointBatches", &self.shafts.batches),
             ],
         );
-        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.barrier(COMPUTE_TO_TRANSFER);
+        pass.fill_zero(marks);
+        pass.barrier(TRANSFER_TO_COMPUTE);
         pass.dispatch_indirect(
             &self.slots,
             self.pixel_groups(),
@@ -231,6 +255,28 @@ impl Antialias {
                 ("EdgeNumbers", &self.numbers),
                 ("EdgeSamples", &self.edge_samples),
                 ("EdgeSlots", &self.edge_slots),
+                ("PointNumbers", marks),
+            ],
+        );
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        self.prefix_sum.record(&mut pass, marks, places(self.size));
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.dispatch_indirect(
+            &self.points,
+            self.pixel_groups(),
+            &EdgeSamplesPush { view: *view, capacity: self.capacity },
+            &[
+                ("Nodes", &scene.nodes),
+                ("Triangles", &scene.triangles),
+                ("Surfaces", &scene.surfaces),
+                ("EdgeNumbers", &self.numbers),
+                ("EdgePixels", &self.edge_pixels),
+                ("EdgeSamples", &self.edge_samples),
+                ("PointNumbers", marks),
+                ("EdgeSlots", &self.edge_slots),
+                ("EdgePoints", &self.edge_points),
+                ("PointGroups", &self.point_groups),
+                ("TruncatedLoops", &scene.truncated_loops),
             ],
         );
     }
@@ -384,6 +430,7 @@ impl Antialias {
             ("EdgeNeeds", &self.edge_needs),
             ("LightIrradiance", irradiance),
             ("TruncatedLoops", &scene.truncated_loops),
+            ("EdgePoints", &self.edge_points),
         ];
         let bindings: Vec<_> = traced.into_iter().chain(listed).chain(averaged).collect();
         for (part, span) in light.parts().flat_map(|part| part.point_spans().map(move |span| (part, span))) {

@@ -40,6 +40,8 @@ pub struct Irradiances<'a> {
     pub direct: &'a Buffer,
     /// Indirect irradiance of each pixel, W/m².
     pub indirect: &'a Buffer,
+    /// Indirect irradiance of each edge point, W/m².
+    pub at_edges: &'a Buffer,
     /// Glossy radiance of each pixel, W/m²/sr. `None` if no material may be glossy.
     pub gloss: Option<&'a Buffer>,
     /// Samples of the pixels that show an edge.
@@ -103,7 +105,7 @@ impl Compose {
         irradiances: Irradiances<'_>,
         [direct_weight, indirect_weight]: [f32; 2],
     ) {
-        let Irradiances { pixels, direct, indirect, gloss, antialias, colours, emission_scale } = irradiances;
+        let Irradiances { pixels, direct, indirect, at_edges, gloss, antialias, colours, emission_scale } = irradiances;
         let pixel_count = self.size[0] * self.size[1];
         let push = ComposePush {
             view: *view,
@@ -131,6 +133,7 @@ impl Compose {
             ("Nodes", &scene.nodes),
             ("Triangles", &scene.triangles),
             ("TruncatedLoops", &scene.truncated_loops),
+            ("EdgeIrradiance", at_edges),
         ];
         let bindings: Vec<_> = own.into_iter().chain(scene.emission.bindings()).chain(traced).collect();
         let mut pass = rec.pass(Self::STEM);

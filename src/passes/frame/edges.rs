@@ -10,7 +10,7 @@ gpu_struct! {
         pub side: u32,
         /// Bits 0-2: the image point that it shows; 3-6: eighths of its image points that met a
         /// surface; 7-10: position, among the nine pixels around, of the pixel whose indirect light
-        /// it takes, row by row; 11-12: its slot.
+        /// it takes, row by row; 11-12: its slot; 13: no pixel around shows its surface.
         pub what: u32,
     }
 }
@@ -24,6 +24,8 @@ gpu_struct! {
         /// Bits 0-3: position of the pixel whose indirect light the samples take; from bit 4: the
         /// sum of their eighths.
         pub what: u32,
+        /// Edge point whose indirect light they take instead; `u32::MAX`: none.
+        pub point: u32,
     }
 }
 
@@ -36,6 +38,8 @@ gpu_struct! {
         pub samples: u32,
         /// Total number of slots; likewise.
         pub slots: u32,
+        /// Total number of edge points; slots without one take the indirect light of a pixel.
+        pub points: u32,
     }
 }
 
@@ -58,7 +62,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `edge_samples`, `edge_batches` and `pixel_frusta`.
+    /// Push constants of `edge_samples`, `edge_batches`, `edge_points` and `pixel_frusta`.
     pub struct EdgeSamplesPush {
         pub view: View,
         pub capacity: EdgeCapacity,

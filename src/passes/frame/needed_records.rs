@@ -9,7 +9,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::frame::blend::Blend;
 use crate::passes::frame::prefix_sum::PrefixSum;
-use crate::passes::frame::splat::Splat;
+use crate::passes::frame::splat::{SeenSurfaces, Splat};
 use std::sync::Arc;
 
 gpu_struct! {
@@ -143,7 +143,13 @@ impl NeededRecords {
     }
 
     /// Lists the requested stale records and marks them as current.
-    pub fn record(&self, rec: &mut Recorder, request: RecordRequest, splat: &Splat, blend: &Blend) {
+    pub fn record(
+        &self,
+        rec: &mut Recorder,
+        request: RecordRequest,
+        (splat, seen): (&Splat, SeenSurfaces<'_>),
+        blend: &Blend,
+    ) {
         let RecordList { offsets, records: listed, groups } = &self.list;
         let record_count = self.record_count;
         let mut pass = rec.pass(Self::STEM);
@@ -163,6 +169,14 @@ impl NeededRecords {
                 [pixel_count, 1, 1],
                 &NeededMarkPush { pixel_count, weight_capacity },
                 &[("WeightRanges", weight_ranges), ("Weights", weights), ("IsSeen", &self.is_seen)],
+            );
+            pass.barrier(COMPUTE_TO_COMPUTE);
+            let push = NeededMarkPush { pixel_count: splat.edge_capacity(), weight_capacity };
+            pass.dispatch_indirect(
+                &self.mark,
+                (seen.point_groups, 0),
+                &push,
+                &[("WeightRanges", splat.edge_ranges()), ("Weights", weights), ("IsSeen", &self.is_seen)],
             );
             pass.barrier(COMPUTE_TO_COMPUTE);
         }

@@ -109,22 +109,61 @@ const RECORD_BLOCK: u32 = 64;
 pub struct Splat {
     pub(super) context: Arc<Context>,
     blocks: Pipeline,
-    weigh: Pipeline,
     nearest: Pipeline,
     apply: Pipeline,
     /// The records that can have weight at a point.
     pub tree: Arc<RecordTree>,
     pub(super) size: [u32; 2],
     block_boxes: Buffer,
-    pub(super) weight_ranges: Buffer,
+    pub(super) at_pixels: SplatPoints,
+    pub(super) at_edges: SplatPoints,
     pub(super) weights: Buffer,
     pub(super) weight_capacity: u32,
     pub(super) tally: Buffer,
-    /// Uncovered pixels without a relaxed record: dispatch size of one workgroup each; their
+}
+
+/// Where records are splatted to: the pixels, or the edge points.
+pub(super) struct SplatPoints {
+    weigh: Pipeline,
+    /// Maximum number of points.
+    pub(super) capacity: u32,
+    /// `WeightRange` of each point.
+    pub(super) weight_ranges: Buffer,
+    /// Uncovered points without a relaxed record: dispatch size of one workgroup each; their
     /// number; their indices, in any order.
     pub(super) uncovered: Buffer,
-    /// Indirect irradiance of each pixel, W/m²; three floats.
-    pub irradiance: Buffer,
+    /// Indirect irradiance of each point, W/m²; three floats.
+    irradiance: Buffer,
+}
+
+impl SplatPoints {
+    fn new(context: &Arc<Context>, capacity: u32, at_edges: bool) -> Result<Self> {
+        // Workgroups of edge points are whole. Zero counts before the first view.
+        let no_weights = vec![WeightRange::zeroed(); capacity.next_multiple_of(64) as usize];
+        let named = |name| GrowsWith::Pixels.named(name);
+        Ok(Self {
+            weigh: Pipeline::new(context, "splat_weights", &[("AT_EDGES", u32::from(at_edges))])?,
+            capacity,
+            weight_ranges: Buffer::from_slice(context, named("weight ranges"), &no_weights)?,
+            uncovered: Buffer::from_slice(
+                context,
+                named("uncovered pixels"),
+                &vec![0_u32; 4 + capacity as usize],
+            )?,
+            irradiance: Buffer::storage(context, named("indirect irradiance"), 12 * u64::from(capacity.max(1)))?,
+        })
+    }
+}
+
+/// The surfaces of a view: pixels and edge points, with the dispatch size of the latter.
+#[derive(Clone, Copy)]
+pub struct SeenSurfaces<'a> {
+    /// A `PixelSurface` for each pixel.
+    pub pixels: &'a Buffer,
+    /// A `PixelSurface` for each edge point.
+    pub edge_points: &'a Buffer,
+    /// Dispatch size for workgroups of 64 edge points; their number.
+    pub point_groups: &'a Buffer,
 }
 
 impl Splat {
@@ -133,44 +172,59 @@ impl Splat {
     /// Stem of shader, reference and timing of the values.
     pub const APPLY_STEM: &str = "splat_apply";
 
-    /// Allocates buffers for the records of a tree and an image of that size.
+    /// Allocates buffers for the records of a tree, an image of that size and up to `edge_points`
+    /// edge points.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, tree: Arc<RecordTree>, size: [u32; 2]) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        tree: Arc<RecordTree>,
+        size: [u32; 2],
+        edge_points: u32,
+    ) -> Result<Self> {
         let pixel_count = size[0] * size[1];
         // Images of the built-in scenes need at most four weights a pixel. If a view needs more,
         // the list grows and the frame is repeated.
         let weight_capacity = 5 * pixel_count;
-        // Zero counts before the first view.
-        let no_weights = vec![WeightRange::zeroed(); pixel_count as usize];
         let block_count = u64::from(tree.record_count.div_ceil(RECORD_BLOCK));
         let of_pixels = |name, bytes: u64| Buffer::storage(context, GrowsWith::Pixels.named(name), bytes);
         let filled = |name| GrowsWith::Pixels.named(name);
         Ok(Self {
             context: context.clone(),
             blocks: Pipeline::new(context, "splat_blocks", &[])?,
-            weigh: Pipeline::new(context, "splat_weights", &[])?,
             nearest: Pipeline::new(context, "splat_nearest", &[])?,
             apply: Pipeline::new(context, Self::APPLY_STEM, &[])?,
             tree,
             size,
             block_boxes: Buffer::storage(context, "record blocks", block_count * size_of::<RecordBox>() as u64)?,
-            weight_ranges: Buffer::from_slice(context, filled("weight ranges"), &no_weights)?,
+            at_pixels: SplatPoints::new(context, pixel_count, false)?,
+            at_edges: SplatPoints::new(context, edge_points, true)?,
             weights: of_pixels("splat weights", 8 * u64::from(weight_capacity))?,
             weight_capacity,
             tally: Buffer::from_slice(context, filled("splat tally"), &[SplatTally::zeroed()])?,
-            uncovered: Buffer::from_slice(
-                context,
-                filled("uncovered pixels"),
-                &vec![0_u32; 4 + pixel_count as usize],
-            )?,
-            irradiance: of_pixels("indirect irradiance", 12 * u64::from(pixel_count))?,
         })
     }
 
-    /// Finds the records of every pixel of a view. Pixels without any take the nearest.
-    pub fn record(&self, rec: &mut Recorder, surfaces: &Buffer, cache_points: &Buffer, pixels: &Buffer) {
+    /// Indirect irradiance of each pixel, W/m²; three floats.
+    pub fn irradiance(&self) -> &Buffer {
+        &self.at_pixels.irradiance
+    }
+
+    /// Indirect irradiance of each edge point, likewise.
+    pub fn edge_irradiance(&self) -> &Buffer {
+        &self.at_edges.irradiance
+    }
+
+    /// Finds the records of every pixel and edge point of a view. Points without any take the
+    /// nearest.
+    pub fn record(
+        &self,
+        rec: &mut Recorder,
+        surfaces: &Buffer,
+        cache_points: &Buffer,
+        seen: SeenSurfaces<'_>,
+    ) {
         let [width, height] = self.size;
         let RecordTree { grid, record_count, nodes, lists } = &*self.tree;
         let (record_count, weight_capacity) = (*record_count, self.weight_capacity);
@@ -183,56 +237,73 @@ impl Splat {
                 ("CachePoints", cache_points),
                 ("BlockBoxes", &self.block_boxes),
                 ("Tally", &self.tally),
-                ("UncoveredPixels", &self.uncovered),
+                ("UncoveredPixels", &self.at_pixels.uncovered),
+                ("UncoveredPoints", &self.at_edges.uncovered),
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
-        pass.dispatch(
-            &self.weigh,
-            [64 * width.div_ceil(8) * height.div_ceil(8), 1, 1],
-            &SplatWeightsPush { grid: *grid, width, height, record_count, weight_capacity },
-            &[
+        let both = [(&self.at_pixels, seen.pixels), (&self.at_edges, seen.edge_points)];
+        for (points, shown) in both {
+            let push = SplatWeightsPush { grid: *grid, width, height, record_count, weight_capacity };
+            let bindings = [
                 ("Surfaces", surfaces),
-                ("Pixels", pixels),
+                ("Pixels", shown),
                 ("CachePoints", cache_points),
                 ("TreeNodes", nodes),
                 ("RecordLists", lists),
-                ("WeightRanges", &self.weight_ranges),
+                ("WeightRanges", &points.weight_ranges),
                 ("Weights", &self.weights),
                 ("Tally", &self.tally),
-                ("UncoveredPixels", &self.uncovered),
-            ],
-        );
+                ("UncoveredPixels", &points.uncovered),
+                ("PointGroups", seen.point_groups),
+            ];
+            if std::ptr::eq(points, &self.at_pixels) {
+                let tiles = width.div_ceil(8) * height.div_ceil(8);
+                pass.dispatch(&points.weigh, [64 * tiles, 1, 1], &push, &bindings);
+                // Both append to one list.
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            } else {
+                pass.dispatch_indirect(&points.weigh, (seen.point_groups, 0), &push, &bindings);
+            }
+        }
         pass.barrier(COMPUTE_TO_INDIRECT);
-        pass.dispatch_indirect(
-            &self.nearest,
-            (&self.uncovered, 0),
-            &SplatNearestPush { record_count, weight_capacity },
-            &[
-                ("Pixels", pixels),
-                ("CachePoints", cache_points),
-                ("BlockBoxes", &self.block_boxes),
-                ("WeightRanges", &self.weight_ranges),
-                ("UncoveredPixels", &self.uncovered),
-                ("Weights", &self.weights),
-            ],
-        );
+        for (points, shown) in both {
+            if std::ptr::eq(points, &self.at_edges) {
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
+            pass.dispatch_indirect(
+                &self.nearest,
+                (&points.uncovered, 0),
+                &SplatNearestPush { record_count, weight_capacity },
+                &[
+                    ("Pixels", shown),
+                    ("CachePoints", cache_points),
+                    ("BlockBoxes", &self.block_boxes),
+                    ("WeightRanges", &points.weight_ranges),
+                    ("UncoveredPixels", &points.uncovered),
+                    ("Weights", &self.weights),
+                ],
+            );
+        }
     }
 
-    /// Extrapolates the records to the pixels.
-    pub fn record_apply(&self, rec: &mut Recorder, pixels: &Buffer, records: &Buffer) {
-        let pixel_count = self.size[0] * self.size[1];
-        rec.pass(Self::APPLY_STEM).dispatch(
-            &self.apply,
-            [pixel_count, 1, 1],
-            &SplatApplyPush { pixel_count, weight_capacity: self.weight_capacity },
-            &[
-                ("Pixels", pixels),
-                ("WeightRanges", &self.weight_ranges),
+    /// Extrapolates the records to the pixels and the edge points.
+    pub fn record_apply(&self, rec: &mut Recorder, seen: SeenSurfaces<'_>, records: &Buffer) {
+        let mut pass = rec.pass(Self::APPLY_STEM);
+        for (points, shown) in [(&self.at_pixels, seen.pixels), (&self.at_edges, seen.edge_points)] {
+            let push = SplatApplyPush { pixel_count: points.capacity, weight_capacity: self.weight_capacity };
+            let bindings = [
+                ("Pixels", shown),
+                ("WeightRanges", &points.weight_ranges),
                 ("Weights", &self.weights),
                 ("Records", records),
-                ("IndirectIrradiance", &self.irradiance),
-            ],
-        );
+                ("IndirectIrradiance", &points.irradiance),
+            ];
+            if std::ptr::eq(points, &self.at_pixels) {
+                pass.dispatch(&self.apply, [points.capacity, 1, 1], &push, &bindings);
+            } else {
+                pass.dispatch_indirect(&self.apply, (seen.point_groups, 0), &push, &bindings);
+            }
+        }
     }
 }

@@ -34,7 +34,7 @@ impl Splat {
     /// Copies the counts of the view to a block that the host reads. Transfers.
     pub fn copy_counts(&self, rec: &mut Recorder, block: &HostBlock, first: u32) {
         rec.copy_to_host(&self.tally, 0, block, first, size_of::<SplatTally>() as u32 / 4);
-        rec.copy_to_host(&self.uncovered, 12, block, first + 3, 1);
+        rec.copy_to_host(&self.at_pixels.uncovered, 12, block, first + 3, 1);
     }
 
     /// Enlarges the list of weights if it was too short for the last view. Returns whether it was:
@@ -64,7 +64,17 @@ impl Splat {
 
     /// `WeightRange` of each pixel, and the list of `SplatWeight`s.
     pub fn lists(&self) -> [&Buffer; 2] {
-        [&self.weight_ranges, &self.weights]
+        [&self.at_pixels.weight_ranges, &self.weights]
+    }
+
+    /// Maximum number of edge points.
+    pub fn edge_capacity(&self) -> u32 {
+        self.at_edges.capacity
+    }
+
+    /// `WeightRange` of each edge point.
+    pub fn edge_ranges(&self) -> &Buffer {
+        &self.at_edges.weight_ranges
     }
 
     /// Number of pixels, and capacity of the list of weights.

@@ -1,0 +1,57 @@
+//! Faces narrower than a pixel: no pixel's centre shows them, and their indirect light is not that
+//! of the faces beside them.
+
+use crate::common::{assert_silent, context};
+use crate::path_tracer::trace;
+use crate::{SMALL, render};
+use glam::Vec3;
+use lightpaths::reference::Progressive;
+use lightpaths::renderer::Layer;
+use lightpaths::scene::{LightKind, Quality, Scene, Triangle, shapes};
+
+const SIZE: [u32; 2] = [36, 54];
+const LEDGES: u32 = 6;
+
+/// A wall with ledges in the sun. The tops of the ledges are half as high as a pixel and receive
+/// much indirect light; their fronts receive none.
+fn ledges() -> Scene {
+    let mut scene = shapes::facing_squares(1.0, 0.0, 0.8);
+    scene.triangles.clear();
+    let mut quad = |corner: [f32; 2], end: [f32; 2]| {
+        let [[y0, z0], [y1, z1]] = [corner, end];
+        let [a, b, c, d] = [[-1.0, y0, z0], [1.0, y0, z0], [1.0, y1, z1], [-1.0, y1, z1]].map(Vec3::from);
+        let normal = (b - a).cross(c - a).normalize();
+        for positions in [[a, b, c], [a, c, d]] {
+            scene.triangles.push(Triangle { positions, normals: [normal; 3], material: 0 });
+        }
+    };
+    for number in 0..LEDGES {
+        let y = 0.3 * number as f32;
+        // Front, top, and the wall up to the next ledge.
+        quad([y, 0.06], [y + 0.08, 0.06]);
+        quad([y + 0.08, 0.06], [y + 0.08, 0.0]);
+        quad([y + 0.08, 0.0], [y + 0.3, 0.0]);
+        quad([y, 0.0], [y, 0.06]);
+    }
+    let camera = &mut scene.cameras[0];
+    (camera.position, camera.target, camera.up) = (Vec3::new(0.0, 2.2, 5.0), Vec3::new(0.0, 0.9, 0.0), Vec3::Y);
+    (camera.fov_y_degrees, camera.size) = (17.0, SIZE);
+    let direction = Vec3::new(-0.2, -0.8, -0.6).normalize();
+    scene.lights[0].kind = LightKind::Directional { direction, irradiance: Vec3::splat(3.0) };
+    scene
+}
+
+#[test]
+fn faces_narrower_than_a_pixel_have_their_own_indirect_light() {
+    let quality = Quality { entry_points: 200_000, cache_points: 10_000, gather_rays: 512, cells: 128, edge_samples: 16, ..SMALL };
+    let scene = ledges();
+    let traced = trace(scene.clone(), SIZE, 2048).picture().unwrap().indirect;
+    let found = render(scene, quality).layer(Layer::Indirect).unwrap();
+    let sum = |picture: &[[f32; 3]]| picture.iter().map(|colour| f64::from(colour[0])).sum::<f64>();
+    let ratio = sum(&found) / sum(&traced);
+    let squares = found.iter().zip(&traced).map(|(a, b)| f64::from(a[0] - b[0]).powi(2)).sum::<f64>();
+    let error = (squares / traced.iter().map(|b| f64::from(b[0]).powi(2)).sum::<f64>()).sqrt();
+    println!("energy {ratio:.4}, relative RMS {error:.4}");
+    assert!((ratio - 1.0).abs() < 0.02 && error < 0.06, "energy {ratio}, RMS {error}");
+    assert_silent(&context());
+}

@@ -17,6 +17,7 @@ layout(local_size_x = 64) in;
 struct EdgeSamplesPush {
     View view;
     EdgeCapacity capacity;
+    float smooth_m2;  // see edge_samples
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;

@@ -1,8 +1,8 @@
-// Antialiasing, step 5: numbers the edge points, the surfaces at the first samples of those slots
-// that no pixel's centre shows. Points beyond the capacity are dropped: their slots take the
-// indirect light of a pixel. Deterministic. One invocation = one edge pixel. In: samples, exclusive
-// prefix sum of the points of edge pixels. Out: edge points; the point of each slot; dispatch size
-// of workgroups of 64 points, and their number.
+// Antialiasing, step 5: numbers the edge points, one for each slot that no pixel serves, in the
+// middle of its samples. Points beyond the capacity are dropped: their slots take the indirect
+// light of a pixel. Deterministic. One invocation = one edge pixel. In: samples, exclusive prefix
+// sum of the points of edge pixels. Out: edge points; the point of each slot; dispatch size of
+// workgroups of 64 points, and their number.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -21,6 +21,7 @@ layout(local_size_x = 64) in;
 struct EdgeSamplesPush {
     View view;
     EdgeCapacity capacity;
+    float smooth_m2;  // see edge_samples
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -41,7 +42,6 @@ layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
 #include "include/bvh.glsl"
 #include "include/view.glsl"
 #include "include/primary.glsl"
-#include "include/edge_points.glsl"
 
 void main() {
     View view = push.view;
@@ -57,15 +57,23 @@ void main() {
     uint count = samples_per_edge(edge_count, push.capacity);
     uint slots_each = slots_per_edge(edge_count, push.capacity);
     uint number = point_numbers[edge];
-    for (uint i = edge * slots_each; i < (edge + 1u) * slots_each; ++i) {
-        uint first = edge_slots[i].point;
-        if (first == NO_POINT) continue;
+    uint pixel = edge_pixels[edge];
+    vec2 corner = vec2(in_rows(pixel, view.width));
+    for (uint i = 0u; i < slots_each; ++i) {
+        EdgeSlot slot = edge_slots[edge * slots_each + i];
+        if (slot.side == NO_SIDE) break;
+        if (!is_apart(slot)) continue;
         bool is_kept = number < push.capacity.points;
-        if (is_kept) {
-            EdgeSample seen = edge_sample_of(pair_at(EdgeSamples, edge * count + first));
-            edge_points[number] = edge_point(view, edge_pixels[edge], seen, first, count);
+        edge_slots[edge * slots_each + i].point = is_kept ? number : NO_POINT;
+        vec2 sum = vec2(0.0);
+        float members = 0.0;
+        for (uint k = 0u; k < count && is_kept; ++k) {
+            EdgeSample seen = edge_sample_of(pair_at(EdgeSamples, edge * count + k));
+            if (seen.side == NO_SIDE || slot_of(seen) != i) continue;
+            sum += sample_3d(k + point_of(seen) * count, pixel).xy;
+            members += 1.0;
         }
-        edge_slots[i].point = is_kept ? number : NO_POINT;
+        if (is_kept) edge_points[number] = seen_on(view, corner + sum / members, slot.side);
         ++number;
     }
     if (!loops_completed(view.width)) truncated_loops[0] = LOOP_TRUNCATED;

@@ -1,6 +1,7 @@
 // Antialiasing, step 3: traces samples spread over the edge pixels. Each sample takes the indirect
 // light of one of the nine pixels around it, the one with the most similar surface: indirect light
-// is smooth on a surface. If none is similar, it is marked. Along the scene's outline a sample traces several image points. It shows
+// is smooth on a surface. If none is similar, or if pixels are not small beside records, it is
+// marked. Along the scene's outline a sample traces several image points. It shows
 // the first surface that one of them meets, with the fraction of points that meet one as its
 // weight. Deterministic. One invocation = one sample. In: camera, scene, pixels. Out: the samples;
 // step 4 adds their slots.
@@ -18,12 +19,13 @@
 #include "include/records.glsl"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 1) const uint ALIKE = 0;  // float bits: dissimilarity up to which a pixel serves a sample
 layout(constant_id = 0) const uint OUTLINE_POINTS = 1;  // image points of a sample if a pixel around it sees no surface; a divisor of 8
-layout(constant_id = 1) const uint ALONE = 0;  // float bits: dissimilarity of the best pixel above which a sample is alone
 
 struct EdgeSamplesPush {
     View view;
     EdgeCapacity capacity;
+    float smooth_m2;  // area of a pixel up to which indirect light is smooth over it and its neighbours
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -79,7 +81,8 @@ void main() {
         place = cost < least ? i % 9u : place;
         least = min(cost, least);
     }
-    uint alone = found.side != NO_SIDE && least > uintBitsToFloat(ALONE) ? IS_ALONE : 0u;
-    edge_samples[index] = EdgeSample(found.side, shown | met * (8u / points) << 3 | place << 7 | alone);
+    bool is_far = least > uintBitsToFloat(ALIKE) || (place != 4u && found.footprint > push.smooth_m2);
+    uint apart = found.side != NO_SIDE && is_far ? IS_APART : 0u;
+    edge_samples[index] = EdgeSample(found.side, shown | met * (8u / points) << 3 | place << 7 | apart);
     if (!loops_completed(view.width)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -9,7 +9,7 @@
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
-#include "include/splat.glsl"
+#include "include/tile_sort.glsl"
 #include "include/photons.glsl"
 
 layout(local_size_x = 64) in;

@@ -4,7 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/dispatch.glsl"
-#include "include/splat.glsl"
+#include "include/tile_sort.glsl"
 
 layout(local_size_x = 256) in;
 

@@ -6,20 +6,19 @@
 struct EdgeSample {
     uint side;  // NO_SIDE if none of its image points met a surface
     uint what;  // bits 0-2: image point that it shows; 3-6: eighths of its image points that met one; 7-10: position of the pixel whose
-                // indirect light it takes among the nine around, row by row; 11-12: its slot; 13: IS_ALONE
+                // indirect light it takes among the nine around, row by row; 11-12: slot; 13: apart
 };
 
-// No pixel around a sample shows its surface at the centre, so that its indirect light needs a point
-// of its own.
-const uint IS_ALONE = 1u << 13;
+// No pixel around a sample serves it: its indirect light needs a point of its own.
+const uint IS_APART = 1u << 13;
 
 EdgeSample edge_sample_of(uvec2 words) { return EdgeSample(words.x, words.y); }
 
 // The data that samples of one slot share.
 struct EdgeSlot {
     uint side;  // of its first sample; NO_SIDE: this slot and all later ones are empty
-    uint what;  // bits 0-3: place of the pixel whose indirect light they take; from bit 4: their eighths, summed
-    uint point;  // edge point whose indirect light they take instead; NO_POINT: none. Until points are numbered, the first sample
+    uint what;  // bits 0-3: place of the pixel whose indirect light they take; 4-30: their eighths, summed; 31: they need an edge point
+    uint point;  // edge point whose indirect light they take instead; NO_POINT: none
 };
 
 const uint NO_POINT = 0xffffffffu;
@@ -53,12 +52,14 @@ const uint NO_EDGE = 0xffffffffu;
 uint point_of(EdgeSample found) { return found.what & 7u; }
 uint eighths_of(EdgeSample found) { return found.what >> 3 & 15u; }
 uint place_of(EdgeSample found) { return found.what >> 7 & 15u; }
-bool is_alone(EdgeSample found) { return (found.what & IS_ALONE) != 0u; }
 uint slot_of(EdgeSample found) { return found.what >> 11 & 3u; }
 
+bool is_apart(EdgeSample found) { return (found.what & IS_APART) != 0u; }
+
 uint place_of(EdgeSlot slot) { return slot.what & 15u; }
+bool is_apart(EdgeSlot slot) { return slot.what >> 31 != 0u; }
 // Fraction of a pixel's `count` samples in a slot.
-float weight_of(EdgeSlot slot, uint count) { return float(slot.what >> 4) / float(8u * count); }
+float weight_of(EdgeSlot slot, uint count) { return float((slot.what & 0x7fffffffu) >> 4) / float(8u * count); }
 
 // The pixel at one of the nine positions around another, clamped to the image.
 uint pixel_at(uvec2 size, uint pixel, uint place) {

@@ -9,12 +9,6 @@ struct RecordBox {
     vec3 high;
 };
 
-// A record that may touch a tile.
-struct TilePair {
-    uint tile;
-    uint record;
-};
-
 // A record and its weight at a pixel. The weights of a pixel sum to 1, or to -1 if no valid
 // record covers it.
 struct SplatWeight {
@@ -33,11 +27,4 @@ struct SplatTally {
     uint weights;    // of all pixels
     uint relaxed;  // pixels with relaxed records
     uint is_truncated;  // 1: some invocation had a truncated loop
-};
-
-// Push block of both sort kernels.
-struct SortPush {
-    uint shift;        // of the eight-bit digit
-    uint block_count;
-    uint record_count; // index of the pair count in `pair_offsets`
 };

@@ -5,7 +5,7 @@ use crate::cpu::rays::Geometry;
 use crate::cpu::records::FACETS_ALIKE;
 use crate::cpu::sampling::sample_3d;
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 /// Thresholds of an edge between two pixels.
 #[derive(Clone, Copy)]
@@ -102,23 +102,39 @@ pub fn samples_per_edge(edge_count: u32, most: u32, [samples, slots]: [u32; 2]) 
     if count < 4 || slots_per_edge(edge_count, slots) < 2 { 0 } else { count }
 }
 
-/// Returns the slot of each sample of an edge pixel. `None` if the sample sees nothing. A sort is
-/// a material and the position of the pixel whose indirect light the sample takes; samples of one
-/// sort share a slot. If the slots run out, a sample takes the first slot of its material, else
-/// the last slot.
-pub fn slots(sorts: &[Option<(u32, u32)>], capacity: u32) -> Vec<Option<usize>> {
-    let mut slots: Vec<(u32, u32)> = Vec::new();
-    let mut slot_of = |sort: (u32, u32)| {
-        if let Some(own) = slots.iter().position(|slot| *slot == sort) {
+/// A sample of an edge pixel that shows a surface: its material, and the place of the pixel whose
+/// indirect light it takes, or its surface if no pixel serves it.
+pub type Shown = (u32, Result<u32, PixelSurface>);
+
+/// Returns the slot of each sample of an edge pixel. `None` if the sample sees nothing. Samples of
+/// one material share a slot if they take indirect light from the same pixel, or if no pixel
+/// serves them and their surfaces are alike. If the slots run out, a sample takes the first slot
+/// of its material, else the last slot.
+pub fn slots(
+    samples: &[Option<Shown>],
+    capacity: u32,
+    are_alike: impl Fn(&PixelSurface, &PixelSurface) -> bool,
+) -> Vec<Option<usize>> {
+    let mut slots: Vec<Shown> = Vec::new();
+    let mut slot_of = |sample: &Shown| {
+        let is_own = |slot: &Shown| {
+            slot.0 == sample.0
+                && match (&slot.1, &sample.1) {
+                    (Ok(place), Ok(other)) => place == other,
+                    (Err(first), Err(other)) => are_alike(other, first),
+                    _ => false,
+                }
+        };
+        if let Some(own) = slots.iter().position(is_own) {
             return own;
         }
         if slots.len() < capacity as usize {
-            slots.push(sort);
+            slots.push(*sample);
             return slots.len() - 1;
         }
-        slots.iter().position(|slot| slot.0 == sort.0).unwrap_or(slots.len() - 1)
+        slots.iter().position(|slot| slot.0 == sample.0).unwrap_or(slots.len() - 1)
     };
-    sorts.iter().map(|sort| sort.map(&mut slot_of)).collect()
+    samples.iter().map(|sample| sample.as_ref().map(&mut slot_of)).collect()
 }
 
 /// Thresholds of further samples of a light at an edge pixel.
@@ -149,6 +165,48 @@ pub fn need(needs: Needs, light: &[f64]) -> u32 {
 pub fn sample(geometry: Geometry<'_>, view: &View, pixel: u32, sample: u32) -> Option<Seen> {
     let corner = Vec3::new((pixel % view.width) as f32, (pixel / view.width) as f32, 0.0);
     seen_through(geometry, view, (corner + sample_3d(sample, pixel)).as_dvec3().truncate())
+}
+
+/// What a camera ray saw, as the device stores it.
+pub fn surface_of(seen: &Seen) -> PixelSurface {
+    PixelSurface {
+        position: seen.hit.position.as_vec3(),
+        side: seen.side,
+        normal: seen.normal.as_vec3(),
+        footprint: seen.footprint as f32,
+    }
+}
+
+/// Surface at image point `number` of a pixel, on the plane of a side, without a ray.
+pub fn surface_on(geometry: Geometry<'_>, view: &View, pixel: u32, number: u32, side: u32) -> PixelSurface {
+    surface_through(geometry, view, pixel, sample_3d(number, pixel).as_dvec3().truncate(), side)
+}
+
+/// The same at a place in the pixel, from its corner.
+pub fn surface_through(
+    geometry: Geometry<'_>,
+    view: &View,
+    pixel: u32,
+    place: DVec2,
+    side: u32,
+) -> PixelSurface {
+    let [p0, p1, p2] = geometry.triangles[side as usize / 2].positions.map(Vec3::as_dvec3);
+    let across = (p1 - p0).cross(p2 - p0);
+    let eye = view.position.as_dvec3();
+    let corner = DVec2::new(f64::from(pixel % view.width), f64::from(pixel / view.width));
+    let direction = direction_through(view, corner + place);
+    let t = across.dot(p0 - eye) / across.dot(direction);
+    let from_p0 = eye - p0 + t * direction;
+    let [b1, b2] = [from_p0.cross(p2 - p0), (p1 - p0).cross(from_p0)]
+        .map(|part| part.dot(across) / across.length_squared());
+    let [n0, n1, n2] = geometry.triangles[side as usize / 2].normals.map(Vec3::as_dvec3);
+    let normal = ((1.0 - b1 - b2) * n0 + b1 * n1 + b2 * n2).normalize();
+    PixelSurface {
+        position: (eye + t * direction).as_vec3(),
+        side,
+        normal: if side % 2 == 1 { -normal } else { normal }.as_vec3(),
+        footprint: (f64::from(view.pixel_area) * t * t) as f32,
+    }
 }
 
 /// A sample of an edge pixel.
@@ -195,16 +253,17 @@ fn around(view: &View, pixel: u32) -> impl Iterator<Item = u32> {
 }
 
 /// Cost of taking a pixel's surface for that of a sample; infinite if the pixel sees no surface.
-pub fn dissimilarity(surfaces: &[Surface], found: &Seen, pixel: &PixelSurface) -> f64 {
+pub fn dissimilarity(surfaces: &[Surface], found: &PixelSurface, pixel: &PixelSurface) -> f64 {
     if pixel.side == NO_SIDE {
         return f64::INFINITY;
     }
-    let apart: DVec3 = pixel.position.as_dvec3() - found.hit.position;
-    let turned = 1.0 - found.normal.dot(pixel.normal.as_dvec3());
+    let apart: DVec3 = pixel.position.as_dvec3() - found.position.as_dvec3();
+    let (normal, footprint) = (found.normal.as_dvec3(), f64::from(found.footprint));
+    let turned = 1.0 - normal.dot(pixel.normal.as_dvec3());
     let is_alike = facet(surfaces, found.side).dot(facet(surfaces, pixel.side)) >= FACETS_ALIKE;
     turned
-        + apart.dot(found.normal).abs() / found.footprint.sqrt()
-        + 1e-3 * apart.length_squared() / found.footprint
+        + apart.dot(normal).abs() / footprint.sqrt()
+        + 1e-3 * apart.length_squared() / footprint
         + if is_alike { 0.0 } else { 1.0 }
 }
 
@@ -216,7 +275,7 @@ pub fn source(
     view: &View,
     pixels: &[PixelSurface],
     pixel: u32,
-    found: &Seen,
+    found: &PixelSurface,
 ) -> (f64, u32) {
     let mut best = (f64::INFINITY, pixel);
     for other in around(view, pixel) {
@@ -262,13 +321,7 @@ pub fn shadow_sample(
 ) -> Option<PixelSurface> {
     let normal = geometry.normal(centre.side).as_dvec3();
     if centre.normal.as_dvec3().dot(normal) < FLAT || !fills_pixel(geometry, view, pixel, centre.side) {
-        let surface = |seen: Seen| PixelSurface {
-            position: seen.hit.position.as_vec3(),
-            side: seen.side,
-            normal: seen.normal.as_vec3(),
-            footprint: seen.footprint as f32,
-        };
-        return sample(geometry, view, pixel, number).map(surface);
+        return sample(geometry, view, pixel, number).as_ref().map(surface_of);
     }
     let corner = Vec3::new((pixel % view.width) as f32, (pixel / view.width) as f32, 0.0);
     let direction = direction_through(view, (corner + sample_3d(number, pixel)).as_dvec3().truncate());

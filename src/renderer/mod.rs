@@ -104,8 +104,9 @@ impl Renderer {
     ) -> Result<Self> {
         let reach = seen::paths_to_view(&mut scene, &made)?;
         let (view, is_glossy) = (View::from(&scene.cameras[0]), made.gloss.is_some());
-        let image = Image::new(context, &made.buffers, view, scene.quality.edge_samples, is_glossy)?;
+        let mut image = Image::new(context, &made.buffers, view, scene.quality.edge_samples, is_glossy)?;
         let tree = RecordTree::new(context, &made.cache_points.read()?, &scene.triangles)?;
+        image.antialias.smooth_m = tree.smooth_m();
         let splat = Splat::new(context, tree.into(), image.size(), image.antialias.capacity.points)?;
         let (world, transport, statistics) = Self::upload(context, scene, made)?;
         let factor_count = transport.form_factors.point_count();

@@ -96,6 +96,7 @@ impl Renderer {
         let counts = [
             ("pixels", self.size()[0] * self.size()[1]),
             ("edge pixels", self.counters.edge_pixels()),
+            ("edge points", self.counters.edge_points()),
             ("pixels without a covering record", relaxed + uncovered),
             ("pixels that take the nearest record", uncovered),
             ("splat weights", weights),

@@ -99,8 +99,7 @@ impl Preview {
             self.ambient.write(&vec![irradiance; image.size().iter().product::<u32>() as usize])?;
         }
         let plan = plan(&lights.traced());
-        let light =
-            IndirectLight {
+        let light = IndirectLight {
             irradiance: &self.ambient,
             at_edges: &self.ambient,
             gloss: None,

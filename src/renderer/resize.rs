@@ -36,12 +36,14 @@ impl Renderer {
     /// Allocates the picture of a view anew. If it fails, the renderer stays as it was.
     pub(super) fn replace_image(&mut self, view: View) -> Result<()> {
         let (context, buffers, quality) = (&self.context, &self.world.buffers, &self.world.scene.quality);
-        let image = Image {
+        let mut image = Image {
             exposure_stops: self.image.exposure_stops,
             light_weights: self.image.light_weights,
             ..Image::new(context, buffers, view, quality.edge_samples, self.transport.gloss.is_some())?
         };
-        let splat = Splat::new(context, self.splat.tree.clone(), image.size(), image.antialias.capacity.points)?;
+        image.antialias.smooth_m = self.splat.tree.smooth_m();
+        let splat =
+            Splat::new(context, self.splat.tree.clone(), image.size(), image.antialias.capacity.points)?;
         let bits = self.transport.gather.packing.cluster_bits;
         let pixel_count = view.width * view.height;
         let of_gloss = |gloss: &GlossPasses| {

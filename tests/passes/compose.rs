@@ -121,7 +121,12 @@ fn pictures_equal_the_reference_in(world: &World) {
         world.context.run(|rec| pass.record(rec, &world.buffers, &view, irradiances, fraction)).unwrap();
         let radiance: Vec<Vec3> = pass.radiance.read().unwrap();
         let material_of = |side: u32| world.surfaces[side as usize / 2].material;
-        let reflected = |pixel: usize, side: u32, colour: DVec3, direct: Vec3, (source, light_of): (usize, Vec3), weight: f32| {
+        let reflected = |pixel: usize,
+                         side: u32,
+                         colour: DVec3,
+                         direct: Vec3,
+                         (source, light_of): (usize, Vec3),
+                         weight: f32| {
             if side == NO_SIDE {
                 return DVec3::ZERO;
             }
@@ -147,7 +152,14 @@ fn pictures_equal_the_reference_in(world: &World) {
             if !is_sampled {
                 let pixel = &frame.pixels[index];
                 let tint = tint(&of_pixels, index);
-                let reference = reflected(index, pixel.side, tint, frame.irradiance[index], (index, indirect[index]), 1.0);
+                let reference = reflected(
+                    index,
+                    pixel.side,
+                    tint,
+                    frame.irradiance[index],
+                    (index, indirect[index]),
+                    1.0,
+                );
                 assert_near(*device, reference, FLOAT, 0.0, "centre");
                 continue;
             }
@@ -156,9 +168,10 @@ fn pictures_equal_the_reference_in(world: &World) {
             let part = |number: usize| {
                 let slot = &slots[number];
                 let direct = frame.irradiance[frame.pixels.len() + number];
-                let weight = (slot.what >> 4) as f32 / (8 * count) as f32;
+                let weight = (slot.what << 1 >> 5) as f32 / (8 * count) as f32;
                 let source = frame.pixel_at(index as u32, slot.what & 15) as usize;
-                let light_of = if slot.point == u32::MAX { indirect[source] } else { at_edges[slot.point as usize] };
+                let light_of =
+                    if slot.point == u32::MAX { indirect[source] } else { at_edges[slot.point as usize] };
                 reflected(index, slot.side, tint(&of_edges, number), direct, (source, light_of), weight)
             };
             assert_near(*device, own.map(part).sum(), SUM, 0.0, "edge");

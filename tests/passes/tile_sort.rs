@@ -4,7 +4,7 @@ use crate::common::{assert_silent, context};
 use crate::world::Random;
 use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::frame::tile_sort::TileSort;
+use lightpaths::passes::reference::tile_sort::TileSort;
 
 /// Sorts on the device, in a list with capacity for `capacity` pairs; the words after the pairs
 /// are no pairs.

@@ -24,10 +24,10 @@ mod photons;
 mod plates;
 mod rounded;
 mod scale;
-mod thin_faces;
 mod sphere;
 mod stages;
 mod textures;
+mod thin_faces;
 
 use common::context;
 use lightpaths::renderer::{Renderer, Silent};

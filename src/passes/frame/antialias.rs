@@ -7,7 +7,9 @@
 //! edge pixels, their slots, light.
 
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
+use crate::gpu::barrier::{
+    COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE,
+};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::passes::GrowsWith;
 pub use crate::passes::frame::edges::{
@@ -32,9 +34,9 @@ pub const CONTRAST: f32 = 0.1;
 /// Image points of a sample at the scene's outline. The background is black, so only the covered
 /// fraction of the pixel matters there. The sample counts it in eighths.
 pub const OUTLINE_POINTS: u32 = 8;
-/// Dissimilarity of the best pixel above which a sample is alone: the pixel shows another facet, or
-/// a plane as far from the sample as a pixel is wide.
-pub const ALONE: f32 = 1.0;
+/// Dissimilarity up to which a pixel serves a sample, or samples share a slot; it is above this for
+/// another facet, and for a plane as far from the sample as a pixel is wide.
+pub const ALIKE: f32 = 1.0;
 /// Variance of a light among samples over their squared mean from which a pixel takes more samples.
 pub const SPREAD: f32 = 3.0;
 /// Samples of such a pixel over that ratio: the variance of their mean is 1/`DENSITY`
@@ -53,9 +55,9 @@ pub const MIN_SAMPLES: u32 = 4;
 /// Minimum capacity of samples and slots, unless fewer suffice for all pixels: most pixels of a
 /// small image are edge pixels.
 const MIN_ROOM: u64 = 5 << 17;
-/// The capacity for edge points suffices if one pixel in `POINT_SHARE` has one, but is at least
-/// `MIN_POINTS`.
-const POINT_SHARE: u64 = 4;
+/// The capacity for edge points suffices if one pixel in this many has one.
+const PIXELS_PER_POINT: u64 = 4;
+/// Minimum capacity for edge points, unless fewer slots exist.
 const MIN_POINTS: u64 = 1 << 14;
 /// Byte offsets of the dispatch sizes for workgroups of 64 samples, of 64 edge pixels, of values of
 /// light (pixels, then slots), and of 64 batches of samples. In the list of a light, offset 0 is
@@ -93,6 +95,8 @@ pub struct Antialias {
     /// edge marks in tile order.
     shadow_pixels: Buffer,
     size: [u32; 2],
+    /// Width of a pixel up to which indirect light is smooth over it and its neighbours, metres.
+    pub smooth_m: f32,
     /// Capacity of the lists of samples and slots.
     pub capacity: EdgeCapacity,
     /// Index of each pixel in the list of edge pixels, or [`NO_EDGE`]; then the length
@@ -126,7 +130,6 @@ impl Antialias {
         let creases = [("CREASE", CREASE.to_bits()), ("STEP", STEP.to_bits())];
         let more =
             [("SPREAD", SPREAD.to_bits()), ("DENSITY", DENSITY), ("MAX_SAMPLE_FACTOR", MAX_SAMPLE_FACTOR)];
-        let alone = [("OUTLINE_POINTS", OUTLINE_POINTS), ("ALONE", ALONE.to_bits())];
         let stored = |name, count: u32, bytes: usize| {
             Buffer::storage(context, GrowsWith::Pixels.named(name), u64::from(count) * bytes as u64)
         };
@@ -135,8 +138,12 @@ impl Antialias {
             mark: Pipeline::new(context, "edge_mark", &creases)?,
             shadow_mark: Pipeline::new(context, "shadow_mark", &[("CONTRAST", CONTRAST.to_bits())])?,
             list: Pipeline::new(context, "edge_list", &[("GROUP_POINTS", GROUP_VALUES), ("BATCH", BATCH)])?,
-            samples: Pipeline::new(context, Self::STEM, &alone)?,
-            slots: Pipeline::new(context, "edge_slots", &[])?,
+            samples: Pipeline::new(
+                context,
+                Self::STEM,
+                &[("OUTLINE_POINTS", OUTLINE_POINTS), ("ALIKE", ALIKE.to_bits())],
+            )?,
+            slots: Pipeline::new(context, "edge_slots", &[("ALIKE", ALIKE.to_bits())])?,
             points: Pipeline::new(context, "edge_points", &[])?,
             batches: Pipeline::new(context, "edge_batches", &[])?,
             shafts: Shafts::new(context, capacity.samples.div_ceil(BATCH))?,
@@ -156,12 +163,17 @@ impl Antialias {
             edge_needs: pixels("edge needs")?,
             shadow_pixels: stored("shadow pixels", places(size) + 1, size_of::<u32>())?,
             size,
+            smooth_m: f32::INFINITY,
             capacity,
             numbers: Buffer::from_slice(context, GrowsWith::Pixels.named("edge numbers"), &no_edges)?,
             edge_samples: stored("edge samples", capacity.samples, size_of::<EdgeSample>())?,
             edge_slots: stored("edge slots", capacity.slots, size_of::<EdgeSlot>())?,
             edge_points: stored("edge points", capacity.points.max(1), size_of::<PixelSurface>())?,
-            point_groups: Buffer::from_slice(context, GrowsWith::Pixels.named("edge point groups"), &[0_u32; 4])?,
+            point_groups: Buffer::from_slice(
+                context,
+                GrowsWith::Pixels.named("edge point groups"),
+                &[0_u32; 4],
+            )?,
         })
     }
 
@@ -174,7 +186,7 @@ impl Antialias {
         let all_slots = u64::from(pixel_count) * u64::from(MAX_SLOTS);
         let slots = (u64::from(pixel_count) * 3 / 2).max(all_slots.min(MIN_ROOM));
         let slots = if max_samples == 0 { 0 } else { slots.min(bindable) };
-        let points = (u64::from(pixel_count) / POINT_SHARE).max(all_slots.min(MIN_POINTS)).min(slots);
+        let points = (u64::from(pixel_count) / PIXELS_PER_POINT).max(all_slots.min(MIN_POINTS)).min(slots);
         EdgeCapacity {
             max_samples,
             samples: wanted.min(bindable) as u32,
@@ -216,7 +228,7 @@ impl Antialias {
         pass.dispatch_indirect(
             &self.samples,
             (&self.edge_groups, SAMPLE_GROUPS),
-            &EdgeSamplesPush { view: *view, capacity: self.capacity },
+            &self.samples_push(view),
             &[
                 ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),
@@ -232,7 +244,7 @@ impl Antialias {
         pass.dispatch_indirect(
             &self.batches,
             (&self.edge_groups, BATCH_GROUPS),
-            &EdgeSamplesPush { view: *view, capacity: self.capacity },
+            &self.samples_push(view),
             &[
                 ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),
@@ -249,13 +261,17 @@ impl Antialias {
         pass.dispatch_indirect(
             &self.slots,
             self.pixel_groups(),
-            &self.list_push(),
+            &self.samples_push(view),
             &[
+                ("Nodes", &scene.nodes),
+                ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
                 ("EdgeNumbers", &self.numbers),
+                ("EdgePixels", &self.edge_pixels),
                 ("EdgeSamples", &self.edge_samples),
                 ("EdgeSlots", &self.edge_slots),
                 ("PointNumbers", marks),
+                ("TruncatedLoops", &scene.truncated_loops),
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
@@ -264,7 +280,7 @@ impl Antialias {
         pass.dispatch_indirect(
             &self.points,
             self.pixel_groups(),
-            &EdgeSamplesPush { view: *view, capacity: self.capacity },
+            &self.samples_push(view),
             &[
                 ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),
@@ -418,12 +434,7 @@ impl Antialias {
         ];
         let scene_and_edges = traced.into_iter().filter(|(name, _)| *name != "Lights");
         let bindings: Vec<_> = scene_and_edges.chain(listed).collect();
-        pass.dispatch_indirect(
-            &self.frusta,
-            (groups, PIXEL_GROUPS),
-            &EdgeSamplesPush { view: *view, capacity: self.capacity },
-            &bindings,
-        );
+        pass.dispatch_indirect(&self.frusta, (groups, PIXEL_GROUPS), &self.samples_push(view), &bindings);
         pass.barrier(COMPUTE_TO_COMPUTE);
         let averaged = [
             ("EdgeSlots", &self.edge_slots),
@@ -455,6 +466,10 @@ impl Antialias {
     /// workgroup. `None` if antialiasing is off.
     pub fn point_groups(&self) -> Option<(&Buffer, u64)> {
         (self.capacity.max_samples > 0).then_some((&self.edge_groups, POINT_GROUPS))
+    }
+
+    fn samples_push(&self, view: &View) -> EdgeSamplesPush {
+        EdgeSamplesPush { view: *view, capacity: self.capacity, smooth_m2: self.smooth_m * self.smooth_m }
     }
 
     fn list_push(&self) -> EdgeListPush {

@@ -105,7 +105,8 @@ impl Compose {
         irradiances: Irradiances<'_>,
         [direct_weight, indirect_weight]: [f32; 2],
     ) {
-        let Irradiances { pixels, direct, indirect, at_edges, gloss, antialias, colours, emission_scale } = irradiances;
+        let Irradiances { pixels, direct, indirect, at_edges, gloss, antialias, colours, emission_scale } =
+            irradiances;
         let pixel_count = self.size[0] * self.size[1];
         let push = ComposePush {
             view: *view,

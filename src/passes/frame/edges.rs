@@ -10,7 +10,7 @@ gpu_struct! {
         pub side: u32,
         /// Bits 0-2: the image point that it shows; 3-6: eighths of its image points that met a
         /// surface; 7-10: position, among the nine pixels around, of the pixel whose indirect light
-        /// it takes, row by row; 11-12: its slot; 13: no pixel around shows its surface.
+        /// it takes, row by row; 11-12: its slot; 13: no pixel around serves it.
         pub what: u32,
     }
 }
@@ -21,8 +21,8 @@ gpu_struct! {
         /// Side of its first sample; `NO_SIDE`: this slot and all later ones of the
         /// pixel are empty.
         pub side: u32,
-        /// Bits 0-3: position of the pixel whose indirect light the samples take; from bit 4: the
-        /// sum of their eighths.
+        /// Bits 0-3: position of the pixel whose indirect light the samples take; 4-30: the
+        /// sum of their eighths; 31: they need an edge point.
         pub what: u32,
         /// Edge point whose indirect light they take instead; `u32::MAX`: none.
         pub point: u32,
@@ -62,10 +62,13 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `edge_samples`, `edge_batches`, `edge_points` and `pixel_frusta`.
+    /// Push constants of `edge_samples`, `edge_slots`, `edge_points`, `edge_batches` and of
+    /// `pixel_frusta`, the frusta of pixels.
     pub struct EdgeSamplesPush {
         pub view: View,
         pub capacity: EdgeCapacity,
+        /// Area of a pixel up to which indirect light is smooth over it and its neighbours, m².
+        pub smooth_m2: f32,
     }
 }
 

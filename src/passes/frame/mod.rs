@@ -27,5 +27,4 @@ pub mod shafts;
 pub mod sky_factors;
 pub mod splat;
 pub mod splat_capacity;
-pub mod tile_sort;
 pub mod tonemap;

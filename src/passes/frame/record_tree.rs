@@ -38,6 +38,8 @@ const LEVELS: u32 = 20;
 const PARALLEL_LEVELS: u32 = 2;
 /// Number of triangles of a cell up to which each record is compared with each of them.
 const FEW_TRIANGLES: usize = 32;
+/// Width of a pixel, over the smallest radius, up to which neighbouring pixels have similar light.
+const SMOOTH: f32 = 0.2;
 /// A child without records, or without surface.
 const EMPTY: u32 = u32::MAX;
 /// Marks a child that is a leaf; the other bits are the index of its list.
@@ -47,6 +49,8 @@ const IS_LEAF: u32 = 1 << 31;
 pub struct RecordTree {
     pub(super) grid: TreeGrid,
     pub(super) record_count: u32,
+    /// Smallest radius of a sphere, metres; infinite if there is none.
+    min_radius: f32,
     /// Of each node: eight children, each a node, a leaf or nothing; the list of its own records.
     pub(super) nodes: Buffer,
     /// Of each node or leaf: the number of its own records, then the records.
@@ -92,9 +96,15 @@ impl RecordTree {
                 relaxed: roots[1],
             },
             record_count: points.len() as u32,
+            min_radius: points.iter().map(|point| point.radius).fold(f32::INFINITY, f32::min),
             nodes: Buffer::from_slice(context, GrowsWith::GatherRays.named("record tree"), &tree.nodes)?,
             lists: Buffer::from_slice(context, GrowsWith::GatherRays.named("record lists"), &tree.lists)?,
         })
+    }
+
+    /// Width of a pixel up to which indirect light is smooth over it and its neighbours, metres.
+    pub fn smooth_m(&self) -> f32 {
+        SMOOTH * self.min_radius
     }
 
     /// Bytes of nodes and lists.
@@ -103,7 +113,7 @@ impl RecordTree {
     }
 }
 
-/// A cube.
+/// A cube of the octree.
 #[derive(Clone, Copy)]
 struct Cell {
     low: DVec3,
@@ -162,10 +172,12 @@ impl Tree {
         let (nodes, lists) = (self.nodes.len() as u32, self.lists.len() as u32);
         let moved_list = |list: u32| if list == EMPTY { EMPTY } else { list + lists };
         let moved = |child: u32| if child & IS_LEAF != 0 { moved_list(child) } else { child + nodes };
-        self.nodes.extend(branch.nodes.into_iter().map(|node| Node {
-            children: node.children.map(moved),
-            list: moved_list(node.list),
-        }));
+        self.nodes.extend(
+            branch
+                .nodes
+                .into_iter()
+                .map(|node| Node { children: node.children.map(moved), list: moved_list(node.list) }),
+        );
         self.lists.extend(branch.lists);
         moved(root)
     }
@@ -222,9 +234,13 @@ impl Builder<'_> {
     /// Makes the tree of a cell that is `level` levels below the root. Returns its root.
     fn make(&self, cell: Cell, items: Items, level: u32, tree: &mut Tree) -> u32 {
         let Items { records, triangles } = items;
-        let is_large = |&record: &u32| cell.size <= self.small * f64::from(self.points[record as usize].radius);
-        let (own, below): (Vec<u32>, Vec<u32>) =
-            if records.len() <= self.few || level == LEVELS { (records, Vec::new()) } else { records.into_iter().partition(is_large) };
+        let is_large =
+            |&record: &u32| cell.size <= self.small * f64::from(self.points[record as usize].radius);
+        let (own, below): (Vec<u32>, Vec<u32>) = if records.len() <= self.few || level == LEVELS {
+            (records, Vec::new())
+        } else {
+            records.into_iter().partition(is_large)
+        };
         let list = tree.list(&own);
         if below.is_empty() {
             return if list == EMPTY { EMPTY } else { list | IS_LEAF };
@@ -308,7 +324,7 @@ mod tests {
     #[test]
     fn a_triangle_meets_the_cubes_on_its_plane_alone() {
         let corners = [Vec3::ZERO, Vec3::new(4.0, 0.0, 4.0), Vec3::new(0.0, 4.0, 4.0)];
-        let triangle = Triangle { positions: corners, ..Triangle::default() };
+        let triangle = Triangle { positions: corners, normals: [Vec3::Y; 3], material: 0 };
         assert!(meets(&triangle, DVec3::new(1.0, 1.0, 2.0), 0.1));
         assert!(!meets(&triangle, DVec3::new(1.0, 1.0, 3.0), 0.4), "beside the plane");
         assert!(!meets(&triangle, DVec3::new(6.0, 1.0, 7.0), 0.5), "outside the box");

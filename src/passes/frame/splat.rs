@@ -150,7 +150,11 @@ impl SplatPoints {
                 named("uncovered pixels"),
                 &vec![0_u32; 4 + capacity as usize],
             )?,
-            irradiance: Buffer::storage(context, named("indirect irradiance"), 12 * u64::from(capacity.max(1)))?,
+            irradiance: Buffer::storage(
+                context,
+                named("indirect irradiance"),
+                12 * u64::from(capacity.max(1)),
+            )?,
         })
     }
 }
@@ -172,8 +176,8 @@ impl Splat {
     /// Stem of shader, reference and timing of the values.
     pub const APPLY_STEM: &str = "splat_apply";
 
-    /// Allocates buffers for the records of a tree, an image of that size and up to `edge_points`
-    /// edge points.
+    /// Allocates buffers for the records of a tree, an image of that size and at most `edge_points`
+    /// points of its edge pixels.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -197,7 +201,11 @@ impl Splat {
             apply: Pipeline::new(context, Self::APPLY_STEM, &[])?,
             tree,
             size,
-            block_boxes: Buffer::storage(context, "record blocks", block_count * size_of::<RecordBox>() as u64)?,
+            block_boxes: Buffer::storage(
+                context,
+                "record blocks",
+                block_count * size_of::<RecordBox>() as u64,
+            )?,
             at_pixels: SplatPoints::new(context, pixel_count, false)?,
             at_edges: SplatPoints::new(context, edge_points, true)?,
             weights: of_pixels("splat weights", 8 * u64::from(weight_capacity))?,
@@ -216,8 +224,8 @@ impl Splat {
         &self.at_edges.irradiance
     }
 
-    /// Finds the records of every pixel and edge point of a view. Points without any take the
-    /// nearest.
+    /// Finds the records of every pixel and edge point of a view. Without any, a point takes the
+    /// nearest of all.
     pub fn record(
         &self,
         rec: &mut Recorder,
@@ -226,7 +234,7 @@ impl Splat {
         seen: SeenSurfaces<'_>,
     ) {
         let [width, height] = self.size;
-        let RecordTree { grid, record_count, nodes, lists } = &*self.tree;
+        let RecordTree { grid, record_count, nodes, lists, .. } = &*self.tree;
         let (record_count, weight_capacity) = (*record_count, self.weight_capacity);
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(

@@ -7,3 +7,4 @@ pub mod photon_irradiance;
 pub mod photon_map;
 pub mod photon_reach;
 pub mod photon_trace;
+pub mod tile_sort;

@@ -7,7 +7,7 @@ use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
-use crate::passes::frame::tile_sort::TileSort;
+use crate::passes::reference::tile_sort::TileSort;
 use glam::Vec3;
 use std::sync::Arc;
 

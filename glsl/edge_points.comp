@@ -61,20 +61,22 @@ void main() {
     vec2 corner = vec2(in_rows(pixel, view.width));
     for (uint i = 0u; i < slots_each; ++i) {
         EdgeSlot slot = edge_slots[edge * slots_each + i];
-        if (slot.side == NO_SIDE) break;
-        if (!is_apart(slot)) continue;
-        bool is_kept = number < push.capacity.points;
-        edge_slots[edge * slots_each + i].point = is_kept ? number : NO_POINT;
+        bool is_point = slot.side != NO_SIDE && is_apart(slot);
+        bool is_kept = is_point && number < push.capacity.points;
         vec2 sum = vec2(0.0);
         float members = 0.0;
-        for (uint k = 0u; k < count && is_kept; ++k) {
+        uint end = is_kept ? count : 0u;
+        for (uint k = 0u; k < end; ++k) {
             EdgeSample seen = edge_sample_of(pair_at(EdgeSamples, edge * count + k));
-            if (seen.side == NO_SIDE || slot_of(seen) != i) continue;
-            sum += sample_3d(k + point_of(seen) * count, pixel).xy;
-            members += 1.0;
+            float weight = seen.side != NO_SIDE && slot_of(seen) == i ? 1.0 : 0.0;
+            sum += weight * sample_3d(k + point_of(seen) * count, pixel).xy;
+            members += weight;
         }
-        if (is_kept) edge_points[number] = seen_on(view, corner + sum / members, slot.side);
-        ++number;
+        if (is_kept) {
+            edge_points[number] = seen_on(view, corner + sum / members, slot.side);
+            edge_slots[edge * slots_each + i].point = number;
+        }
+        number += uint(is_point);
     }
     if (!loops_completed(view.width)) truncated_loops[0] = LOOP_TRUNCATED;
 }

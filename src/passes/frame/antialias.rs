@@ -257,6 +257,8 @@ impl Antialias {
         );
         pass.barrier(COMPUTE_TO_TRANSFER);
         pass.fill_zero(marks);
+        // A view without edges has no workgroup that counts them.
+        pass.fill_zero(&self.point_groups);
         pass.barrier(TRANSFER_TO_COMPUTE);
         pass.dispatch_indirect(
             &self.slots,

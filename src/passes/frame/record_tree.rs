@@ -63,38 +63,9 @@ impl RecordTree {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn new(context: &Arc<Context>, points: &[CachePoint], triangles: &[Triangle]) -> Result<Self> {
-        let root = root_of(points);
-        let facets: Vec<Facet> = triangles.iter().map(Facet::of).collect();
-        let all = || Items {
-            records: (0..points.len() as u32).collect(),
-            triangles: (0..triangles.len() as u32).collect(),
-        };
-        let mut tree = Tree::default();
-        let mut roots = [EMPTY; 2];
-        // Few pixels need relaxed records, so that long lists cost less than many.
-        for (root_word, (tolerance, few, small)) in
-            roots.iter_mut().zip([(Tolerance::VALID, 8, 0.5), (Tolerance::RELAXED, 64, 1.0)])
-        {
-            let builder = Builder {
-                points,
-                triangles,
-                facets: &facets,
-                tolerance,
-                few,
-                small,
-                margin: root.size / f64::from(1 << (LEVELS - 1)),
-            };
-            *root_word = builder.make(root, all(), 0, &mut tree);
-        }
-        tree.nodes.resize(tree.nodes.len().max(1), Node { children: [EMPTY; 8], list: EMPTY });
-        tree.lists.resize(tree.lists.len().max(1), 0);
+        let (grid, tree) = trees(points, triangles);
         Ok(Self {
-            grid: TreeGrid {
-                low: root.low.as_vec3(),
-                scale: (f64::from(1 << LEVELS) / root.size) as f32,
-                valid: roots[0],
-                relaxed: roots[1],
-            },
+            grid,
             record_count: points.len() as u32,
             min_radius: points.iter().map(|point| point.radius).fold(f32::INFINITY, f32::min),
             nodes: Buffer::from_slice(context, GrowsWith::GatherRays.named("record tree"), &tree.nodes)?,
@@ -111,6 +82,37 @@ impl RecordTree {
     pub fn bytes(&self) -> u64 {
         self.nodes.bytes() + self.lists.bytes()
     }
+}
+
+/// The tree of valid and the tree of relaxed records, in one list of nodes.
+fn trees(points: &[CachePoint], triangles: &[Triangle]) -> (TreeGrid, Tree) {
+    let root = root_of(points);
+    // A cell of the deepest level, and what an f32 of the largest coordinate rounds.
+    let farthest = root.low.abs().max((root.low + root.size).abs()).max_element();
+    let margin = root.size / f64::from(1 << (LEVELS - 1)) + 4.0 * f64::from(f32::EPSILON) * farthest;
+    let facets: Vec<Facet> = triangles.iter().map(Facet::of).collect();
+    let all = || Items {
+        records: (0..points.len() as u32).collect(),
+        triangles: (0..triangles.len() as u32).collect(),
+    };
+    let mut tree = Tree::default();
+    let mut roots = [EMPTY; 2];
+    // Few pixels need relaxed records, so that long lists cost less than many.
+    for (root_word, (tolerance, few, small)) in
+        roots.iter_mut().zip([(Tolerance::VALID, 8, 0.5), (Tolerance::RELAXED, 64, 1.0)])
+    {
+        let builder = Builder { points, triangles, facets: &facets, tolerance, few, small, margin };
+        *root_word = builder.make(root, all(), 0, &mut tree);
+    }
+    tree.nodes.resize(tree.nodes.len().max(1), Node { children: [EMPTY; 8], list: EMPTY });
+    tree.lists.resize(tree.lists.len().max(1), 0);
+    let grid = TreeGrid {
+        low: root.low.as_vec3(),
+        scale: (f64::from(1 << LEVELS) / root.size) as f32,
+        valid: roots[0],
+        relaxed: roots[1],
+    };
+    (grid, tree)
 }
 
 /// A cube of the octree.
@@ -320,13 +322,85 @@ fn meets(triangle: &Triangle, middle: DVec3, half: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cpu::records::cover_weight;
+    use crate::cpu::sampling::hash;
+    use glam::UVec2;
+    use std::collections::HashSet;
+
+    /// Records that a position asks, as kernels do.
+    fn asked(grid: TreeGrid, tree: &Tree, root: u32, position: Vec3) -> HashSet<u32> {
+        let cell = ((position - grid.low) * grid.scale).as_uvec3();
+        let (mut found, mut node) = (HashSet::new(), root);
+        for bit in (0..=LEVELS).rev() {
+            let list = if node & IS_LEAF == 0 { tree.nodes[node as usize].list } else { node };
+            if list != EMPTY {
+                let first = (list & !IS_LEAF) as usize;
+                found.extend(&tree.lists[first + 1..][..tree.lists[first] as usize]);
+            }
+            if node & IS_LEAF != 0 {
+                return found;
+            }
+            let [x, y, z] = cell.to_array().map(|axis| (axis >> (bit - 1) & 1) as usize);
+            node = tree.nodes[node as usize].children[x | y << 1 | z << 2];
+        }
+        unreachable!("the deepest level has no nodes")
+    }
+
+    /// At the origin, and where an f32 resolves two millimetres. Some facets are wide and some are
+    /// smaller than the cells.
+    #[test]
+    fn points_ask_every_record_that_has_weight_there() {
+        for offset in [0.0, 3e4] {
+            let mut state = 7;
+            let mut random = || {
+                state = hash(state, 1);
+                (state >> 8) as f32 / 16_777_216.0
+            };
+            let mut triangles = Vec::new();
+            for size in [2.0, 0.05].iter().flat_map(|&size| [size; 12]) {
+                let mut vector = || Vec3::new(random(), random(), random()) - 0.5;
+                let corner = offset + 2.0 * vector();
+                let corners = [corner, corner + size * vector(), corner + size * vector()];
+                let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+                triangles.push(Triangle { positions: corners, normals: [normal; 3], material: 0 });
+            }
+            let mut place = |index: usize| {
+                let [a, b, c] = triangles[index].positions;
+                let [u, v] = [random(), random()];
+                let [u, v] = if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] };
+                (a + u * (b - a) + v * (c - a), triangles[index].normals[0])
+            };
+            let point = |number: usize| {
+                let (position, normal) = place(number % 24);
+                let radius = if number % 5 == 0 { 0.4 } else { 0.1 };
+                let (occluder, unused) = (Vec3::ZERO, UVec2::ZERO);
+                CachePoint { position, radius, normal, side: 0, occluder, facet: normal, unused }
+            };
+            let points: Vec<CachePoint> = (0..1000).map(point).collect();
+            let (grid, tree) = trees(&points, &triangles);
+            let (mut served, mut spared) = (0, 0);
+            for number in 0..2000 {
+                let (position, normal) = place(number % 24);
+                for (root, within) in [(grid.valid, Tolerance::VALID), (grid.relaxed, Tolerance::RELAXED)] {
+                    let asked = asked(grid, &tree, root, position);
+                    for (index, point) in (0..).zip(&points) {
+                        let has_weight = cover_weight(position, normal, normal, point, within) > 1e-4;
+                        assert!(!has_weight || asked.contains(&index), "{position} lacks record {index}");
+                        served += u32::from(has_weight);
+                    }
+                    spared += points.len() - asked.len();
+                }
+            }
+            assert!(served > 10_000 && spared > 3_000_000, "{served} weights, {spared} records spared");
+        }
+    }
 
     #[test]
     fn a_triangle_meets_the_cubes_on_its_plane_alone() {
         let corners = [Vec3::ZERO, Vec3::new(4.0, 0.0, 4.0), Vec3::new(0.0, 4.0, 4.0)];
         let triangle = Triangle { positions: corners, normals: [Vec3::Y; 3], material: 0 };
         assert!(meets(&triangle, DVec3::new(1.0, 1.0, 2.0), 0.1));
-        assert!(!meets(&triangle, DVec3::new(1.0, 1.0, 3.0), 0.4), "beside the plane");
+        assert!(!meets(&triangle, DVec3::new(1.0, 1.0, 3.0), 0.3), "beside the plane");
         assert!(!meets(&triangle, DVec3::new(6.0, 1.0, 7.0), 0.5), "outside the box");
     }
 }

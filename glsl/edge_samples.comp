@@ -1,6 +1,6 @@
 // Antialiasing, step 3: traces samples spread over the edge pixels. Each sample takes the indirect
 // light of one of the nine pixels around it, the one with the most similar surface: indirect light
-// is smooth on a surface. If none is similar, or if pixels are not small beside records, it is
+// is smooth on a surface. If none is similar, or if pixels are not small beside cells, it is
 // marked. Along the scene's outline a sample traces several image points. It shows
 // the first surface that one of them meets, with the fraction of points that meet one as its
 // weight. Deterministic. One invocation = one sample. In: camera, scene, pixels. Out: the samples;

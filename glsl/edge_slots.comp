@@ -1,6 +1,6 @@
 // Antialiasing, step 4: gives each sample of an edge pixel a slot. Samples of one
-// material share a slot if the pixel's centre serves them, or if another pixel or none does and
-// their surfaces are similar. If the slots
+// material share a slot if they take indirect light from the same pixel, or if no pixel serves
+// them and their surfaces are similar. If the slots
 // run out, a sample takes the first slot of its material, else the last slot. Deterministic. One
 // invocation = one edge pixel. In: its samples. Out: its slots, the slot of each sample, and the
 // number of slots that need an edge point.
@@ -54,7 +54,7 @@ void main() {
     if (edge >= edge_count) return;
     EdgeSlot slots[MAX_SLOTS];
     uint materials[MAX_SLOTS];
-    PixelSurface shown[MAX_SLOTS];  // by the first samples of slots off the centre
+    PixelSurface shown[MAX_SLOTS];  // by the first samples of slots apart
     uint used = 0u;
     uint points = 0u;
     for (uint i = 0u; i < MAX_SLOTS; ++i) slots[i] = EdgeSlot(NO_SIDE, 0u, NO_POINT);
@@ -64,8 +64,7 @@ void main() {
         uint material = surface_at(found.side >> 1).material;
         PixelSurface point = PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
         vec3 facet = vec3(0.0);
-        bool is_off = place_of(found) != 4u;
-        if_any (is_off) {
+        if_any (is_apart(found)) {
             point = edge_point(view, edge_pixels[edge], found, i, count);
             facet = facing_normal(found.side);
         }
@@ -74,8 +73,8 @@ void main() {
         for (uint k = used; k-- > 0u;) {
             if (materials[k] != material) continue;
             alike = k;
-            bool is_own = !is_off && place_of(slots[k]) == 4u;
-            if_any (is_off && place_of(slots[k]) != 4u) is_own = dissimilarity(point, facet, shown[k]) <= uintBitsToFloat(ALIKE);
+            bool is_own = !is_apart(found) && !is_apart(slots[k]) && place_of(slots[k]) == place_of(found);
+            if_any (is_apart(found) && is_apart(slots[k])) is_own = dissimilarity(point, facet, shown[k]) <= uintBitsToFloat(ALIKE);
             if (is_own) own = k;
         }
         if (own == MAX_SLOTS && used < slots_each) {

@@ -102,13 +102,14 @@ pub fn samples_per_edge(edge_count: u32, most: u32, [samples, slots]: [u32; 2]) 
     if count < 4 || slots_per_edge(edge_count, slots) < 2 { 0 } else { count }
 }
 
-/// A sample of an edge pixel that shows a surface: its material, and its surface unless the pixel's
-/// centre serves it.
-pub type Shown = (u32, Option<PixelSurface>);
+/// A sample of an edge pixel that shows a surface: its material, and the place of the pixel whose
+/// indirect light it takes, or its surface if no pixel serves it.
+pub type Shown = (u32, Result<u32, PixelSurface>);
 
 /// Returns the slot of each sample of an edge pixel. `None` if the sample sees nothing. Samples of
-/// one material share a slot if the centre serves them, or if it does not and their surfaces are
-/// alike. If the slots run out, a sample takes the first slot of its material, else the last slot.
+/// one material share a slot if they take indirect light from the same pixel, or if no pixel
+/// serves them and their surfaces are alike. If the slots run out, a sample takes the first slot
+/// of its material, else the last slot.
 pub fn slots(
     samples: &[Option<Shown>],
     capacity: u32,
@@ -119,8 +120,9 @@ pub fn slots(
         let is_own = |slot: &Shown| {
             slot.0 == sample.0
                 && match (&slot.1, &sample.1) {
-                    (Some(first), Some(other)) => are_alike(other, first),
-                    (first, other) => first.is_none() && other.is_none(),
+                    (Ok(place), Ok(other)) => place == other,
+                    (Err(first), Err(other)) => are_alike(other, first),
+                    _ => false,
                 }
         };
         if let Some(own) = slots.iter().position(is_own) {

@@ -48,8 +48,8 @@ use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Context, Recorder};
 use crate::passes::frame::{
-    blend::Blend, form_factors::FormFactors, gather::Gather, hvds::Pyramid, near_lights::NearLights,
-    path_scan::PathScan, record_tree::RecordTree, splat::Splat,
+    antialias, blend::Blend, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
+    near_lights::NearLights, path_scan::PathScan, record_tree::RecordTree, splat::Splat,
 };
 use crate::passes::reflectances;
 use crate::scene::directions::Directions;
@@ -105,8 +105,8 @@ impl Renderer {
         let reach = seen::paths_to_view(&mut scene, &made)?;
         let (view, is_glossy) = (View::from(&scene.cameras[0]), made.gloss.is_some());
         let mut image = Image::new(context, &made.buffers, view, scene.quality.edge_samples, is_glossy)?;
+        image.antialias.smooth_m = antialias::SMOOTH * made.hvds.grid.cell_size() as f32;
         let tree = RecordTree::new(context, &made.cache_points.read()?, &scene.triangles)?;
-        image.antialias.smooth_m = tree.smooth_m();
         let splat = Splat::new(context, tree.into(), image.size(), image.antialias.capacity.points)?;
         let (world, transport, statistics) = Self::upload(context, scene, made)?;
         let factor_count = transport.form_factors.point_count();

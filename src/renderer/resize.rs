@@ -41,7 +41,7 @@ impl Renderer {
             light_weights: self.image.light_weights,
             ..Image::new(context, buffers, view, quality.edge_samples, self.transport.gloss.is_some())?
         };
-        image.antialias.smooth_m = self.splat.tree.smooth_m();
+        image.antialias.smooth_m = self.image.antialias.smooth_m;
         let splat =
             Splat::new(context, self.splat.tree.clone(), image.size(), image.antialias.capacity.points)?;
         let bits = self.transport.gather.packing.cluster_bits;

@@ -37,6 +37,9 @@ pub const OUTLINE_POINTS: u32 = 8;
 /// Dissimilarity up to which a pixel serves a sample, or samples share a slot; it is above this for
 /// another facet, and for a plane as far from the sample as a pixel is wide.
 pub const ALIKE: f32 = 1.0;
+/// Width of a pixel, in the smallest cells of the scene, up to which neighbouring pixels have
+/// similar indirect light. Records lie one to two cells apart.
+pub const SMOOTH: f32 = 0.25;
 /// Variance of a light among samples over their squared mean from which a pixel takes more samples.
 pub const SPREAD: f32 = 3.0;
 /// Samples of such a pixel over that ratio: the variance of their mean is 1/`DENSITY`

@@ -38,8 +38,6 @@ const LEVELS: u32 = 20;
 const PARALLEL_LEVELS: u32 = 2;
 /// Number of triangles of a cell up to which each record is compared with each of them.
 const FEW_TRIANGLES: usize = 32;
-/// Width of a pixel, over the smallest radius, up to which neighbouring pixels have similar light.
-const SMOOTH: f32 = 0.2;
 /// A child without records, or without surface.
 const EMPTY: u32 = u32::MAX;
 /// Marks a child that is a leaf; the other bits are the index of its list.
@@ -49,8 +47,6 @@ const IS_LEAF: u32 = 1 << 31;
 pub struct RecordTree {
     pub(super) grid: TreeGrid,
     pub(super) record_count: u32,
-    /// Smallest radius of a sphere, metres; infinite if there is none.
-    min_radius: f32,
     /// Of each node: eight children, each a node, a leaf or nothing; the list of its own records.
     pub(super) nodes: Buffer,
     /// Of each node or leaf: the number of its own records, then the records.
@@ -67,15 +63,9 @@ impl RecordTree {
         Ok(Self {
             grid,
             record_count: points.len() as u32,
-            min_radius: points.iter().map(|point| point.radius).fold(f32::INFINITY, f32::min),
             nodes: Buffer::from_slice(context, GrowsWith::GatherRays.named("record tree"), &tree.nodes)?,
             lists: Buffer::from_slice(context, GrowsWith::GatherRays.named("record lists"), &tree.lists)?,
         })
-    }
-
-    /// Width of a pixel up to which indirect light is smooth over it and its neighbours, metres.
-    pub fn smooth_m(&self) -> f32 {
-        SMOOTH * self.min_radius
     }
 
     /// Bytes of nodes and lists.
@@ -351,9 +341,9 @@ mod tests {
     #[test]
     fn points_ask_every_record_that_has_weight_there() {
         for offset in [0.0, 3e4] {
-            let mut state = 7;
+            let mut state = 7_u32;
             let mut random = || {
-                state = hash(state, 1);
+                state = hash(state.wrapping_add(1));
                 (state >> 8) as f32 / 16_777_216.0
             };
             let mut triangles = Vec::new();

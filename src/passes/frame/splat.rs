@@ -234,7 +234,7 @@ impl Splat {
         seen: SeenSurfaces<'_>,
     ) {
         let [width, height] = self.size;
-        let RecordTree { grid, record_count, nodes, lists, .. } = &*self.tree;
+        let RecordTree { grid, record_count, nodes, lists } = &*self.tree;
         let (record_count, weight_capacity) = (*record_count, self.weight_capacity);
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(

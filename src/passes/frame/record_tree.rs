@@ -362,7 +362,7 @@ mod tests {
             };
             let point = |number: usize| {
                 let (position, normal) = place(number % 24);
-                let radius = if number % 5 == 0 { 0.4 } else { 0.1 };
+                let radius = if number.is_multiple_of(5) { 0.4 } else { 0.1 };
                 let (occluder, unused) = (Vec3::ZERO, UVec2::ZERO);
                 CachePoint { position, radius, normal, side: 0, occluder, facet: normal, unused }
             };

@@ -1,9 +1,9 @@
 // Radiance towards the camera: albedo times direct and indirect irradiance. An edge pixel sums this
-// over the slots of its samples. A second dispatch handles the few edge pixels, so that no pixel
-// waits for a neighbour with slots. Deterministic. One invocation = one pixel, or one edge pixel in
-// the second dispatch. In: irradiances (W/m²; direct irradiance of the pixels, then of the slots
-// with their weights applied), reflectances, slots of edge pixels. Out: radiance, W/m²/sr; black
-// where a ray left a scene without a sky.
+// over its fragments. A second dispatch handles the few edge pixels, so that no pixel waits for a
+// neighbour with fragments. Deterministic. One invocation = one pixel, or one edge pixel in
+// the second dispatch. In: irradiances (W/m²; direct irradiance of the pixels, then of the
+// fragments), reflectances, fragments. Out: radiance, W/m²/sr; black where a ray left a scene
+// without a sky.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -35,7 +35,7 @@ layout(binding = 2) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 3) readonly buffer DirectIrradiance { vec3 direct_irradiance[]; };
 layout(scalar, binding = 4) readonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
 layout(scalar, binding = 5) readonly buffer EdgeNumbers { uint edge_numbers[]; };
-layout(scalar, binding = 6) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
+layout(scalar, binding = 6) readonly buffer FragmentFirsts { uint fragment_firsts[]; };
 layout(scalar, binding = 7) readonly buffer GlossRadiance { PixelGloss gloss_radiance[]; };
 layout(scalar, binding = 8) writeonly buffer Radiance { vec3 radiance[]; };
 layout(scalar, binding = 9) readonly buffer PixelColours { uint pixel_colours[]; };  // packed; only in scenes with images
@@ -48,6 +48,8 @@ layout(binding = 15) uniform usamplerBuffer Nodes;
 layout(binding = 16) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 17) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, binding = 18) readonly buffer EdgeIrradiance { vec3 edge_irradiance[]; };  // indirect, at the edge points
+layout(binding = 19) uniform usamplerBuffer Fragments;
+layout(binding = 20) uniform usamplerBuffer FragmentSurfaces;
 layout(scalar, push_constant) uniform Push { ComposePush push; };
 
 #include "include/triangles.glsl"
@@ -75,17 +77,15 @@ vec3 passed_to(uint index, uint side) {
 
 uint material_of(uint side) { return surface_at(side >> 1).material; }
 
-// `colour` is the colour of the material's image. The gloss comes from pixel
-// `gloss_source`. `weight` applies to it and to the indirect irradiance; `direct` includes it
-// already.
-vec3 reflected(uint side, vec3 colour, vec3 direct, vec3 indirect, uint gloss_source, float weight) {
+// `colour` is the colour of the material's image. The gloss comes from pixel `gloss_source`.
+vec3 reflected(uint side, vec3 colour, vec3 direct, vec3 indirect, uint gloss_source) {
     if (side == NO_SIDE) return vec3(0.0);
-    vec3 irradiance = push.direct_weight * direct + push.indirect_weight * weight * indirect;
+    vec3 irradiance = push.direct_weight * direct + push.indirect_weight * indirect;
     vec3 radiance = reflectance_at(Materials, material_of(side)).diffuse * irradiance * (1.0 / PI);
     if (HAS_TEXTURES != 0u) radiance *= colour;
     if (IS_GLOSSY == 1u) {
         PixelGloss gloss = gloss_radiance[gloss_source];
-        radiance += weight * (push.direct_weight * gloss.direct + push.indirect_weight * gloss.indirect);
+        radiance += push.direct_weight * gloss.direct + push.indirect_weight * gloss.indirect;
     }
     return radiance;
 }
@@ -112,30 +112,32 @@ vec2 middle_of(uint index) { return vec2(in_rows(index, push.view.width)) + 0.5;
 vec3 centre(uint index) {
     vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(pixel_colours[index]) : vec3(1.0);
     uint side = pixel_surface_at(Pixels, index).side;
-    vec3 found = push.emission_scale * reflected(side, colour, direct_irradiance[index], indirect_irradiance[index], index, 1.0) + emitted_at(side, middle_of(index));
+    vec3 found = push.emission_scale * reflected(side, colour, direct_irradiance[index], indirect_irradiance[index], index) + emitted_at(side, middle_of(index));
     return passed_to(index, side) * found;
 }
 
-// Mean radiance over the samples of an edge pixel; `edge` is its index in the list of edge pixels.
-vec3 mean_of_samples(uint edge, uint count, uint slots, uint index) {
+// Mean radiance over the `count` samples of an edge pixel; `edge` is its index in the list of edge
+// pixels.
+vec3 mean_of_samples(uint edge, uint count, uint index) {
     uint pixel_count = push.view.width * push.view.height;
     uvec2 size = uvec2(push.view.width, push.view.height);
     vec3 sum = vec3(0.0);
     vec3 emission = vec3(0.0);
     float uncovered = 1.0;
-    for (uint i = edge * slots; i < (edge + 1u) * slots; ++i) {
-        EdgeSlot slot = edge_slots[i];
-        if (slot.side == NO_SIDE) break;
-        uint source = pixel_at(size, index, place_of(slot));
-        uint gloss_source = IS_GLOSSY == 1u ? gloss_source_of(slot.side, source, index) : source;
+    for (uint i = fragment_firsts[edge]; i < fragment_firsts[edge + 1u]; ++i) {
+        Fragment fragment = fragment_at(Fragments, i);
+        uint side = pixel_surface_at(FragmentSurfaces, i).side;
+        float weight = float(samples_of(fragment)) / float(count);
+        uint source = pixel_at(size, index, place_of(fragment));
+        uint gloss_source = IS_GLOSSY == 1u ? gloss_source_of(side, source, index) : source;
         vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(edge_colours[i]) : vec3(1.0);
-        vec3 passed = passed_to(index, slot.side);
+        vec3 passed = weight * passed_to(index, side);
         vec3 indirect = indirect_irradiance[source];
-        if_any (slot.point != NO_POINT) indirect = edge_irradiance[slot.point];
-        sum += passed * reflected(slot.side, colour, direct_irradiance[pixel_count + i], indirect, gloss_source, weight_of(slot, count));
+        if_any (fragment.point != NO_POINT) indirect = edge_irradiance[fragment.point];
+        sum += passed * reflected(side, colour, direct_irradiance[pixel_count + i], indirect, gloss_source);
         if (HAS_EMISSION != 0u) {
-            emission += weight_of(slot, count) * passed * emitted_at(slot.side, vec2(0.0));
-            uncovered -= weight_of(slot, count);
+            emission += passed * emitted_at(side, vec2(0.0));
+            uncovered -= weight;
         }
     }
     if (HAS_EMISSION != 0u && uncovered > 1e-4) emission += uncovered * passed_to(index, NO_SIDE) * emitted_at(NO_SIDE, middle_of(index));
@@ -154,6 +156,6 @@ void main() {
     uint count = samples_per_edge(edge_count, push.capacity);
     if (index >= edge_count || count == 0u) return;
     uint pixel = edge_pixels[index];
-    radiance[pixel] = mean_of_samples(index, count, slots_per_edge(edge_count, push.capacity), pixel);
+    radiance[pixel] = mean_of_samples(index, count, pixel);
     if (!loops_completed(pixel_count)) truncated_loops[0] = LOOP_TRUNCATED;
 }

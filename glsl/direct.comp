@@ -42,6 +42,7 @@ layout(scalar, push_constant) uniform Push { DirectPush push; };
 #include "include/direct.glsl"
 #include "include/shafts.glsl"
 #include "include/shaft_rays.glsl"
+#include "include/penumbra.glsl"
 
 // Distance of the outer probes from the light's edges, in units of the edges: a lamp may sit in a
 // frame.
@@ -59,18 +60,13 @@ uint seen_by_probes(uint shaft, LightSource light, Receiver at, vec3 shading, fl
     return seen;
 }
 
-// The light with the sign that marks a penumbra, as shadow_mark reads it. `before` has it if an
-// earlier part of the light casts one, or, between dispatches for one part, if samples are hidden.
+// The light with the sign that marks a penumbra, as shadow_mark and fragment_mark read it.
 float marked(uint shaft, LightSource light, Receiver at, PixelSurface point, float before, float found, uint seen) {
-    bool had_mark = floatBitsToUint(before) >> 31 != 0u;
-    bool is_part = (push.flags & ADDS) != 0u;
-    if (!is_part && had_mark) seen |= SEES_HIDDEN;
-    if (!is_part && abs(before) > 0.0) seen |= SEES_LIT;
+    seen |= seen_before(before, push.flags);
     bool is_last = push.end_sample == light.samples;
     bool has_roots = word_at(ShaftRoots, shaft * SHAFT_WORDS) != 0u;
     if_any (is_last && has_roots && seen != (SEES_LIT | SEES_HIDDEN)) seen |= seen_by_probes(shaft, light, at, point.normal, point.footprint);
-    bool has_mark = is_last ? seen == (SEES_LIT | SEES_HIDDEN) || (is_part && had_mark) : (seen & SEES_HIDDEN) != 0u;
-    return uintBitsToFloat(floatBitsToUint(found) | (has_mark ? 0x80000000u : 0u));
+    return with_mark(found, has_mark(before, seen, push.flags, is_last));
 }
 
 void main() {

@@ -1,19 +1,19 @@
-// Antialiasing, step 2: lists the edge pixels in tile order, so that the samples of a batch are
-// close together. Also sizes the dispatches that follow: workgroups of 64 samples, of 64 edge
-// pixels, of GROUP_POINTS values of light (pixels and slots), and of 64 batches. Deterministic. One
-// invocation = one position in tile order. In: exclusive prefix sum of the edge marks, and the
-// total. Out: indices of the edge pixels; for each pixel its index in that list; their number (word
-// 3), followed by dispatch sizes.
+// Antialiasing, step 2: lists the edge pixels in tile order, so that those of a workgroup are close
+// together. Also sizes the dispatches that follow: workgroups of 64 invocations that find samples,
+// and of 64 edge pixels. Deterministic. One invocation = one position in tile order. In: exclusive
+// prefix sum of the edge marks, and the total. Out: indices of the edge pixels; for each pixel its
+// index in that list; their number (word 3), followed by dispatch sizes.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 #include "include/indirect.glsl"
 #include "include/antialias.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint GROUP_POINTS = 256;  // values of light that a workgroup sums
-layout(constant_id = 1) const uint BATCH = 64;          // samples that share a shaft
 
 struct EdgeListPush {
     uint width;
@@ -27,9 +27,7 @@ layout(scalar, binding = 2) writeonly buffer EdgeNumbers { uint edge_numbers[]; 
 layout(scalar, binding = 3) writeonly buffer EdgeGroups { uint edge_groups[]; };
 layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 
-void put_groups(uint first, uint groups) {
-    for (uint axis = 0u; axis < 3u; ++axis) edge_groups[first + axis] = swizzled(groups)[axis];
-}
+#include "include/edge_groups.glsl"
 
 void main() {
     uint place = flat_invocation();
@@ -45,12 +43,11 @@ void main() {
     if (place == 0u) {
         uint edge_count = edge_marks[64u * tiles_around(size)];
         edge_numbers[push.pixel_count] = edge_count;
-        uint samples = edge_count * samples_per_edge(edge_count, push.capacity);
+        uint invocations = edge_count * (samples_per_edge(edge_count, push.capacity) / OWN_SAMPLES);
         edge_groups[3] = edge_count;
-        put_groups(4u, (samples + 63u) / 64u);
+        put_groups(4u, (invocations + 63u) / 64u);
         put_groups(8u, (edge_count + 63u) / 64u);
-        uint points = push.pixel_count + edge_count * slots_per_edge(edge_count, push.capacity);
-        put_groups(12u, (points + GROUP_POINTS - 1u) / GROUP_POINTS);
-        put_groups(16u, (samples + 64u * BATCH - 1u) / (64u * BATCH));
+        // A view without edges has no fragments, and no workgroup that counts them.
+        put_fragments(push.pixel_count, 0u, GROUP_POINTS);
     }
 }

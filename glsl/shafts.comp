@@ -31,7 +31,7 @@ layout(binding = 2) uniform usamplerBuffer Lights;
 #include "include/shafts.glsl"
 
 layout(scalar, binding = 3) readonly buffer PointBatches { PointBatch point_batches[]; };
-layout(scalar, binding = 4) writeonly buffer ShaftRoots { uint shaft_roots[]; };
+layout(scalar, binding = 4) writeonly buffer ShaftRoots { uint roots[]; };
 layout(scalar, binding = 5) buffer ShaftList { uint shaft_list[]; };
 layout(scalar, push_constant) uniform Push { ShaftsPush push; };
 
@@ -130,6 +130,8 @@ bool is_inside(Corners corners) {
     return min(here.x, there.x) <= 0.0 && max(here.y, there.y) >= 0.0;
 }
 
+const uint MAX_OPENED = 48u;
+
 #include "include/open_tree.glsl"
 
 // Whether some point may face the light.
@@ -152,12 +154,12 @@ void main() {
     uint counts = 0u;
     shaft = shaft_between(points, light, clear, least_clear_distance(batch.low, batch.high));
     if (push.traces_all != 0u) {
-        shaft_roots[first + MAX_ROOTS] = 0u;
+        roots[first + MAX_ROOTS] = 0u;
         counts = 1u << 16;
     } else if (!is_empty(batch) && may_face(batch, light, clear)) {
         counts = open_tree(first);
     }
-    shaft_roots[first] = counts;
+    roots[first] = counts;
     if (counts >> 16 == 0u) return;
     uint place = atomicAdd(shaft_list[3], 1u);
     shaft_list[4u + place] = index;

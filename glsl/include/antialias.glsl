@@ -1,65 +1,78 @@
 // Antialiasing: edge pixels are averaged over samples spread over their area; any other pixel shows
-// its centre. Samples of a pixel share a slot if they take indirect light from the same pixel and
-// show the same material; the slot sums their direct light.
+// its centre. Samples of a pixel that see one surface are a fragment. Light is found for fragments.
 
-// The surface at a sample of an edge pixel. Its position follows from its index and the side.
-struct EdgeSample {
-    uint side;  // NO_SIDE if none of its image points met a surface
-    uint what;  // bits 0-2: image point that it shows; 3-6: eighths of its image points that met one; 7-10: position of the pixel whose
-                // indirect light it takes among the nine around, row by row; 11-12: slot; 13: apart
-};
+// A sample is the side that it sees, or NO_SIDE, and half a byte of a further list: its fragment,
+// or NO_FRAGMENT.
+const uint NO_FRAGMENT = 15u;
 
-// No pixel around a sample serves it: its indirect light needs a point of its own.
-const uint IS_APART = 1u << 13;
+uint fragment_of(usamplerBuffer list, uint edge_sample) { return word_at(list, edge_sample >> 3) >> 4u * (edge_sample & 7u) & 15u; }
 
-EdgeSample edge_sample_of(uvec2 words) { return EdgeSample(words.x, words.y); }
-
-// The data that samples of one slot share.
-struct EdgeSlot {
-    uint side;  // of its first sample; NO_SIDE: this slot and all later ones are empty
-    uint what;  // bits 0-3: place of the pixel whose indirect light they take; 4-30: their eighths, summed; 31: they need an edge point
-    uint point;  // edge point whose indirect light they take instead; NO_POINT: none
+// What an edge pixel shows of one surface; its point has the same index in the list of surfaces.
+struct Fragment {
+    uint edge;        // index of its pixel in the list of edge pixels
+    uint what;        // bits 0-3: place, of the nine row by row, of the pixel whose indirect light it takes; 4: it needs its own;
+                      // 5-13: pixels of the nine that are alike; 14-31: number of its samples
+    uint point;       // edge point whose indirect light it takes instead; NO_POINT: none
+    uint neighbours;  // bit 4·n + k: fragment k of neighbour n is alike; neighbours are the nine without the fifth
 };
 
 const uint NO_POINT = 0xffffffffu;
 
+Fragment fragment_at(usamplerBuffer list, uint index) {
+    uvec4 words = texelFetch(list, int(index));
+    return Fragment(words.x, words.y, words.z, words.w);
+}
+
+uint place_of(Fragment fragment) { return fragment.what & 15u; }
+bool is_apart(Fragment fragment) { return (fragment.what >> 4 & 1u) != 0u; }
+bool is_alike(Fragment fragment, uint place) { return (fragment.what >> (5u + place) & 1u) != 0u; }
+uint samples_of(Fragment fragment) { return fragment.what >> 14; }
+
 // Capacity of the lists of edge pixels.
 struct EdgeCapacity {
-    uint max_samples;  // of a pixel
-    uint samples;       // in all
-    uint slots;         // in all
-    uint points;        // edge points in all
+    uint light_samples;  // of a fragment
+    uint samples;        // of all edge pixels
+    uint fragments;      // in all
+    uint points;         // edge points in all
 };
 
-const uint MAX_SLOTS = 4u;  // of a pixel
+const uint MAX_FRAGMENTS = 4u;  // of a pixel
 
-// Number of pixels with memory for a frustum: frusta reuse the shafts of batches of 64 samples.
-uint frusta_in(EdgeCapacity capacity) { return (capacity.samples + 63u) / 64u; }
+// Samples of a pixel for each sample of a light in one of its fragments: more of them cost only at
+// a move of the camera. As in src/passes/frame/edges.rs.
+const uint COVERAGE = 4u;
 
-uint slots_per_edge(uint edge_count, EdgeCapacity capacity) { return min(MAX_SLOTS, capacity.slots / max(edge_count, 1u)); }
+// Fragments of each edge pixel within the capacity.
+uint fragments_per_edge(uint edge_count, EdgeCapacity capacity) { return min(MAX_FRAGMENTS, capacity.fragments / max(edge_count, 1u)); }
 
-// Samples of each edge pixel within the capacity; 0 if fewer than MIN_SAMPLES
-// (src/passes/frame/antialias.rs), which would be no better than the centre alone, or if a pixel
-// has one slot, which would give all samples one surface.
-uint samples_per_edge(uint edge_count, EdgeCapacity capacity) {
-    uint count = min(capacity.max_samples, capacity.samples / max(edge_count, 1u));
-    return count < 4u || slots_per_edge(edge_count, capacity) < 2u ? 0u : count;
+// Samples of an edge pixel that one invocation finds.
+const uint OWN_SAMPLES = 8u;
+
+const uint MAX_SAMPLES = 256u;  // of a pixel; a multiple of OWN_SAMPLES
+
+// Samples of an edge pixel if the capacity suffices: a multiple of OWN_SAMPLES.
+uint max_samples(EdgeCapacity capacity) {
+    return min(COVERAGE * capacity.light_samples + OWN_SAMPLES - 1u & ~(OWN_SAMPLES - 1u), MAX_SAMPLES);
 }
+
+// Samples of each edge pixel within the capacity, a multiple of OWN_SAMPLES; 0 if a pixel has one
+// fragment, which would give all samples one surface.
+uint samples_per_edge(uint edge_count, EdgeCapacity capacity) {
+    uint count = min(max_samples(capacity), capacity.samples / max(edge_count, 1u) & ~(OWN_SAMPLES - 1u));
+    return fragments_per_edge(edge_count, capacity) < 2u ? 0u : count;
+}
+
+// Words of the triangles that camera rays through a tile of 8×8 pixels may meet: their number, or
+// TOO_MANY; triangles. The same for an edge pixel.
+const uint TILE_WORDS = 512u;
+const uint EDGE_WORDS = 64u;
+const uint TOO_MANY = 0xffffffffu;
+
+// Number of edge pixels with memory for triangles: as many as can have all samples.
+uint edges_in(EdgeCapacity capacity) { return capacity.samples / max(max_samples(capacity), 1u); }
 
 // Marks a pixel that is no edge pixel in the list that maps pixels to edge pixels.
 const uint NO_EDGE = 0xffffffffu;
-
-uint point_of(EdgeSample found) { return found.what & 7u; }
-uint eighths_of(EdgeSample found) { return found.what >> 3 & 15u; }
-uint place_of(EdgeSample found) { return found.what >> 7 & 15u; }
-uint slot_of(EdgeSample found) { return found.what >> 11 & 3u; }
-
-bool is_apart(EdgeSample found) { return (found.what & IS_APART) != 0u; }
-
-uint place_of(EdgeSlot slot) { return slot.what & 15u; }
-bool is_apart(EdgeSlot slot) { return slot.what >> 31 != 0u; }
-// Fraction of a pixel's `count` samples in a slot.
-float weight_of(EdgeSlot slot, uint count) { return float((slot.what & 0x7fffffffu) >> 4) / float(8u * count); }
 
 // The pixel at one of the nine positions around another, clamped to the image.
 uint pixel_at(uvec2 size, uint pixel, uint place) {

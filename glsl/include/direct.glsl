@@ -1,6 +1,10 @@
 // Direct irradiance from one light, per unit emission. Include after types.glsl, math.glsl,
 // bvh.glsl and lights.glsl.
 
+// What a point sees of a light: samples that light it, samples that are hidden.
+const uint SEES_LIT = 1u;
+const uint SEES_HIDDEN = 2u;
+
 // Distance in units of the widest sample spacing of an area light. Receivers nearer than NEAR take
 // the closed form; from NEAR to twice NEAR it fades out.
 const float NEAR = 4.0;
@@ -154,8 +158,8 @@ bool is_due(LightSample found, float factor, uint flags) { return found.distance
 // ray each: 1/m² for point and spot lights, sr for area lights, 1 for directional lights.
 // `shading` is the shading normal of the surface, `area` (m²) its extent. Samples that cannot
 // bring light (behind the surface, outside a cone) take no ray unless TRACES_ALL. `weighed`
-// completes the result.
-float light_factor(LightSource light, uint first, uint end, uint flags, vec3 position, vec3 normal, vec3 shading, float area) {
+// completes the result. Adds to `seen`, see penumbra.glsl.
+float light_factor(LightSource light, uint first, uint end, uint flags, vec3 position, vec3 normal, vec3 shading, float area, inout uint seen) {
     float sum = 0.0;
     uint row = lattice_row(light, first);
     for (uint i = first; i < end; ++i) {
@@ -164,7 +168,14 @@ float light_factor(LightSource light, uint first, uint end, uint flags, vec3 pos
         LightSample found;
         float factor = open_factor(light, u, position, normal, shading, area, found);
         if (!is_due(found, factor, flags)) continue;
-        if (is_lit(position, normal, found)) sum += factor * passed_by_panes(shadow_ray(position, normal, found), light.shape >> CHANNEL_SHIFT);
+        bool lit = is_lit(position, normal, found);
+        if (factor > 0.0) seen |= lit ? SEES_LIT : SEES_HIDDEN;
+        if (lit) sum += factor * passed_by_panes(shadow_ray(position, normal, found), light.shape >> CHANNEL_SHIFT);
     }
     return sum / float(light.samples);
+}
+
+float light_factor(LightSource light, uint first, uint end, uint flags, vec3 position, vec3 normal, vec3 shading, float area) {
+    uint seen = 0u;
+    return light_factor(light, first, end, flags, position, normal, shading, area, seen);
 }

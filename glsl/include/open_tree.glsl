@@ -1,10 +1,7 @@
 // Roots of rays in a region (a shaft or a frustum): the few nodes and triangles that overlap it.
-// Include after bvh.glsl and shafts.glsl. The including shader binds `uint shaft_roots[]` and
-// defines the region: `bool is_outside(vec3 low, vec3 high)` for a box, `bool is_inside(Corners
-// corners)` for a triangle that may overlap it.
-
-// Maximum number of opened nodes.
-const uint MAX_OPENED = 48u;
+// Include after bvh.glsl. The including shader binds `uint roots[]`. It defines the largest number
+// of roots, MAX_ROOTS, and of opened nodes, MAX_OPENED. It also defines the region: `bool
+// is_outside(vec3 low, vec3 high)` for a box, `bool is_inside(Corners corners)` for a triangle.
 
 // Children of a node that overlap the region: bits 24-31 inner ones, 0-23 leaf triangles.
 uint children_inside(Node node) {
@@ -46,11 +43,11 @@ uint open_tree(uint first) {
         uint found = opened < MAX_OPENED ? children_inside(node) : 0u;
         if (opened >= MAX_OPENED || triangle_roots + node_roots + waiting + uint(bitCount(found)) > MAX_ROOTS) {
             // Rays start at this node and traverse it themselves.
-            shaft_roots[first + MAX_ROOTS - node_roots++] = opening;
+            roots[first + MAX_ROOTS - node_roots++] = opening;
             continue;
         }
         for (uint left = found & 0xffffffu; left != 0u; left &= left - 1u) {
-            shaft_roots[first + 1u + triangle_roots++] = node.children.y + uint(findLSB(left));
+            roots[first + 1u + triangle_roots++] = node.children.y + uint(findLSB(left));
         }
         for (uint left = found >> 24; left != 0u; left &= left - 1u) {
             uint before = node.frame.w >> 24 & ((left & -left) - 1u);

@@ -32,10 +32,6 @@ bool is_lit_in(uint shaft, vec3 position, vec3 normal, LightSample light) {
     return !trace_from(word_at(ShaftRoots, last), ShaftRoots, last + 1u - nodes, nodes - 1u, ray, true, hit);
 }
 
-// What a point sees of a light: samples that light it, samples that are hidden.
-const uint SEES_LIT = 1u;
-const uint SEES_HIDDEN = 2u;
-
 // As light_factor, for a point of the shaft's batch and a light of LIGHT_KIND. Adds to `seen`.
 float light_factor_in(uint shaft, LightSource light, uint first, uint end, uint flags, vec3 position, vec3 normal, vec3 shading, float area,
                       inout uint seen) {

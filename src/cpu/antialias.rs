@@ -1,11 +1,21 @@
-//! Reference of the antialiasing: edge pixels, and the surfaces at their samples.
+//! Reference of the antialiasing: edge pixels, the surfaces at their samples, and fragments.
 
 use crate::cpu::primary::{Seen, direction_through, seen_through};
 use crate::cpu::rays::Geometry;
 use crate::cpu::records::FACETS_ALIKE;
-use crate::cpu::sampling::sample_3d;
+use crate::cpu::sampling::{hash, hash_pair, sample_3d, sobol};
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
 use glam::{DVec2, DVec3, Vec3};
+
+/// Samples of a pixel for each sample of a light in a fragment; `glsl/include/antialias.glsl` has
+/// the same constants.
+const COVERAGE: u32 = 4;
+/// Sides whose fragment the device keeps in mind.
+const KNOWN: usize = 8;
+/// Maximum number of samples of an edge pixel.
+const MAX_SAMPLES: u32 = 256;
+/// Maximum number of fragments of an edge pixel.
+const MAX_FRAGMENTS: u32 = 4;
 
 /// Thresholds of an edge between two pixels.
 #[derive(Clone, Copy)]
@@ -65,11 +75,11 @@ pub fn tile_order([width, height]: [u32; 2]) -> impl Iterator<Item = u32> {
 }
 
 /// Marks the pixels at a shadow edge of a light that are no edge pixels already: the light differs
-/// by more than the fraction `contrast` from that at a pixel beside them.
+/// by the fraction `contrast` or more from that at a pixel beside them.
 pub fn shadow_edges(contrast: f64, size: [u32; 2], edges: &[bool], layer: &[f32]) -> Vec<bool> {
     let differ = |index: usize, other: usize| {
         let [here, there] = [layer[index], layer[other]].map(f64::from);
-        (here - there).abs() > contrast * here.max(there)
+        here.max(there) > 0.0 && (here - there).abs() >= contrast * here.max(there)
     };
     let is_edge = |index: usize| !edges[index] && beside(index, size).any(|other| differ(index, other));
     (0..layer.len()).map(is_edge).collect()
@@ -87,78 +97,72 @@ fn beside(index: usize, [width, height]: [u32; 2]) -> impl Iterator<Item = usize
     beside.into_iter().flatten()
 }
 
-/// Maximum number of slots of an edge pixel.
-const MAX_SLOTS: u32 = 4;
-
-/// Slots of each of `edge_count` edge pixels, with a capacity of `slots` in total.
-pub fn slots_per_edge(edge_count: u32, slots: u32) -> u32 {
-    MAX_SLOTS.min(slots / edge_count.max(1))
+/// Fragments of each of `edge_count` edge pixels, with a capacity of `fragments` in total.
+pub fn fragments_per_edge(edge_count: u32, fragments: u32) -> u32 {
+    MAX_FRAGMENTS.min(fragments / edge_count.max(1))
 }
 
-/// Samples of each of `edge_count` edge pixels: `most`, or what the capacity allows. Zero if that
-/// is fewer than four, or if all would share a slot.
-pub fn samples_per_edge(edge_count: u32, most: u32, [samples, slots]: [u32; 2]) -> u32 {
-    let count = most.min(samples / edge_count.max(1));
-    if count < 4 || slots_per_edge(edge_count, slots) < 2 { 0 } else { count }
+/// Samples of each of `edge_count` edge pixels with `light_samples` of a light in a fragment, or
+/// what the capacity allows; a multiple of eight. Zero if all would be one fragment.
+pub fn samples_per_edge(edge_count: u32, light_samples: u32, [samples, fragments]: [u32; 2]) -> u32 {
+    let most = (COVERAGE * light_samples).next_multiple_of(8).min(MAX_SAMPLES);
+    let count = most.min((samples / edge_count.max(1)) & !7);
+    if fragments_per_edge(edge_count, fragments) < 2 { 0 } else { count }
 }
 
-/// A sample of an edge pixel that shows a surface: its material, and the place of the pixel whose
-/// indirect light it takes, or its surface if no pixel serves it.
-pub type Shown = (u32, Result<u32, PixelSurface>);
-
-/// Returns the slot of each sample of an edge pixel. `None` if the sample sees nothing. Samples of
-/// one material share a slot if they take indirect light from the same pixel, or if no pixel
-/// serves them and their surfaces are alike. If the slots run out, a sample takes the first slot
-/// of its material, else the last slot.
-pub fn slots(
-    samples: &[Option<Shown>],
-    capacity: u32,
-    are_alike: impl Fn(&PixelSurface, &PixelSurface) -> bool,
-) -> Vec<Option<usize>> {
-    let mut slots: Vec<Shown> = Vec::new();
-    let mut slot_of = |sample: &Shown| {
-        let is_own = |slot: &Shown| {
-            slot.0 == sample.0
-                && match (&slot.1, &sample.1) {
-                    (Ok(place), Ok(other)) => place == other,
-                    (Err(first), Err(other)) => are_alike(other, first),
-                    _ => false,
-                }
-        };
-        if let Some(own) = slots.iter().position(is_own) {
+/// Returns the fragment of each sample of an edge pixel; `None` if the sample sees nothing. A
+/// sample joins the fragment whose first sample it resembles most if that has the same material and
+/// is no more than `alike` dissimilar, or if `most` fragments are in use. Samples on one side of a
+/// triangle stay together. The second result are the first samples of the fragments.
+pub fn fragments(
+    surfaces: &[Surface],
+    samples: &[Option<PixelSurface>],
+    most: u32,
+    alike: f64,
+) -> (Vec<Option<usize>>, Vec<PixelSurface>) {
+    let mut shown: Vec<PixelSurface> = Vec::new();
+    let mut known: Vec<(u32, usize)> = Vec::new();
+    let material = |surface: &PixelSurface| surfaces[surface.side as usize / 2].material;
+    let mut fragment_of = |sample: &PixelSurface| {
+        if let Some(&(_, own)) = known.iter().rev().take(KNOWN).find(|(side, _)| *side == sample.side) {
             return own;
         }
-        if slots.len() < capacity as usize {
-            slots.push(*sample);
-            return slots.len() - 1;
+        let cost = |other: &PixelSurface| {
+            let other_material = if material(other) == material(sample) { 0.0 } else { 1e3 };
+            dissimilarity(surfaces, sample, other) + other_material
+        };
+        let costs = shown.iter().map(cost).enumerate();
+        let best = costs.min_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((own, _)) = best.filter(|(_, least)| *least <= alike || shown.len() == most as usize) {
+            known.push((sample.side, own));
+            return own;
         }
-        slots.iter().position(|slot| slot.0 == sample.0).unwrap_or(slots.len() - 1)
+        shown.push(*sample);
+        known.push((sample.side, shown.len() - 1));
+        shown.len() - 1
     };
-    samples.iter().map(|sample| sample.as_ref().map(&mut slot_of)).collect()
+    let own = samples.iter().map(|sample| sample.as_ref().map(&mut fragment_of)).collect();
+    (own, shown)
 }
 
-/// Thresholds of further samples of a light at an edge pixel.
-#[derive(Clone, Copy)]
-pub struct Needs {
-    /// Variance over squared mean from which a pixel takes more samples.
-    pub spread: f64,
-    /// Samples of such a pixel over that ratio.
-    pub density: f64,
-    /// Upper bound, over the samples that it has.
-    pub most: u32,
+/// Whether the light `here` of a fragment may be mixed by the light `there` elsewhere on its
+/// surface, negative in a penumbra: by a relative difference of `contrast`.
+pub fn differs(here: f32, there: f32, contrast: f64) -> bool {
+    let [low, high] = [here.abs().min(there.abs()), here.abs().max(there.abs())].map(f64::from);
+    there.is_sign_negative() || (high > 0.0 && high - low >= contrast * high)
 }
 
-/// Number of samples that a pixel needs of a light with these values at its samples: a multiple of
-/// sixteen, or 0 if the samples suffice.
-pub fn need(needs: Needs, light: &[f64]) -> u32 {
-    let count = light.len() as u32;
-    let mean = light.iter().sum::<f64>() / f64::from(count);
-    let variance = light.iter().map(|light| light * light).sum::<f64>() / f64::from(count) - mean * mean;
-    if !(mean > 0.0 && variance >= needs.spread * mean * mean) {
-        return 0;
-    }
-    let need = ((needs.density * variance / (mean * mean)) as u32).min(needs.most * count) & !15;
-    if need > count { need } else { 0 }
+/// Place of a sample in an edge pixel, from its corner: Sobol points whose bits the pixel flips.
+pub fn place_in_pixel(sample: u32, pixel: u32) -> DVec2 {
+    let [x, y, _] = sobol(sample);
+    let flipped = [x ^ hash(pixel), y ^ hash_pair(pixel, 1)];
+    DVec2::from(flipped.map(|fraction| f64::from(fraction >> 8) / f64::from(1 << 24)))
+}
+
+/// Surface at a sample of an edge pixel.
+pub fn edge_sample(geometry: Geometry<'_>, view: &View, pixel: u32, number: u32) -> Option<Seen> {
+    let corner = DVec2::new(f64::from(pixel % view.width), f64::from(pixel / view.width));
+    seen_through(geometry, view, corner + place_in_pixel(number, pixel))
 }
 
 /// Surface at sample number `sample` of a pixel.
@@ -177,19 +181,9 @@ pub fn surface_of(seen: &Seen) -> PixelSurface {
     }
 }
 
-/// Surface at image point `number` of a pixel, on the plane of a side, without a ray.
+/// Surface at a sample of an edge pixel, on the plane of a side, without a ray.
 pub fn surface_on(geometry: Geometry<'_>, view: &View, pixel: u32, number: u32, side: u32) -> PixelSurface {
-    surface_through(geometry, view, pixel, sample_3d(number, pixel).as_dvec3().truncate(), side)
-}
-
-/// The same at a place in the pixel, from its corner.
-pub fn surface_through(
-    geometry: Geometry<'_>,
-    view: &View,
-    pixel: u32,
-    place: DVec2,
-    side: u32,
-) -> PixelSurface {
+    let place = place_in_pixel(number, pixel);
     let [p0, p1, p2] = geometry.triangles[side as usize / 2].positions.map(Vec3::as_dvec3);
     let across = (p1 - p0).cross(p2 - p0);
     let eye = view.position.as_dvec3();
@@ -206,38 +200,6 @@ pub fn surface_through(
         side,
         normal: if side % 2 == 1 { -normal } else { normal }.as_vec3(),
         footprint: (f64::from(view.pixel_area) * t * t) as f32,
-    }
-}
-
-/// A sample of an edge pixel.
-pub struct EdgeSample {
-    /// Surface at the sample. `None` if none of its image points meets a surface.
-    pub seen: Option<Seen>,
-    /// Index of the image point that it shows.
-    pub number: u32,
-    /// Fraction of its image points that meet a surface.
-    pub fraction: f64,
-}
-
-/// Sample `index` of the `count` of an edge pixel. If a pixel around it sees nothing, the sample
-/// traces every `count`th image point of the pixel, `points` in total, and shows the first surface
-/// that one meets.
-pub fn edge_sample(
-    geometry: Geometry<'_>,
-    view: &View,
-    pixels: &[PixelSurface],
-    pixel: u32,
-    [index, count, points]: [u32; 3],
-) -> EdgeSample {
-    let is_outline = around(view, pixel).any(|other| pixels[other as usize].side == NO_SIDE);
-    let points = if is_outline { points } else { 1 };
-    let numbers = (0..points).map(|k| index + k * count);
-    let met: Vec<(u32, Seen)> =
-        numbers.filter_map(|number| Some((number, sample(geometry, view, pixel, number)?))).collect();
-    let fraction = met.len() as f64 / f64::from(points);
-    match met.into_iter().next() {
-        Some((number, seen)) => EdgeSample { seen: Some(seen), number, fraction },
-        None => EdgeSample { seen: None, number: index, fraction },
     }
 }
 
@@ -267,7 +229,7 @@ pub fn dissimilarity(surfaces: &[Surface], found: &PixelSurface, pixel: &PixelSu
         + if is_alike { 0.0 } else { 1.0 }
 }
 
-/// The dissimilarity and the pixel whose indirect light a sample takes: the first pixel that
+/// The dissimilarity and the pixel whose indirect light a fragment takes: the first pixel that
 /// is similar enough, of the pixel itself and the eight around it from the right one on, else
 /// the least dissimilar.
 pub fn source(

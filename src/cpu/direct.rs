@@ -159,8 +159,18 @@ pub fn irradiance_by(
 
 /// Whether a pixel sees a part of a light and not all of it, by its samples and by probes.
 pub fn is_in_penumbra(geometry: Geometry<'_>, light: &LightSource, pixel: &PixelSurface) -> bool {
+    sees_a_part(geometry, light, &[PointSamples::lattice(light), PointSamples::probes()], pixel)
+}
+
+/// Whether a pixel sees a part of those samples of a light.
+pub fn sees_a_part(
+    geometry: Geometry<'_>,
+    light: &LightSource,
+    samples: &[PointSamples],
+    pixel: &PixelSurface,
+) -> bool {
     let sees = |samples: &PointSamples| seen_samples(geometry, light, samples, pixel);
-    let seen: Vec<_> = [PointSamples::lattice(light), PointSamples::probes()].iter().flat_map(sees).collect();
+    let seen: Vec<_> = samples.iter().flat_map(sees).collect();
     seen.iter().any(|sample| sample.1) && seen.iter().any(|sample| !sample.1)
 }
 

@@ -13,7 +13,8 @@ use std::sync::Arc;
 
 const EDGE_PIXELS: u32 = SplatCounts::WORDS;
 const EDGE_POINTS: u32 = EDGE_PIXELS + 1;
-const LISTED: u32 = EDGE_POINTS + 1;
+const FRAGMENTS: u32 = EDGE_POINTS + 1;
+const LISTED: u32 = FRAGMENTS + 1;
 const WORDS: u32 = LISTED + FRAMES as u32;
 
 /// Number of frames in flight.
@@ -53,7 +54,9 @@ impl FrameCounters {
             splat.copy_counts(rec, &self.block, 0);
             let (groups, offset) = antialias.edge_count_at();
             rec.copy_to_host(groups, offset, &self.block, EDGE_PIXELS, 1);
-            rec.copy_to_host(&antialias.point_groups, 12, &self.block, EDGE_POINTS, 1);
+            rec.copy_to_host(&antialias.fragments.point_groups, 12, &self.block, EDGE_POINTS, 1);
+            let (groups, offset) = antialias.fragment_count_at();
+            rec.copy_to_host(groups, offset, &self.block, FRAGMENTS, 1);
         }
         if let Gathering::List(_) = plan.gather {
             let (offsets, offset) = needed.listed_at();
@@ -74,6 +77,11 @@ impl FrameCounters {
     /// Edge points of the view.
     pub(super) fn edge_points(&self) -> u32 {
         self.block.word(EDGE_POINTS)
+    }
+
+    /// Fragments of the view.
+    pub(super) fn fragments(&self) -> u32 {
+        self.block.word(FRAGMENTS)
     }
 
     /// Length of the list of records that frame number `frame` built. Undefined if it built none.

@@ -10,6 +10,7 @@ use crate::passes::frame::{
     antialias::Antialias,
     compose::{Compose, Irradiances},
     direct::Direct,
+    fragments::Fragments,
     pixel_colours::PixelColours,
     primary::Primary,
     splat::SeenSurfaces,
@@ -45,12 +46,12 @@ impl Image {
     ) -> Result<Self> {
         let (size, pixels) = ([view.width, view.height], view.width * view.height);
         let antialias = Antialias::new(context, size, edge_samples)?;
-        let slots = antialias.capacity.slots;
+        let fragments = antialias.capacity.fragments;
         Ok(Self {
             view,
             primary: Primary::new(context, pixels)?,
-            direct: Direct::new(context, size, slots)?,
-            pixel_colours: PixelColours::new(context, buffers, pixels, slots)?,
+            direct: Direct::new(context, size, fragments)?,
+            pixel_colours: PixelColours::new(context, buffers, pixels, fragments)?,
             antialias,
             compose: Compose::new(context, buffers, size, is_glossy)?,
             tonemap: Tonemap::new(context, pixels)?,
@@ -61,7 +62,7 @@ impl Image {
 
     /// The surfaces that indirect light is splatted to.
     pub(super) fn seen(&self) -> SeenSurfaces<'_> {
-        let Antialias { edge_points, point_groups, .. } = &self.antialias;
+        let Fragments { edge_points, point_groups, .. } = &self.antialias.fragments;
         SeenSurfaces { pixels: &self.primary.pixels, edge_points, point_groups }
     }
 

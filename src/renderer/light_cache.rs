@@ -17,11 +17,11 @@ pub(super) struct LightCache {
     pub(super) near: Option<NearInputs>,
     /// `NearState` of the light.
     pub(super) near_state: Buffer,
-    /// What the host wants of the last frame that traced the light: [`SHADOW_EDGES`], [`NEAREST`].
+    /// What the host wants of the last frame that traced the light: see `lights.rs`.
     pub(super) counters: HostBlock,
-    /// Irradiance by the light at each pixel and each edge sample.
+    /// Irradiance by the light at each pixel and each fragment.
     pub(super) irradiance: Buffer,
-    /// Number of pixels at the edges of the light's shadows.
+    /// Numbers of pixels at the edges of the light's shadows and of mixed fragments.
     pub(super) shadow_groups: Buffer,
     /// Irradiance buffer of the light at base clusters.
     pub(super) clusters: Buffer,
@@ -67,7 +67,7 @@ impl LightCache {
             factors: buffer(GrowsWith::EntryPoints.named("form factors"), factor_count)?,
             near: None,
             near_state: buffer("near state".into(), 2)?,
-            counters: HostBlock::new(context, "light counters", 2)?,
+            counters: HostBlock::new(context, "light counters", 4)?,
             irradiance: buffer(GrowsWith::Pixels.named("light irradiance"), point_count)?,
             shadow_groups: Antialias::groups(context)?,
             // Four words each: `LightFlux`. The first frame of the light clears it.

@@ -19,6 +19,9 @@ use std::sync::Arc;
 
 /// Word of a light's counters: number of pixels at the edges of its shadows.
 const SHADOW_EDGES: u32 = 0;
+/// Words of a light's counters: number of fragments that it may illuminate in part, and of the
+/// samples that average them.
+const MIXED_FRAGMENTS: u32 = 2;
 /// Word of a light's counters: distance of the nearest surface, metres, bits of a float.
 const NEAREST: u32 = 1;
 
@@ -317,6 +320,7 @@ impl Lights {
         for ((rows, cache), planned) in self.rows.lights.iter().zip(&self.caches).zip(plans) {
             if planned.irradiance && antialias.is_on() && !rows.parts.is_empty() {
                 rec.copy_to_host(&cache.shadow_groups, 12, &cache.counters, SHADOW_EDGES, 1);
+                rec.copy_to_host(&cache.shadow_groups, 44, &cache.counters, MIXED_FRAGMENTS, 2);
             }
             if planned.factors && cache.near.is_some() {
                 near_lights.copy_nearest(rec, &cache.near_state, &cache.counters, NEAREST);
@@ -394,6 +398,18 @@ impl Lights {
     /// Number of pixels at the edges of a light's shadows in the last frame that traced it.
     pub(super) fn shadow_edges(&self, light: OneLight<'_>) -> u32 {
         self.caches[light.index as usize].counters.word(SHADOW_EDGES)
+    }
+
+    /// Number of samples of mixed fragments in the last frame that traced a light.
+    pub(super) fn mixed_samples(&self, light: OneLight<'_>) -> u64 {
+        u64::from(self.caches[light.index as usize].counters.word(MIXED_FRAGMENTS + 1))
+    }
+
+    /// Number of fragments that lights may illuminate in part, summed over active lights.
+    pub(super) fn mixed_fragment_count(&self) -> u64 {
+        let traced = self.active().filter(|(light, _)| has_parts(light));
+        let count = |light: OneLight<'_>| self.caches[light.index as usize].counters.word(MIXED_FRAGMENTS);
+        traced.map(|(light, _)| u64::from(count(light))).sum()
     }
 
     /// Number of pixels at shadow edges, summed over active lights.

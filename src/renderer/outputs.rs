@@ -96,6 +96,7 @@ impl Renderer {
         let counts = [
             ("pixels", self.size()[0] * self.size()[1]),
             ("edge pixels", self.counters.edge_pixels()),
+            ("fragments", self.counters.fragments()),
             ("edge points", self.counters.edge_points()),
             ("pixels without a covering record", relaxed + uncovered),
             ("pixels that take the nearest record", uncovered),
@@ -104,6 +105,7 @@ impl Renderer {
         statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), u64::from(value))));
         let more = [
             ("shadow edge pixels of all lights", self.lights.shadow_edge_count()),
+            ("mixed fragments of all lights", self.lights.mixed_fragment_count()),
             ("records gathered last", u64::from(self.dirty.records.gathered)),
             (
                 "records gathered ahead, for small clusters beside them",

@@ -4,15 +4,16 @@ use super::Renderer;
 use super::pass_sizes::{Cost, Sizes};
 use super::passes;
 use super::plan::FramePlan;
-use crate::cpu::antialias::{samples_per_edge, slots_per_edge};
+use crate::cpu::antialias::samples_per_edge;
 use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
 use crate::passes::frame::{
-    antialias::{EdgeCapacity, EdgeSample, EdgeSlot},
+    antialias::{EdgeCapacity, Fragment},
     gather::Gather,
     hvds::LightFlux,
     near_field::NearField,
 };
+use crate::types::PixelSurface;
 use std::collections::BTreeMap;
 
 type Account = BTreeMap<&'static str, u64>;
@@ -28,7 +29,8 @@ impl Sizes {
         let traced = lights.planned_irradiances(plan);
         let (planned_irradiances, irradiance_samples) = planned(&traced);
         let (planned_factors, factor_samples) = planned(&lights.planned_factors(plan));
-        let [edge_sample_count, edge_slot_count, edge_rays] = edge_counts(renderer, &traced);
+        let [edge_sample_count, edge_rays] = edge_counts(renderer, &traced);
+        let fragment_count = u64::from(renderer.counters.fragments());
         // Passes of the same name share one entry, which is their mean: gather passes ahead of the
         // frame's own, again in narrow cavities, and the rest.
         let ran = |stem: &str| passes.iter().filter(|pass| pass.name == stem).count().max(1) as u64;
@@ -43,7 +45,7 @@ impl Sizes {
         let [record_tree, weights] = splat.list_bytes();
         Self {
             pixels,
-            points: pixels + edge_slot_count,
+            points: pixels + fragment_count,
             lights: lights.irradiances().len() as u64,
             paths: u64::from(transport.form_factors.point_count()),
             record_count: u64::from(transport.gather.point_count().max(1)),
@@ -53,11 +55,10 @@ impl Sizes {
             planned_factors,
             factor_samples,
             planned_clusters: lights.planned_clusters(plan).len() as u64,
-            edge_sample_count,
-            edge_slot_count,
+            fragment_count,
             edge_rays,
-            edge_samples: edge_sample_count * size_of::<EdgeSample>() as u64,
-            edge_slots: edge_slot_count * size_of::<EdgeSlot>() as u64,
+            edge_samples: 4 * edge_sample_count,
+            fragments: fragment_count * (size_of::<Fragment>() + size_of::<PixelSurface>()) as u64,
             surface: image.primary.pixels.bytes(),
             image: 12 * pixels,
             pixel_colours: image.pixel_colours.of_pixels.bytes(),
@@ -80,20 +81,19 @@ impl Sizes {
     }
 }
 
-/// Numbers of edge samples, of their slots, and of shadow rays from them. Shadow rays start at all
-/// samples of edge pixels, and at the samples of pixels at shadow edges.
-fn edge_counts(renderer: &Renderer, traced: &[(OneLight<'_>, &Buffer)]) -> [u64; 3] {
-    let EdgeCapacity { max_samples, samples, slots, .. } = renderer.image.antialias.capacity;
-    let (capacity, edges) = ([samples, slots], renderer.counters.edge_pixels());
-    let of_edge = [samples_per_edge(edges, max_samples, capacity), slots_per_edge(edges, slots)];
-    let [sample_count, slot_count] = of_edge.map(|count| u64::from(count) * u64::from(edges));
+/// Numbers of edge samples, and of shadow rays: from each fragment, from the samples of mixed ones,
+/// and from those of pixels at shadow edges.
+fn edge_counts(renderer: &Renderer, traced: &[(OneLight<'_>, &Buffer)]) -> [u64; 2] {
+    let EdgeCapacity { light_samples, samples, fragments, .. } = renderer.image.antialias.capacity;
+    let (edges, fragment_count) = (renderer.counters.edge_pixels(), renderer.counters.fragments());
+    let of_edge = samples_per_edge(edges, light_samples, [samples, fragments]);
     let rays = traced.iter().map(|(light, _)| {
-        let crossed = renderer.lights.shadow_edges(*light);
-        let of_crossed = samples_per_edge(crossed, max_samples, capacity);
-        u64::from(light.part_count * light.point_samples())
-            * (sample_count + u64::from(of_crossed) * u64::from(crossed))
+        let averaged = renderer.lights.mixed_samples(*light)
+            + u64::from(light_samples) * u64::from(renderer.lights.shadow_edges(*light));
+        u64::from(light.sample_count()) * u64::from(fragment_count)
+            + u64::from(light.part_count * light.point_samples()) * averaged
     });
-    [sample_count, slot_count, rays.sum()]
+    [u64::from(of_edge) * u64::from(edges), rays.sum()]
 }
 
 impl Renderer {

@@ -24,7 +24,7 @@ impl Cost {
 pub(super) struct Sizes {
     /// Number of pixels.
     pub(super) pixels: u64,
-    /// Number of values of direct light: pixels and slots of edge samples.
+    /// Number of values of direct light: pixels and fragments.
     pub(super) points: u64,
     /// Number of lights in sums.
     pub(super) lights: u64,
@@ -42,12 +42,11 @@ pub(super) struct Sizes {
     pub(super) factor_samples: u64,
     /// Number of lights whose flux of clusters is summed.
     pub(super) planned_clusters: u64,
-    /// Number of edge samples, of their slots, and of shadow rays from them.
-    pub(super) edge_sample_count: u64,
-    pub(super) edge_slot_count: u64,
+    /// Number of fragments, and of shadow rays from these and from shadow edges.
+    pub(super) fragment_count: u64,
     pub(super) edge_rays: u64,
     pub(super) edge_samples: u64,
-    pub(super) edge_slots: u64,
+    pub(super) fragments: u64,
     /// Surfaces at pixels.
     pub(super) surface: u64,
     /// Three floats a pixel.

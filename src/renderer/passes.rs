@@ -42,8 +42,7 @@ const fn unmodelled(stem: &'static str, column: Column) -> Pass {
 pub(super) const PASSES: [Pass; 26] = [
     pass(Primary::STEM, Column::Tdi, |size| Cost::of_rays(size.surface, size.pixels)),
     pass(Antialias::STEM, Column::Tdi, |size| {
-        let bytes = size.surface + 8 * size.pixels + size.edge_samples + size.edge_slots;
-        Cost::of_rays(bytes, size.edge_sample_count)
+        Cost::of(size.surface + 8 * size.pixels + size.edge_samples + size.fragments)
     }),
     pass(PixelColours::STEM, Column::Tdi, |size| {
         Cost::of(size.surface + size.edge_samples + size.pixel_colours + size.edge_colours)
@@ -59,7 +58,7 @@ pub(super) const PASSES: [Pass; 26] = [
         stem: Antialias::SHADOW_STEM,
         column: Column::Tdi,
         cost: Some(|size| {
-            let bytes = 2 * size.edge_samples + 4 * size.edge_slot_count + 8 * size.pixels;
+            let bytes = 2 * size.fragments + 4 * size.fragment_count + 8 * size.pixels;
             Cost::of_rays(size.planned_irradiances * bytes, size.edge_rays)
         }),
         // It averages edges in the buffer in which it detects them: a buffer that is already
@@ -102,7 +101,7 @@ pub(super) const PASSES: [Pass; 26] = [
     unmodelled(GlossPixels::STEM, Column::Tfg),
     pass(Compose::STEM, Column::Tsplat, |size| {
         let colours = size.pixel_colours + size.edge_colours;
-        let of_edges = 12 * size.edge_slot_count + size.edge_slots;
+        let of_edges = 12 * size.fragment_count + size.fragments;
         Cost::of(size.surface + 3 * size.image + 4 * size.pixels + of_edges + colours)
     }),
     pass(Tonemap::STEM, Column::Tsplat, |size| Cost::of(size.image + 4 * size.pixels)),

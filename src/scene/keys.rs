@@ -133,7 +133,7 @@ keys! {
         cells: "integer, a power of two", "8 to 256", "32; 64; 128", "Cells of the hierarchy along the longest axis", "8", "9";
         occlusion: "true or false", "", "true", "Whether rays read the children of clusters whose parts see different surroundings", "false", "";
         gap_rounds: "integer", "0 to 16", "0; 0; 3", "Extra gather iterations in narrow cavities", "1", "17";
-        edge_samples: "integer", "0 to 256", "16; 16; 64", "Samples of a pixel that shows an edge; 0: none", "4", "257";
+        edge_samples: "integer", "0 to 256", "16; 16; 64", "Samples of a light on each surface in a pixel that shows an edge; four times as many find these surfaces; 0: none", "4", "257";
         seed: "integer", "0 to 4 294 967 295", "0", "Seed of all sampling; equal seeds give equal bytes", "7", "-1";
     }
 }

@@ -30,7 +30,7 @@ pub struct Quality {
     /// neighbouring clusters take their light from them. Clusters in shadows then take their light
     /// from cache points too.
     pub gap_rounds: u32,
-    /// Samples of a pixel that shows an edge; 0 disables antialiasing.
+    /// Samples of a light on each surface in a pixel that shows an edge; 0 disables antialiasing.
     pub edge_samples: u32,
     /// Seeds every sampled decision; the same seed gives the same bytes.
     pub seed: u32,

@@ -100,7 +100,7 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_truncated: bool) {
     assert_said(world, is_truncated, "edge_samples", |world, rec| {
         antialias.record(rec, &world.buffers, &view, &primary.pixels);
     });
-    let direct = Direct::new(&context, SIZE, antialias.capacity.slots).unwrap();
+    let direct = Direct::new(&context, SIZE, antialias.capacity.fragments).unwrap();
     let sources = &lights()[..1];
     let table = Buffer::from_slice(&context, "lights", sources).unwrap();
     let light = OneLight::new(&table, 0, &sources[0]);
@@ -111,7 +111,7 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_truncated: bool) {
         direct.record(&mut rec.pass("direct"), &world.buffers, light, &primary.pixels, &irradiance);
     });
     let groups = Antialias::groups(&context).unwrap();
-    assert_said(world, is_truncated, "edge_direct, or shadow_edges after it", |world, rec| {
+    assert_said(world, is_truncated, "fragment_direct, or later kernels", |world, rec| {
         let mut pass = rec.pass("shadow_edges");
         antialias.record_light(
             &mut pass,

@@ -14,9 +14,11 @@ fn seen(renderer: &Renderer) -> usize {
 
 #[track_caller]
 fn assert_no_hole(renderer: &Renderer) {
-    let (uncovered, pixels) =
-        (count(renderer, "pixels without a covering record"), count(renderer, "pixels"));
-    assert!(1000 * uncovered <= pixels, "{uncovered} of {pixels} pixels have no covering record");
+    let uncovered = count(renderer, "pixels without a covering record");
+    let points = count(renderer, "pixels") + count(renderer, "edge points");
+    assert_eq!(count(renderer, "pixels that take the nearest record"), 0);
+    // One of few points may lie in a corner, where it takes records of relaxed validity.
+    assert!(1000 * uncovered <= points.max(2000), "{uncovered} of {points} points have no covering record");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use super::measure::PassSummary;
 use super::ray_rates::RayRates;
-use crate::passes::frame::{antialias::Antialias, primary::Primary};
+use crate::passes::frame::primary::Primary;
 
 /// Rates of this device, measured in the same run.
 #[derive(Clone, Copy, Debug)]
@@ -47,7 +47,7 @@ impl Limits<'_> {
 /// Whether a pass traces closest hits. In frames those are camera rays; all other rays go
 /// to a light.
 fn is_closest(pass: &str) -> bool {
-    [Primary::STEM, Antialias::STEM].contains(&pass)
+    pass == Primary::STEM
 }
 
 #[cfg(test)]

@@ -1,10 +1,8 @@
 //! Antialiasing: edge pixels are averaged over samples of their area. Samples at edges of geometry
-//! or materials are traced once a camera and kept. Every light illuminates them as it does pixels.
-//! A slot sums the samples that take their indirect light from the same pixel and show the same
-//! material. A pixel gets more samples of a light that varies much among them. At a shadow edge
-//! only that light is averaged, in its own irradiance buffer. Camera rays of these samples start
-//! from the roots of their pixel's frustum. In: pixels, scene, per-light irradiance buffers. Out:
-//! edge pixels, their slots, light.
+//! or materials are traced once a camera. Samples that see one surface are a fragment, and every
+//! light illuminates fragments as it does pixels. At a shadow edge only that light is averaged, in
+//! its own irradiance buffer. In: pixels, scene, per-light irradiance buffers. Out: edge pixels,
+//! their fragments, light.
 
 use crate::error::Result;
 use crate::gpu::barrier::{
@@ -13,13 +11,14 @@ use crate::gpu::barrier::{
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::passes::GrowsWith;
 pub use crate::passes::frame::edges::{
-    EdgeCapacity, EdgeLightPush, EdgeListPush, EdgeMarkPush, EdgeSample, EdgeSamplesPush, EdgeSlot, LAYOUTS,
+    ALIKE, CONTRAST, COVERAGE, EDGE_WORDS, EdgeCapacity, EdgeLightPush, EdgeListPush, EdgeMarkPush,
+    EdgeSamplesPush, Fragment, FragmentMarkPush, LAYOUTS, MAX_FRAGMENTS, MAX_SAMPLES, OWN_SAMPLES, SPREAD,
+    ShadowMarkPush, TILE_WORDS, TileTrianglesPush,
 };
-use crate::passes::frame::{
-    light_sum::GROUP_VALUES,
-    prefix_sum::PrefixSum,
-    shafts::{BATCH, ShaftKernel, Shafts},
+use crate::passes::frame::edges::{
+    EDGE_GROUPS, EdgeView, FRAGMENT_GROUPS, POINT_GROUPS, SAMPLE_GROUPS, contrast, places,
 };
+use crate::passes::frame::{fragments::Fragments, light_sum::GROUP_VALUES, prefix_sum::PrefixSum};
 use crate::passes::{LightKernel, OneLight, SceneBuffers};
 use crate::types::{PixelSurface, View};
 use std::sync::Arc;
@@ -29,90 +28,57 @@ use std::sync::Arc;
 pub const CREASE: f32 = 0.9;
 /// Distance of a neighbour from the pixel's plane that makes an edge, in pixel widths.
 pub const STEP: f32 = 2.0;
-/// Relative difference of one light between neighbours that makes an edge.
-pub const CONTRAST: f32 = 0.1;
-/// Image points of a sample at the scene's outline. The background is black, so only the covered
-/// fraction of the pixel matters there. The sample counts it in eighths.
-pub const OUTLINE_POINTS: u32 = 8;
-/// Dissimilarity up to which a pixel serves a sample, or samples share a slot; it is above this for
-/// another facet, and for a plane as far from the sample as a pixel is wide.
-pub const ALIKE: f32 = 1.0;
 /// Width of a pixel, in the smallest cells of the scene, up to which neighbouring pixels have
 /// similar indirect light. Records lie one to two cells apart.
 pub const SMOOTH: f32 = 0.25;
-/// Variance of a light among samples over their squared mean from which a pixel takes more samples.
-pub const SPREAD: f32 = 3.0;
-/// Samples of such a pixel over that ratio: the variance of their mean is 1/`DENSITY`
-/// of its square.
-pub const DENSITY: u32 = 32;
-/// Upper bound of these samples, over the samples that every edge pixel has.
-pub const MAX_SAMPLE_FACTOR: u32 = 16;
 /// Marks a pixel that is no edge pixel.
 pub const NO_EDGE: u32 = u32::MAX;
-/// Maximum number of slots of an edge pixel.
-pub const MAX_SLOTS: u32 = 4;
-/// The capacity suffices if one pixel in `SHARE` is an edge pixel.
-const SHARE: u64 = 3;
-/// Minimum number of samples of an edge pixel; no pixel has samples if the capacity allows fewer.
-pub const MIN_SAMPLES: u32 = 4;
-/// Minimum capacity of samples and slots, unless fewer suffice for all pixels: most pixels of a
+/// The capacity suffices if that fraction of the pixels are edge pixels.
+const SHARE: [u64; 2] = [2, 5];
+/// Minimum capacity of samples and fragments, unless fewer suffice for all pixels: most pixels of a
 /// small image are edge pixels.
 const MIN_ROOM: u64 = 5 << 17;
 /// The capacity for edge points suffices if one pixel in this many has one.
 const PIXELS_PER_POINT: u64 = 4;
-/// Minimum capacity for edge points, unless fewer slots exist.
+/// Minimum capacity for edge points, unless fewer fragments exist.
 const MIN_POINTS: u64 = 1 << 14;
-/// Byte offsets of the dispatch sizes for workgroups of 64 samples, of 64 edge pixels, of values of
-/// light (pixels, then slots), and of 64 batches of samples. In the list of a light, offset 0 is
-/// the size for workgroups of four averaged pixels.
-const SAMPLE_GROUPS: u64 = 16;
-const PIXEL_GROUPS: u64 = 32;
-const POINT_GROUPS: u64 = 48;
-const BATCH_GROUPS: u64 = 64;
-
 /// The pipelines and the samples.
 pub struct Antialias {
     mark: Pipeline,
-    shadow_mark: Pipeline,
     list: Pipeline,
+    tile_triangles: Pipeline,
+    edge_triangles: Pipeline,
     samples: Pipeline,
-    slots: Pipeline,
-    points: Pipeline,
-    batches: Pipeline,
-    shafts: Shafts,
-    direct: ShaftKernel,
-    sums: Pipeline,
-    frusta: Pipeline,
+    rays: Pipeline,
+    shadow_mark: Pipeline,
     shadow_edges: LightKernel,
     prefix_sum: PrefixSum,
     /// Index of each edge pixel, tile by tile of 8×8 pixels, in each along a Morton curve.
     pub edge_pixels: Buffer,
-    /// Workgroups along each axis that take edge pixels or samples; the number of edge pixels.
+    /// Dispatch sizes over edge pixels, their samples and their fragments, and the numbers of edge
+    /// pixels and of fragments.
     edge_groups: Buffer,
-    /// Irradiance of each sample by the most recent light.
-    edge_light: Buffer,
-    /// Number of samples that each edge pixel needs for the most recent light; 0 if it has enough.
-    pub edge_needs: Buffer,
-    /// Pixels at which the most recent light is averaged, in any order: shadow edges, and edge
-    /// pixels that need more samples. While edges are found, the buffer holds the prefix sum of the
-    /// edge marks in tile order.
+    /// Triangles that camera rays through a tile may meet, [`TILE_WORDS`] each.
+    in_tiles: Buffer,
+    /// The same for edge pixels, [`EDGE_WORDS`] each.
+    in_edges: Buffer,
+    /// Size of a dispatch over the samples of edge pixels with more triangles than that; their
+    /// number; these pixels, in any order.
+    dense_edges: Buffer,
+    /// Pixels at which the most recent light is averaged, in any order: those at shadow edges.
     shadow_pixels: Buffer,
     size: [u32; 2],
     /// Width of a pixel up to which indirect light is smooth over it and its neighbours, metres.
     pub smooth_m: f32,
-    /// Capacity of the lists of samples and slots.
+    /// Capacity of the lists of samples and fragments.
     pub capacity: EdgeCapacity,
     /// Index of each pixel in the list of edge pixels, or [`NO_EDGE`]; then the length
     /// of that list.
     pub numbers: Buffer,
-    /// `EdgeSample`s, edge pixel by edge pixel.
+    /// Sides that the samples see and their fragments, a word each, edge pixel by edge pixel.
     pub edge_samples: Buffer,
-    /// Their `EdgeSlot`s, edge pixel by edge pixel.
-    pub edge_slots: Buffer,
-    /// `PixelSurface`s of edge pixels that no pixel's centre around shows.
-    pub edge_points: Buffer,
-    /// Dispatch size for workgroups of 64 edge points; their number.
-    pub point_groups: Buffer,
+    /// The fragments of edge pixels.
+    pub fragments: Fragments,
 }
 
 impl Antialias {
@@ -121,91 +87,95 @@ impl Antialias {
     /// The name of the pass that averages a light where its shadows end.
     pub const SHADOW_STEM: &str = "shadow_edges";
 
-    /// Allocates buffers for an image of that size, with `max_samples` for each edge pixel.
+    /// Allocates buffers for an image of that size, with up to `light_samples` samples of a light
+    /// in each fragment of an edge pixel.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, size: [u32; 2], max_samples: u32) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, size: [u32; 2], light_samples: u32) -> Result<Self> {
         let pixel_count = size[0] * size[1];
-        let capacity = Self::capacity(context, pixel_count, max_samples);
+        let capacity = Self::capacity(context, pixel_count, light_samples);
         let mut no_edges = vec![NO_EDGE; pixel_count as usize];
         no_edges.push(0);
         let creases = [("CREASE", CREASE.to_bits()), ("STEP", STEP.to_bits())];
-        let more =
-            [("SPREAD", SPREAD.to_bits()), ("DENSITY", DENSITY), ("MAX_SAMPLE_FACTOR", MAX_SAMPLE_FACTOR)];
-        let stored = |name, count: u32, bytes: usize| {
-            Buffer::storage(context, GrowsWith::Pixels.named(name), u64::from(count) * bytes as u64)
+        let words = |name, count: u32| {
+            Buffer::storage(context, GrowsWith::Pixels.named(name), 4 * u64::from(count.max(1)))
         };
-        let pixels = |name| stored(name, pixel_count, size_of::<u32>());
+        let edges = capacity.samples.checked_div(max_samples(light_samples)).unwrap_or(0);
+        let tiles = if light_samples == 0 { 0 } else { places(size) / 64 };
         Ok(Self {
             mark: Pipeline::new(context, "edge_mark", &creases)?,
-            shadow_mark: Pipeline::new(context, "shadow_mark", &[("CONTRAST", CONTRAST.to_bits())])?,
-            list: Pipeline::new(context, "edge_list", &[("GROUP_POINTS", GROUP_VALUES), ("BATCH", BATCH)])?,
-            samples: Pipeline::new(
-                context,
-                Self::STEM,
-                &[("OUTLINE_POINTS", OUTLINE_POINTS), ("ALIKE", ALIKE.to_bits())],
-            )?,
-            slots: Pipeline::new(context, "edge_slots", &[("ALIKE", ALIKE.to_bits())])?,
-            points: Pipeline::new(context, "edge_points", &[])?,
-            batches: Pipeline::new(context, "edge_batches", &[])?,
-            shafts: Shafts::new(context, capacity.samples.div_ceil(BATCH))?,
-            direct: ShaftKernel::new(context, "edge_direct")?,
-            sums: Pipeline::new(context, "edge_sums", &more)?,
-            frusta: Pipeline::new(context, "pixel_frusta", &[])?,
+            list: Pipeline::new(context, "edge_list", &[("GROUP_POINTS", GROUP_VALUES)])?,
+            tile_triangles: Pipeline::new(context, "tile_triangles", &[])?,
+            edge_triangles: Pipeline::new(context, "edge_triangles", &[])?,
+            samples: Pipeline::new(context, Self::STEM, &[])?,
+            rays: Pipeline::new(context, "edge_rays", &[])?,
+            shadow_mark: Pipeline::new(context, "shadow_mark", &[])?,
             shadow_edges: LightKernel::new(context, Self::SHADOW_STEM, &[])?,
             prefix_sum: PrefixSum::new(context, places(size))?,
-            edge_pixels: pixels("edge pixels")?,
+            edge_pixels: words("edge pixels", pixel_count)?,
             // Kernels write it only if antialiasing is on.
             edge_groups: Buffer::from_slice(
                 context,
                 GrowsWith::Pixels.named("edge groups"),
                 &[0_u32; GROUP_WORDS as usize],
             )?,
-            edge_light: stored("edge light", capacity.samples, size_of::<f32>())?,
-            edge_needs: pixels("edge needs")?,
-            shadow_pixels: stored("shadow pixels", places(size) + 1, size_of::<u32>())?,
+            in_tiles: words("triangles in tiles", TILE_WORDS * tiles)?,
+            in_edges: words("triangles in edge pixels", EDGE_WORDS * edges)?,
+            dense_edges: words("dense edge pixels", 4 + pixel_count)?,
+            shadow_pixels: words("shadow pixels", pixel_count)?,
             size,
             smooth_m: f32::INFINITY,
             capacity,
             numbers: Buffer::from_slice(context, GrowsWith::Pixels.named("edge numbers"), &no_edges)?,
-            edge_samples: stored("edge samples", capacity.samples, size_of::<EdgeSample>())?,
-            edge_slots: stored("edge slots", capacity.slots, size_of::<EdgeSlot>())?,
-            edge_points: stored("edge points", capacity.points.max(1), size_of::<PixelSurface>())?,
-            point_groups: Buffer::from_slice(
-                context,
-                GrowsWith::Pixels.named("edge point groups"),
-                &[0_u32; 4],
-            )?,
+            edge_samples: words("edge samples", capacity.samples)?,
+            fragments: Fragments::new(context, places(size), capacity)?,
         })
     }
 
-    /// Capacity for an image of `pixel_count` pixels: samples for a fraction of them, and the slots
-    /// of as many edge pixels.
-    fn capacity(context: &Context, pixel_count: u32, max_samples: u32) -> EdgeCapacity {
-        let all = u64::from(pixel_count) * u64::from(max_samples);
-        let wanted = all.div_ceil(SHARE).max(all.min(MIN_ROOM));
-        let bindable = context.limits().storage_range_bytes / size_of::<EdgeSample>() as u64;
-        let all_slots = u64::from(pixel_count) * u64::from(MAX_SLOTS);
-        let slots = (u64::from(pixel_count) * 3 / 2).max(all_slots.min(MIN_ROOM));
-        let slots = if max_samples == 0 { 0 } else { slots.min(bindable) };
-        let points = (u64::from(pixel_count) / PIXELS_PER_POINT).max(all_slots.min(MIN_POINTS)).min(slots);
+    /// Capacity for an image of `pixel_count` pixels: samples for a fraction of them, and the
+    /// fragments of as many edge pixels.
+    fn capacity(context: &Context, pixel_count: u32, light_samples: u32) -> EdgeCapacity {
+        let pixels = u64::from(pixel_count);
+        let all = pixels * u64::from(max_samples(light_samples));
+        let wanted = (all * SHARE[0]).div_ceil(SHARE[1]).max(all.min(MIN_ROOM));
+        let bindable = context.limits().storage_range_bytes;
+        let all_fragments = pixels * u64::from(MAX_FRAGMENTS);
+        let fragments = (all_fragments * SHARE[0]).div_ceil(SHARE[1]).max(all_fragments.min(MIN_ROOM));
+        let most = bindable / size_of::<PixelSurface>() as u64;
+        let fragments = if light_samples == 0 { 0 } else { fragments.min(most) };
+        let points = (pixels / PIXELS_PER_POINT).max(all_fragments.min(MIN_POINTS)).min(fragments);
         EdgeCapacity {
-            max_samples,
-            samples: wanted.min(bindable) as u32,
-            slots: slots as u32,
+            light_samples,
+            samples: wanted.min(bindable / size_of::<u32>() as u64) as u32,
+            fragments: fragments as u32,
             points: points as u32,
         }
     }
 
-    /// Finds the edges in the view of a camera and traces their samples. Does nothing if
-    /// antialiasing is off.
+    fn edges<'a>(&'a self, scene: &'a SceneBuffers, view: &'a View, pixels: &'a Buffer) -> EdgeView<'a> {
+        EdgeView {
+            scene,
+            view,
+            pixels,
+            numbers: &self.numbers,
+            edge_pixels: &self.edge_pixels,
+            samples: &self.edge_samples,
+            groups: &self.edge_groups,
+            capacity: self.capacity,
+            smooth_m: self.smooth_m,
+        }
+    }
+
+    /// Finds the edges in the view of a camera, traces their samples and groups them into
+    /// fragments. Does nothing if antialiasing is off.
     pub fn record(&self, rec: &mut Recorder, scene: &SceneBuffers, view: &View, pixels: &Buffer) {
-        if self.capacity.max_samples == 0 {
+        if !self.is_on() {
             return;
         }
+        let edges = self.edges(scene, view, pixels);
         let [width, height] = self.size;
-        let marks = &self.shadow_pixels;
+        let marks = &self.fragments.firsts;
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(
             &self.mark,
@@ -219,7 +189,7 @@ impl Antialias {
         pass.dispatch(
             &self.list,
             [places(self.size), 1, 1],
-            &self.list_push(),
+            &EdgeListPush { width, pixel_count: width * height, capacity: self.capacity },
             &[
                 ("EdgeMarks", marks),
                 ("EdgePixels", &self.edge_pixels),
@@ -228,84 +198,72 @@ impl Antialias {
             ],
         );
         pass.barrier(COMPUTE_TO_INDIRECT);
+        pass.dispatch(
+            &self.tile_triangles,
+            [places(self.size) / 64, 1, 1],
+            &TileTrianglesPush { view: *view },
+            &[
+                ("Nodes", &scene.nodes),
+                ("Triangles", &scene.triangles),
+                ("EdgeMarks", marks),
+                ("TileTriangles", &self.in_tiles),
+            ],
+        );
+        pass.fill_zero(&self.dense_edges);
+        pass.barrier(TRANSFER_TO_COMPUTE);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.dispatch_indirect(
+            &self.edge_triangles,
+            (&self.edge_groups, EDGE_GROUPS),
+            &edges.samples_push(),
+            &[
+                ("Triangles", &scene.triangles),
+                ("EdgeNumbers", &self.numbers),
+                ("EdgePixels", &self.edge_pixels),
+                ("TileTriangles", &self.in_tiles),
+                ("EdgeTriangles", &self.in_edges),
+                ("DenseEdges", &self.dense_edges),
+            ],
+        );
+        pass.barrier(COMPUTE_TO_INDIRECT);
         pass.dispatch_indirect(
             &self.samples,
             (&self.edge_groups, SAMPLE_GROUPS),
-            &self.samples_push(view),
+            &edges.samples_push(),
             &[
-                ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
-                ("Pixels", pixels),
                 ("EdgeNumbers", &self.numbers),
                 ("EdgePixels", &self.edge_pixels),
+                ("EdgeTriangles", &self.in_edges),
                 ("EdgeSamples", &self.edge_samples),
-                ("TruncatedLoops", &scene.truncated_loops),
             ],
         );
+        // Both dispatches write samples, each of other pixels.
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch_indirect(
-            &self.batches,
-            (&self.edge_groups, BATCH_GROUPS),
-            &self.samples_push(view),
+            &self.rays,
+            (&self.dense_edges, 0),
+            &edges.samples_push(),
             &[
                 ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
                 ("EdgeNumbers", &self.numbers),
                 ("EdgePixels", &self.edge_pixels),
+                ("DenseEdges", &self.dense_edges),
                 ("EdgeSamples", &self.edge_samples),
-                ("PointBatches", &self.shafts.batches),
+                ("TruncatedLoops", &scene.truncated_loops),
             ],
         );
         pass.barrier(COMPUTE_TO_TRANSFER);
-        pass.fill_zero(marks);
-        // A view without edges has no workgroup that counts them.
-        pass.fill_zero(&self.point_groups);
-        pass.barrier(TRANSFER_TO_COMPUTE);
-        pass.dispatch_indirect(
-            &self.slots,
-            self.pixel_groups(),
-            &self.samples_push(view),
-            &[
-                ("Nodes", &scene.nodes),
-                ("Triangles", &scene.triangles),
-                ("Surfaces", &scene.surfaces),
-                ("EdgeNumbers", &self.numbers),
-                ("EdgePixels", &self.edge_pixels),
-                ("EdgeSamples", &self.edge_samples),
-                ("EdgeSlots", &self.edge_slots),
-                ("PointNumbers", marks),
-                ("TruncatedLoops", &scene.truncated_loops),
-            ],
-        );
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        self.prefix_sum.record(&mut pass, marks, places(self.size));
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        pass.dispatch_indirect(
-            &self.points,
-            self.pixel_groups(),
-            &self.samples_push(view),
-            &[
-                ("Nodes", &scene.nodes),
-                ("Triangles", &scene.triangles),
-                ("Surfaces", &scene.surfaces),
-                ("EdgeNumbers", &self.numbers),
-                ("EdgePixels", &self.edge_pixels),
-                ("EdgeSamples", &self.edge_samples),
-                ("PointNumbers", marks),
-                ("EdgeSlots", &self.edge_slots),
-                ("EdgePoints", &self.edge_points),
-                ("PointGroups", &self.point_groups),
-                ("TruncatedLoops", &scene.truncated_loops),
-            ],
-        );
+        self.fragments.record(&mut pass, &edges);
     }
 
-    /// Evaluates a light at the edge pixels, and averages it at shadow edges, in its irradiance
-    /// buffer. `groups`, of [`Self::groups`], holds the number of averaged pixels. Records into an
-    /// open pass with barriers between its own dispatches. The caller records a barrier to
-    /// transfers and indirect dispatches before. Does nothing if antialiasing is off.
+    /// Evaluates a light at the fragments, and averages it at shadow edges, in its irradiance
+    /// buffer. `groups`, of [`Self::groups`], holds the numbers of averaged pixels and fragments.
+    /// Records into an open pass with barriers between its own dispatches. The caller records a
+    /// barrier to transfers and indirect dispatches before. Does nothing if antialiasing is off.
     pub fn record_light(
         &self,
         pass: &mut PassScope<'_>,
@@ -313,179 +271,80 @@ impl Antialias {
         view: &View,
         light: OneLight<'_>,
         pixels: &Buffer,
-        (irradiance, groups): (&Buffer, &Buffer),
+        light_buffers: (&Buffer, &Buffer),
     ) {
         if !self.is_on() {
             return;
         }
-        // Before the barrier of the shafts' list, which serves both.
-        pass.fill_zero(groups);
-        for part in light.parts() {
-            if part.adds {
-                pass.barrier(COMPUTE_TO_TRANSFER);
-            }
-            self.record_samples(pass, scene, view, part);
-        }
-        self.record_sums(pass, irradiance, groups);
-        self.record_shadow_edges(pass, scene, view, light, pixels, (irradiance, groups));
-    }
-
-    fn light_push(
-        &self,
-        view: &View,
-        light: OneLight<'_>,
-        (first_sample, end_sample): (u32, u32),
-    ) -> EdgeLightPush {
-        EdgeLightPush {
-            view: *view,
-            capacity: self.capacity,
-            light: light.row,
-            first_sample,
-            end_sample,
-            sample_step: light.point_step(),
-            flags: light.flags(),
-        }
-    }
-
-    /// What kernels that trace edge samples read of the scene.
-    fn traced<'a>(&'a self, scene: &'a SceneBuffers, light: OneLight<'a>) -> [(&'static str, &'a Buffer); 5] {
-        [
-            ("Nodes", &scene.nodes),
-            ("Triangles", &scene.triangles),
-            ("Surfaces", &scene.surfaces),
-            ("Lights", light.table),
-            ("EdgeNumbers", &self.numbers),
-        ]
-    }
-
-    /// Evaluates the light at the samples of edge pixels.
-    fn record_samples(
-        &self,
-        pass: &mut PassScope<'_>,
-        scene: &SceneBuffers,
-        view: &View,
-        light: OneLight<'_>,
-    ) {
-        let samples = [
-            ("EdgePixels", &self.edge_pixels),
-            ("EdgeSamples", &self.edge_samples),
-            ("ShaftRoots", &self.shafts.roots),
-            ("ShaftList", &self.shafts.list),
-            ("EdgeLight", &self.edge_light),
-            ("TruncatedLoops", &scene.truncated_loops),
-        ];
-        let bindings: Vec<_> = self.traced(scene, light).into_iter().chain(samples).collect();
-        self.shafts.record_counted(pass, scene, light, (&self.edge_groups, BATCH_GROUPS));
-        pass.barrier(COMPUTE_TO_INDIRECT);
-        let (all, deep) = ((&self.edge_groups, SAMPLE_GROUPS), (&self.shafts.list, 0));
-        for span in light.point_spans() {
-            let push = self.light_push(view, light, span);
-            pass.dispatch_indirect(self.direct.shallow(light), all, &push, &bindings);
-            pass.barrier(COMPUTE_TO_COMPUTE);
-            pass.dispatch_indirect(self.direct.deep(light), deep, &push, &bindings);
-            pass.barrier(COMPUTE_TO_COMPUTE);
-        }
-    }
-
-    /// Sums the samples of edge pixels, and lists the pixels at shadow edges.
-    fn record_sums(&self, pass: &mut PassScope<'_>, irradiance: &Buffer, groups: &Buffer) {
+        let edges = self.edges(scene, view, pixels);
+        let (irradiance, groups) = light_buffers;
         let [width, height] = self.size;
-        pass.dispatch_indirect(
-            &self.sums,
-            self.pixel_groups(),
-            &self.list_push(),
-            &[
-                ("EdgeNumbers", &self.numbers),
-                ("EdgeSamples", &self.edge_samples),
-                ("EdgeLight", &self.edge_light),
-                ("LightIrradiance", irradiance),
-                ("EdgeNeeds", &self.edge_needs),
-                ("EdgePixels", &self.edge_pixels),
-            ],
-        );
+        pass.fill_zero(groups);
+        pass.barrier(TRANSFER_TO_COMPUTE);
+        self.fragments.record_light(pass, &edges, light, light_buffers);
+        // Both lists are counted in one buffer.
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.shadow_mark,
             [(width * height).div_ceil(4), 1, 1],
-            &EdgeMarkPush { width, height },
+            &ShadowMarkPush { width, height, contrast: contrast(light) },
             &[
                 ("LightIrradiance", irradiance),
                 ("EdgeNumbers", &self.numbers),
-                ("EdgeNeeds", &self.edge_needs),
                 ("ShadowPixels", &self.shadow_pixels),
                 ("ShadowGroups", groups),
             ],
         );
         pass.barrier(COMPUTE_TO_INDIRECT);
+        self.fragments.record_mixed(pass, &edges, light, light_buffers);
+        self.record_shadow_edges(pass, &edges, light, light_buffers);
     }
 
-    /// Averages the light at shadow edges over more samples.
+    /// Averages the light at shadow edges over samples of their pixels.
     fn record_shadow_edges(
         &self,
         pass: &mut PassScope<'_>,
-        scene: &SceneBuffers,
-        view: &View,
+        edges: &EdgeView<'_>,
         light: OneLight<'_>,
-        pixels: &Buffer,
         (irradiance, groups): (&Buffer, &Buffer),
     ) {
-        let traced = self.traced(scene, light);
-        let listed = [
-            ("Pixels", pixels),
+        let scene = edges.scene;
+        let bindings = [
+            ("Nodes", &scene.nodes),
+            ("Triangles", &scene.triangles),
+            ("Surfaces", &scene.surfaces),
+            ("Lights", light.table),
+            ("EdgeNumbers", &self.numbers),
+            ("Pixels", edges.pixels),
             ("ShadowGroups", groups),
             ("ShadowPixels", &self.shadow_pixels),
-            // The roots of shafts are no longer needed here.
-            ("ShaftRoots", &self.shafts.roots),
-        ];
-        let scene_and_edges = traced.into_iter().filter(|(name, _)| *name != "Lights");
-        let bindings: Vec<_> = scene_and_edges.chain(listed).collect();
-        pass.dispatch_indirect(&self.frusta, (groups, PIXEL_GROUPS), &self.samples_push(view), &bindings);
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        let averaged = [
-            ("EdgeSlots", &self.edge_slots),
-            ("EdgeNeeds", &self.edge_needs),
             ("LightIrradiance", irradiance),
             ("TruncatedLoops", &scene.truncated_loops),
-            ("EdgePoints", &self.edge_points),
         ];
-        let bindings: Vec<_> = traced.into_iter().chain(listed).chain(averaged).collect();
         for (part, span) in light.parts().flat_map(|part| part.point_spans().map(move |span| (part, span))) {
-            if part.adds || span.0 > 0 {
-                pass.barrier(COMPUTE_TO_COMPUTE);
-            }
-            pass.dispatch_indirect(
-                self.shadow_edges.of(part),
-                (groups, 0),
-                &self.light_push(view, part, span),
-                &bindings,
-            );
+            pass.barrier(COMPUTE_TO_COMPUTE);
+            let push = edges.light_push(part, span);
+            pass.dispatch_indirect(self.shadow_edges.of(part), (groups, 0), &push, &bindings);
         }
     }
 
     /// Dispatch size for workgroups of 64 edge pixels each, with its offset.
     pub fn pixel_groups(&self) -> (&Buffer, u64) {
-        (&self.edge_groups, PIXEL_GROUPS)
+        (&self.edge_groups, EDGE_GROUPS)
     }
 
-    /// Dispatch size for sums of light over pixels and used slots, [`GROUP_VALUES`] values a
+    /// Dispatch size for workgroups of 64 fragments each, with its offset.
+    pub fn fragment_groups(&self) -> (&Buffer, u64) {
+        (&self.edge_groups, FRAGMENT_GROUPS)
+    }
+
+    /// Dispatch size for sums of light over pixels and fragments, [`GROUP_VALUES`] values a
     /// workgroup. `None` if antialiasing is off.
     pub fn point_groups(&self) -> Option<(&Buffer, u64)> {
-        (self.capacity.max_samples > 0).then_some((&self.edge_groups, POINT_GROUPS))
+        self.is_on().then_some((&self.edge_groups, POINT_GROUPS))
     }
 
-    fn samples_push(&self, view: &View) -> EdgeSamplesPush {
-        EdgeSamplesPush { view: *view, capacity: self.capacity, smooth_m2: self.smooth_m * self.smooth_m }
-    }
-
-    fn list_push(&self) -> EdgeListPush {
-        EdgeListPush {
-            width: self.size[0],
-            pixel_count: self.size[0] * self.size[1],
-            capacity: self.capacity,
-        }
-    }
-
-    /// Allocates the dispatch sizes and the number of pixels of a list of shadow edges.
+    /// Allocates the dispatch sizes and the counts of a light's shadow edges and mixed fragments.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -503,12 +362,17 @@ impl Antialias {
 
     /// Whether pixels have more than one sample: if not, no pass counts shadow edges.
     pub fn is_on(&self) -> bool {
-        self.capacity.max_samples > 0
+        self.capacity.light_samples > 0
     }
 
     /// Buffer and byte offset of the number of edge pixels of the view.
     pub fn edge_count_at(&self) -> (&Buffer, u64) {
         (&self.edge_groups, 12)
+    }
+
+    /// Buffer and byte offset of the number of fragments of the view.
+    pub fn fragment_count_at(&self) -> (&Buffer, u64) {
+        (&self.edge_groups, 76)
     }
 
     /// Returns the number of edge pixels of this camera.
@@ -520,10 +384,10 @@ impl Antialias {
     }
 }
 
+/// Samples of an edge pixel if the capacity suffices.
+fn max_samples(light_samples: u32) -> u32 {
+    (COVERAGE * light_samples).next_multiple_of(OWN_SAMPLES).min(MAX_SAMPLES)
+}
+
 /// Words of a list's dispatch sizes and counts.
 const GROUP_WORDS: u64 = 20;
-
-/// Positions in tile order of an image of that size, including those of pixels beyond its edges.
-fn places([width, height]: [u32; 2]) -> u32 {
-    64 * width.div_ceil(8) * height.div_ceil(8)
-}

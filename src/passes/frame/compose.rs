@@ -1,5 +1,5 @@
-//! Radiance towards the camera. In: pixels, direct and indirect irradiance (W/m²), slots of edge
-//! pixels, reflectances. Out: W/m²/sr.
+//! Radiance towards the camera. In: pixels, direct and indirect irradiance (W/m²), fragments of
+//! edge pixels, reflectances. Out: W/m²/sr.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_INDIRECT;
@@ -36,7 +36,7 @@ pub const LAYOUTS: &[Layout] = &[ComposePush::LAYOUT];
 pub struct Irradiances<'a> {
     /// A `PixelSurface` for each pixel.
     pub pixels: &'a Buffer,
-    /// Direct irradiance of each pixel and then of each slot of edge pixels, W/m².
+    /// Direct irradiance of each pixel and then of each fragment, W/m².
     pub direct: &'a Buffer,
     /// Indirect irradiance of each pixel, W/m².
     pub indirect: &'a Buffer,
@@ -122,7 +122,7 @@ impl Compose {
             ("DirectIrradiance", direct),
             ("IndirectIrradiance", indirect),
             ("EdgeNumbers", &antialias.numbers),
-            ("EdgeSlots", &antialias.edge_slots),
+            ("FragmentFirsts", &antialias.fragments.firsts),
             // If nothing is glossy, no pass reads it.
             ("GlossRadiance", gloss.unwrap_or(indirect)),
             ("Radiance", &self.radiance),
@@ -135,11 +135,13 @@ impl Compose {
             ("Triangles", &scene.triangles),
             ("TruncatedLoops", &scene.truncated_loops),
             ("EdgeIrradiance", at_edges),
+            ("Fragments", &antialias.fragments.list),
+            ("FragmentSurfaces", &antialias.fragments.surfaces),
         ];
         let bindings: Vec<_> = own.into_iter().chain(scene.emission.bindings()).chain(traced).collect();
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(&self.centres, [pixel_count, 1, 1], &push, &bindings);
-        if antialias.capacity.max_samples > 0 {
+        if antialias.is_on() {
             pass.barrier(COMPUTE_TO_INDIRECT);
             pass.dispatch_indirect(&self.edges, antialias.pixel_groups(), &push, &bindings);
         }

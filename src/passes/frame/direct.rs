@@ -51,8 +51,8 @@ pub struct Direct {
     shafts: Shafts,
     sum: LightSum,
     size: [u32; 2],
-    slot_count: u32,
-    /// Direct irradiance of each pixel and then of each slot of edge pixels, W/m²; three floats.
+    fragment_count: u32,
+    /// Direct irradiance of each pixel and then of each fragment, W/m²; three floats.
     pub irradiance: Buffer,
 }
 
@@ -64,27 +64,26 @@ impl Direct {
     /// Timing name of the sum over the lights.
     pub const SUM_STEM: &str = "direct_sum";
 
-    /// Allocates buffers for an image of that size with `slot_count` slots of edge pixels.
+    /// Allocates buffers for an image of that size with `fragment_count` fragments.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, size: [u32; 2], slot_count: u32) -> Result<Self> {
-        let points = u64::from(size[0]) * u64::from(size[1]) + u64::from(slot_count);
+    pub fn new(context: &Arc<Context>, size: [u32; 2], fragment_count: u32) -> Result<Self> {
+        let points = u64::from(size[0]) * u64::from(size[1]) + u64::from(fragment_count);
         Ok(Self {
             kernel: ShaftKernel::new(context, Self::STEM)?,
             pixel_batches: Pipeline::new(context, Self::BATCHES_STEM, &[])?,
             shafts: Shafts::new(context, size[0].div_ceil(8) * size[1].div_ceil(8))?,
             sum: LightSum::new(context)?,
             size,
-            slot_count,
+            fragment_count,
             irradiance: Buffer::storage(context, GrowsWith::Pixels.named("direct irradiance"), points * 12)?,
         })
     }
 
-    /// Number of values in a per-light irradiance buffer: one a pixel, then one a slot
-    /// of edge pixels.
+    /// Number of values in a per-light irradiance buffer: one a pixel, then one a fragment.
     pub fn point_count(&self) -> u32 {
-        self.pixel_count() + self.slot_count
+        self.pixel_count() + self.fragment_count
     }
 
     fn pixel_count(&self) -> u32 {
@@ -164,8 +163,8 @@ impl Direct {
         }
     }
 
-    /// Sums the per-light irradiance buffers, weighted by the emissions, in order: at the pixels,
-    /// and in the used slots of edge pixels.
+    /// Sums the per-light irradiance buffers, weighted by the emissions, in order: at the pixels
+    /// and the fragments.
     pub fn record_sum(&self, rec: &mut Recorder, antialias: &Antialias, irradiances: &[(Vec3, &Buffer)]) {
         let mut pass = rec.pass(Self::SUM_STEM);
         let points = (self.point_count(), antialias.point_groups());

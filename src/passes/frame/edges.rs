@@ -1,50 +1,80 @@
-//! Structs that antialiasing shares with its shaders.
+//! What the parts of antialiasing have in common: structs that they share with shaders, thresholds,
+//! and the buffers of a view's edge pixels.
 
+use crate::gpu::Buffer;
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::types::View;
+use crate::passes::{OneLight, SceneBuffers};
+use crate::types::{LIGHT_AREA, View};
 
-gpu_struct! {
-    /// The surface at a sample of an edge pixel. Its position follows from its index and the side.
-    pub struct EdgeSample {
-        /// As in `PixelSurface`; `NO_SIDE` if none of its image points met a surface.
-        pub side: u32,
-        /// Bits 0-2: the image point that it shows; 3-6: eighths of its image points that met a
-        /// surface; 7-10: position, among the nine pixels around, of the pixel whose indirect light
-        /// it takes, row by row; 11-12: its slot; 13: no pixel around serves it.
-        pub what: u32,
-    }
+/// Relative difference of a light between neighbours that makes an edge, if points may see a part
+/// of the light.
+pub const CONTRAST: f32 = 0.1;
+
+/// The same for any light. A point light illuminates a point or not: only darkness makes an edge.
+pub(super) fn contrast(light: OneLight<'_>) -> f32 {
+    if light.kind == LIGHT_AREA || light.part_count > 1 { CONTRAST } else { 1.0 }
 }
 
+/// Dissimilarity up to which two points show one surface; it is above this for another facet, and
+/// for a plane as far from the point as a pixel is wide.
+pub const ALIKE: f32 = 1.0;
+/// A mixed fragment takes all its samples if the variance of the light among the first ones exceeds
+/// this times their squared mean.
+pub const SPREAD: f32 = 3.0;
+// Byte offsets of dispatch sizes: for workgroups of 64 invocations that find samples, of 64 edge
+// pixels, of values of light (pixels, then fragments), and of 64 fragments. In the list of a
+// light, offset 0 is the size for workgroups of four averaged pixels.
+pub(super) const SAMPLE_GROUPS: u64 = 16;
+pub(super) const EDGE_GROUPS: u64 = 32;
+pub(super) const POINT_GROUPS: u64 = 48;
+pub(super) const FRAGMENT_GROUPS: u64 = 64;
+
+/// Samples of an edge pixel for each sample of a light in one of its fragments: more of them cost
+/// only at a move of the camera. `glsl/include/antialias.glsl` has the same constant.
+pub const COVERAGE: u32 = 4;
+/// The number of samples of an edge pixel is a multiple of this, which one invocation finds.
+pub const OWN_SAMPLES: u32 = 8;
+/// Maximum number of samples of an edge pixel.
+pub const MAX_SAMPLES: u32 = 256;
+/// Maximum number of fragments of an edge pixel.
+pub const MAX_FRAGMENTS: u32 = 4;
+/// Words of the triangles of a tile; as in `glsl/include/antialias.glsl`.
+pub const TILE_WORDS: u32 = 512;
+/// Words of the triangles of an edge pixel; as in `glsl/include/antialias.glsl`.
+pub const EDGE_WORDS: u32 = 64;
+
 gpu_struct! {
-    /// The data that samples of one slot share.
-    pub struct EdgeSlot {
-        /// Side of its first sample; `NO_SIDE`: this slot and all later ones of the
-        /// pixel are empty.
-        pub side: u32,
-        /// Bits 0-3: position of the pixel whose indirect light the samples take; 4-30: the
-        /// sum of their eighths; 31: they need an edge point.
+    /// What an edge pixel shows of one surface: the samples that see it. Its point has the same
+    /// index in the list of surfaces.
+    pub struct Fragment {
+        /// Index of its pixel in the list of edge pixels.
+        pub edge: u32,
+        /// Bits 0–3: position, among the nine pixels around, of the pixel whose indirect light it
+        /// takes, row by row; 4: it needs an edge point; 5–13: which of the nine pixels are alike;
+        /// 14–31: number of its samples.
         pub what: u32,
-        /// Edge point whose indirect light they take instead; `u32::MAX`: none.
+        /// Edge point whose indirect light it takes instead; `u32::MAX`: none.
         pub point: u32,
+        /// Bit 4·n + k: fragment k of neighbour n is alike; the eight neighbours row by row.
+        pub neighbours: u32,
     }
 }
 
 gpu_struct! {
     /// Capacity of the lists of edge pixels.
     pub struct EdgeCapacity {
-        /// Maximum number of samples of a pixel; zero turns antialiasing off.
-        pub max_samples: u32,
+        /// Maximum number of samples of a light in a fragment; zero turns antialiasing off.
+        pub light_samples: u32,
         /// Total number of samples; with too many edges, each pixel gets fewer.
         pub samples: u32,
-        /// Total number of slots; likewise.
-        pub slots: u32,
-        /// Total number of edge points; slots without one take the indirect light of a pixel.
+        /// Total number of fragments; likewise.
+        pub fragments: u32,
+        /// Total number of edge points; fragments without one take the indirect light of a pixel.
         pub points: u32,
     }
 }
 
 gpu_struct! {
-    /// Push constants of `edge_mark` and `shadow_mark`.
     pub struct EdgeMarkPush {
         pub width: u32,
         pub height: u32,
@@ -52,7 +82,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `edge_list`, `edge_slots` and `edge_sums`.
+    /// Push constants of `edge_list` and `fragment_links`.
     pub struct EdgeListPush {
         /// Pixels of a row.
         pub width: u32,
@@ -62,8 +92,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `edge_samples`, `edge_slots`, `edge_points`, `edge_batches` and of
-    /// `pixel_frusta`, the frusta of pixels.
+    /// Push constants of `edge_triangles`, `edge_samples`, `edge_rays`, `fragment_groups` and
+    /// `fragments`, in which a pixel may be small beside the cells of the hierarchy.
     pub struct EdgeSamplesPush {
         pub view: View,
         pub capacity: EdgeCapacity,
@@ -73,30 +103,107 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `edge_direct` and `shadow_edges`.
+    /// Push constants of `fragment_direct`, `fragment_samples` and `shadow_edges`.
     pub struct EdgeLightPush {
         pub view: View,
         pub capacity: EdgeCapacity,
         /// Row of the part of the light.
         pub light: u32,
-        /// First sample of an image point.
+        /// First sample of the light.
         pub first_sample: u32,
         /// One past the last.
         pub end_sample: u32,
         /// Step of the lattice of the samples of all image points of a pixel.
         pub sample_step: u32,
-        /// Sum of `TRACES_ALL` and `ADDS`.
+        /// Sum of `TRACES_ALL`, `ADDS` and `MARKS_PENUMBRA`.
         pub flags: u32,
+    }
+}
+
+gpu_struct! {
+    pub struct FragmentMarkPush {
+        pub width: u32,
+        pub height: u32,
+        /// Maximum number of samples of a mixed fragment.
+        pub light_samples: u32,
+        /// Relative difference of a light on one surface that makes an edge.
+        pub contrast: f32,
+    }
+}
+
+gpu_struct! {
+    pub struct ShadowMarkPush {
+        pub width: u32,
+        pub height: u32,
+        /// Relative difference between neighbours that makes an edge.
+        pub contrast: f32,
+    }
+}
+
+gpu_struct! {
+    pub struct TileTrianglesPush {
+        pub view: View,
     }
 }
 
 /// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[
-    EdgeSample::LAYOUT,
-    EdgeSlot::LAYOUT,
+    Fragment::LAYOUT,
     EdgeCapacity::LAYOUT,
     EdgeMarkPush::LAYOUT,
     EdgeListPush::LAYOUT,
     EdgeSamplesPush::LAYOUT,
     EdgeLightPush::LAYOUT,
+    FragmentMarkPush::LAYOUT,
+    ShadowMarkPush::LAYOUT,
+    TileTrianglesPush::LAYOUT,
 ];
+
+/// What kernels read of a view's edge pixels.
+pub(super) struct EdgeView<'a> {
+    pub(super) scene: &'a SceneBuffers,
+    pub(super) view: &'a View,
+    pub(super) pixels: &'a Buffer,
+    pub(super) numbers: &'a Buffer,
+    pub(super) edge_pixels: &'a Buffer,
+    pub(super) samples: &'a Buffer,
+    pub(super) groups: &'a Buffer,
+    pub(super) capacity: EdgeCapacity,
+    pub(super) smooth_m: f32,
+}
+
+impl EdgeView<'_> {
+    pub(super) fn places(&self) -> u32 {
+        places([self.view.width, self.view.height])
+    }
+
+    pub(super) fn samples_push(&self) -> EdgeSamplesPush {
+        EdgeSamplesPush {
+            view: *self.view,
+            capacity: self.capacity,
+            smooth_m2: self.smooth_m * self.smooth_m,
+        }
+    }
+
+    /// For samples of a light from the first to one past the last.
+    pub(super) fn light_push(
+        &self,
+        light: OneLight<'_>,
+        (first_sample, end_sample): (u32, u32),
+    ) -> EdgeLightPush {
+        EdgeLightPush {
+            view: *self.view,
+            capacity: self.capacity,
+            light: light.row,
+            first_sample,
+            end_sample,
+            sample_step: light.point_step(),
+            flags: light.flags(),
+        }
+    }
+}
+
+/// Positions in tile order of an image of that size, including those of pixels beyond its edges.
+pub(super) fn places([width, height]: [u32; 2]) -> u32 {
+    64 * width.div_ceil(8) * height.div_ceil(8)
+}

@@ -7,6 +7,7 @@ pub mod compose;
 pub mod direct;
 pub mod edges;
 pub mod form_factors;
+pub mod fragments;
 pub mod gather;
 pub mod gloss;
 pub mod gloss_beams;

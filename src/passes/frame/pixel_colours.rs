@@ -1,4 +1,4 @@
-//! Colours of images at pixels and at the slots of edge pixels; composition multiplies
+//! Colours of images at pixels and at fragments; composition multiplies
 //! albedos by them. In: surfaces at the pixels, images. Out: packed colours. Nothing runs in
 //! scenes without images.
 
@@ -41,7 +41,7 @@ pub struct PixelColours {
     pipelines: Option<[Pipeline; 2]>,
     /// Packed mean colour of each pixel; one unused word in scenes without images.
     pub of_pixels: Buffer,
-    /// Packed colour of each slot of edge pixels; likewise.
+    /// Packed colour of each fragment; likewise.
     pub of_edges: Buffer,
 }
 
@@ -49,7 +49,7 @@ impl PixelColours {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "pixel_colours";
 
-    /// Allocates buffers for `pixel_count` pixels and `slot_count` slots of edge pixels, if the
+    /// Allocates buffers for `pixel_count` pixels and `fragment_count` fragments, if the
     /// scene has images.
     ///
     /// # Errors
@@ -58,7 +58,7 @@ impl PixelColours {
         context: &Arc<Context>,
         scene: &SceneBuffers,
         pixel_count: u32,
-        slot_count: u32,
+        fragment_count: u32,
     ) -> Result<Self> {
         let constant = scene.textures.constant();
         let pipelines = || -> Result<_> {
@@ -77,7 +77,7 @@ impl PixelColours {
             of_edges: scene.textures.colours(
                 context,
                 GrowsWith::Pixels.named("edge colours"),
-                slot_count.into(),
+                fragment_count.into(),
             )?,
         })
     }
@@ -105,13 +105,13 @@ impl PixelColours {
                 ("PixelColours", &self.of_pixels),
             ]),
         );
-        let Some(antialias) = antialias.filter(|antialias| antialias.capacity.max_samples > 0) else {
+        let Some(antialias) = antialias.filter(|antialias| antialias.is_on()) else {
             return;
         };
         let capacity = antialias.capacity;
-        pass.dispatch(
+        pass.dispatch_indirect(
             of_edges,
-            [capacity.slots, 1, 1],
+            antialias.fragment_groups(),
             &EdgeColoursPush { view: *view, capacity },
             &scene.textures.after([
                 ("Triangles", &scene.triangles),
@@ -119,6 +119,10 @@ impl PixelColours {
                 ("EdgeNumbers", &antialias.numbers),
                 ("EdgePixels", &antialias.edge_pixels),
                 ("EdgeSamples", &antialias.edge_samples),
+                ("SampleFragments", &antialias.fragments.of_samples),
+                ("FragmentFirsts", &antialias.fragments.firsts),
+                ("Fragments", &antialias.fragments.list),
+                ("EdgeGroups", antialias.fragment_groups().0),
                 ("EdgeColours", &self.of_edges),
             ]),
         );

@@ -1,7 +1,6 @@
-// Frusta of pixels: the few triangles and nodes that camera rays through a pixel may meet, from
-// which they start instead of the root. Deterministic. One invocation = one pixel at which a light
-// is averaged. In: pixels whose samples take a camera ray, the tree. Out: their roots, in the
-// format of shafts; none for pixels beyond the capacity.
+// Antialiasing, step 3: the triangles that camera rays through a tile of 8×8 pixels may meet.
+// Deterministic. One invocation = one tile. In: exclusive prefix sum of the edge marks in tile
+// order, the tree. Out: triangles of the tiles with edge pixels.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -9,35 +8,28 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/sampling.glsl"
 #include "include/antialias.glsl"
 
 layout(local_size_x = 64) in;
 
-struct EdgeSamplesPush {
-    View view;
-    EdgeCapacity capacity;
-    float smooth_m2;  // see edge_samples
-};
+struct TileTrianglesPush { View view; };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(binding = 2) uniform usamplerBuffer Surfaces;
-layout(scalar, binding = 3) readonly buffer EdgeNumbers { uint edge_numbers[]; };
-layout(binding = 4) uniform usamplerBuffer Pixels;
-layout(scalar, binding = 5) readonly buffer ShadowGroups { uint shadow_groups[]; };
-layout(scalar, binding = 6) readonly buffer ShadowPixels { uint shadow_pixels[]; };
+layout(scalar, binding = 2) readonly buffer EdgeMarks { uint edge_marks[]; };
 
 #include "include/triangles.glsl"
-#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/view.glsl"
-#include "include/primary.glsl"
-#include "include/shafts.glsl"
 
-layout(scalar, binding = 7) writeonly buffer ShaftRoots { uint shaft_roots[]; };
-layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
+layout(scalar, binding = 3) writeonly buffer TileTriangles { uint roots[]; };
+layout(scalar, push_constant) uniform Push { TileTrianglesPush push; };
 
-// Margin of a frustum around its pixel, in pixels: more than rounding takes.
+const uint MAX_ROOTS = TILE_WORDS - 1u;
+const uint MAX_OPENED = 1024u;
+
+// Margin of a frustum around its tile, in pixels: more than rounding takes.
 const float MARGIN = 1.0 / 64.0;
 
 struct Frustum {
@@ -47,15 +39,15 @@ struct Frustum {
     float clear;      // rounding error of a distance from a plane
 };
 
-Frustum frustum;  // of this invocation's pixel
+Frustum frustum;  // of this invocation's tile
 
-Frustum frustum_of(View view, vec2 corner) {
+Frustum frustum_of(View view, vec2 low, vec2 high) {
     Frustum made;
     made.apex = view.position;
     made.clear = scene_clear_distance();
     for (uint i = 0u; i < 4u; ++i) {
         vec2 side = vec2(i == 1u || i == 2u, i >= 2u);
-        made.corners[i] = normalize(direction_through(view, corner + mix(vec2(-MARGIN), vec2(1.0 + MARGIN), side)));
+        made.corners[i] = normalize(direction_through(view, mix(low - MARGIN, high + MARGIN, side)));
     }
     for (uint i = 0u; i < 4u; ++i) {
         vec3 normal = normalize(cross(made.corners[i], made.corners[(i + 1u) % 4u]));
@@ -97,29 +89,13 @@ bool is_inside(Corners triangle) {
 
 #include "include/open_tree.glsl"
 
-// Pixels that need roots, compacted: on a CPU eight invocations execute the work of any
-// one of them.
-shared uint due[64];
-shared uint due_count;
-
 void main() {
-    uint lane = gl_LocalInvocationIndex;
-    uint own = flat_invocation();
-    bool is_due = own < min(shadow_groups[3], frusta_in(push.capacity));
-    if (lane == 0u) due_count = 0u;
-    barrier();
-    if (is_due) {
-        uint index = shadow_pixels[own];
-        vec2 corner = vec2(in_rows(index, push.view.width));
-        bool is_traced = edge_numbers[index] != NO_EDGE || is_sampled_by_rays(push.view, corner, pixel_surface_at(Pixels, index));
-        if (is_traced) due[atomicAdd(due_count, 1u)] = own;
-        else shaft_roots[own * SHAFT_WORDS] = 0u;
-    }
-    barrier();
-    if (lane >= due_count) return;
-    uint place = due[lane];
-    uint pixel = shadow_pixels[place];
-    frustum = frustum_of(push.view, vec2(in_rows(pixel, push.view.width)));
-    uint first = place * SHAFT_WORDS;
-    shaft_roots[first] = open_tree(first);
+    uint tile = flat_invocation();
+    View view = push.view;
+    if (tile >= tiles_around(uvec2(view.width, view.height)) || edge_marks[64u * tile] == edge_marks[64u * tile + 64u]) return;
+    vec2 low = vec2(corner_of_tile(tile, 8u, view.width));
+    frustum = frustum_of(view, low, low + 8.0);
+    uint first = tile * TILE_WORDS;
+    uint found = open_tree(first);
+    roots[first] = found >> 16 == 0u ? found : TOO_MANY;
 }

@@ -74,7 +74,7 @@ void main() {
     uint tile = pixel.y / 8u * ((view.width + 7u) / 8u) + pixel.x / 8u;
     vec2 centre = centre_of(view, pixel);
     vec2 half_size = 0.5 * MARGIN * pixel_size(view);
-    uint listed = word_at(TileTriangles, tile * TILE_WORDS);
+    uint listed = tile < push.capacity.tiles ? word_at(TileTriangles, tile * TILE_WORDS) : TOO_MANY;
     uint first = edge * EDGE_WORDS;
     float far = 1e30;
     uint found = listed == TOO_MANY ? TOO_MANY : 0u;

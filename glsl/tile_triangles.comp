@@ -13,7 +13,10 @@
 
 layout(local_size_x = 64) in;
 
-struct TileTrianglesPush { View view; };
+struct TileTrianglesPush {
+    View view;
+    EdgeCapacity capacity;
+};
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
@@ -27,7 +30,8 @@ layout(scalar, binding = 3) writeonly buffer TileTriangles { uint roots[]; };
 layout(scalar, push_constant) uniform Push { TileTrianglesPush push; };
 
 const uint MAX_ROOTS = TILE_WORDS - 1u;
-const uint MAX_OPENED = 1024u;
+// Few enough that the loops end within the iteration limit: see quirks.glsl.
+const uint MAX_OPENED = 512u;
 
 // Margin of a frustum around its tile, in pixels: more than rounding takes.
 const float MARGIN = 1.0 / 64.0;
@@ -92,7 +96,8 @@ bool is_inside(Corners triangle) {
 void main() {
     uint tile = flat_invocation();
     View view = push.view;
-    if (tile >= tiles_around(uvec2(view.width, view.height)) || edge_marks[64u * tile] == edge_marks[64u * tile + 64u]) return;
+    uint tiles = min(tiles_around(uvec2(view.width, view.height)), push.capacity.tiles);
+    if (tile >= tiles || edge_marks[64u * tile] == edge_marks[64u * tile + 64u]) return;
     vec2 low = vec2(corner_of_tile(tile, 8u, view.width));
     frustum = frustum_of(view, low, low + 8.0);
     uint first = tile * TILE_WORDS;

@@ -34,6 +34,7 @@ struct EdgeCapacity {
     uint samples;        // of all edge pixels
     uint fragments;      // in all
     uint points;         // edge points in all
+    uint tiles;          // of 8×8 pixels
 };
 
 const uint MAX_FRAGMENTS = 4u;  // of a pixel

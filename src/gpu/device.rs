@@ -171,7 +171,7 @@ pub(super) const EXTENSIONS: [&std::ffi::CStr; 2] =
 /// with the binaries.
 fn too_low(limits: &Limits) -> Option<String> {
     let rows = [
-        ("maxPerStageDescriptorStorageBuffers (or maxPushDescriptors)", limits.storage_buffers, 20),
+        ("maxPerStageDescriptorStorageBuffers (or maxPushDescriptors)", limits.storage_buffers, 21),
         ("maxComputeWorkGroupInvocations", limits.workgroup_invocations, 256),
         ("maxComputeWorkGroupSize[0]", limits.workgroup_size[0], 256),
     ];

@@ -11,7 +11,7 @@ use lightpaths::cpu::primary::seen_through;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::antialias::{
-    Antialias, COVERAGE, CREASE, EdgeCapacity, Fragment, NO_EDGE, STEP,
+    Antialias, COVERAGE, CREASE, EdgeCapacity, Fragment, NO_EDGE, SHADING, STEP,
 };
 use lightpaths::passes::frame::direct::Direct;
 use lightpaths::passes::frame::pixel_colours::PixelColours;
@@ -236,7 +236,7 @@ fn edge_pixels_equal_the_reference() {
             let edges: Vec<bool> = (0..pixels.len()).map(is_marked).collect();
             for (irradiances, &count) in frame.irradiances.iter().zip(&frame.shadow_counts) {
                 let irradiance = &irradiances[0][..pixels.len()];
-                let reference = cpu::antialias::shadow_edges(1.0, size, &edges, irradiance);
+                let reference = cpu::antialias::shadow_edges(f64::from(SHADING), size, &edges, irradiance);
                 let expected = reference.iter().filter(|marked| **marked).count();
                 assert!(
                     expected.abs_diff(count as usize) * 500 <= pixels.len(),

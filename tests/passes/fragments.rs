@@ -7,7 +7,7 @@ use crate::world::World;
 use glam::{DVec2, Vec3};
 use lightpaths::cpu;
 use lightpaths::cpu::lights::PointSamples;
-use lightpaths::passes::frame::antialias::{ALIKE, CONTRAST, COVERAGE, Fragment, NO_EDGE, SPREAD};
+use lightpaths::passes::frame::antialias::{ALIKE, CONTRAST, COVERAGE, Fragment, NO_EDGE, SHADING, SPREAD};
 use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::shapes;
 use lightpaths::types::{LIGHT_AREA, NO_SIDE, PixelSurface};
@@ -163,7 +163,7 @@ fn light_at_fragments_equals_the_reference() {
             let one = OneLight::new(&frame.buffers[0], 0, light);
             let at_points: Vec<f64> =
                 points.iter().map(|point| cpu::direct::irradiance(geometry, light, point).abs()).collect();
-            let contrast = if light.kind == LIGHT_AREA { f64::from(CONTRAST) } else { 1.0 };
+            let contrast = f64::from(if light.kind == LIGHT_AREA { CONTRAST } else { SHADING });
             let (mut differ, mut decisions) = (0, 0);
             for (index, (fragment, point)) in fragments.iter().zip(&points).enumerate() {
                 let edge = fragment.edge as usize;

@@ -12,8 +12,8 @@ use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::passes::GrowsWith;
 pub use crate::passes::frame::edges::{
     ALIKE, CONTRAST, COVERAGE, EDGE_WORDS, EdgeCapacity, EdgeLightPush, EdgeListPush, EdgeMarkPush,
-    EdgeSamplesPush, Fragment, FragmentMarkPush, LAYOUTS, MAX_FRAGMENTS, MAX_SAMPLES, OWN_SAMPLES, SPREAD,
-    ShadowMarkPush, TILE_WORDS, TileTrianglesPush,
+    EdgeSamplesPush, Fragment, FragmentMarkPush, LAYOUTS, MAX_FRAGMENTS, MAX_SAMPLES, OWN_SAMPLES, SHADING,
+    SPREAD, ShadowMarkPush, TILE_WORDS, TileTrianglesPush,
 };
 use crate::passes::frame::edges::{
     EDGE_GROUPS, EdgeView, FRAGMENT_GROUPS, POINT_GROUPS, SAMPLE_GROUPS, contrast, places,
@@ -33,8 +33,9 @@ pub const STEP: f32 = 2.0;
 pub const SMOOTH: f32 = 0.25;
 /// Marks a pixel that is no edge pixel.
 pub const NO_EDGE: u32 = u32::MAX;
-/// The capacity suffices if that fraction of the pixels are edge pixels.
+/// Fraction of the pixels of a busy picture of [`BUSY_PIXELS`] that are edge pixels.
 const SHARE: [u64; 2] = [2, 5];
+const BUSY_PIXELS: u64 = 640 * 480;
 /// Minimum capacity of samples and fragments, unless fewer suffice for all pixels: most pixels of a
 /// small image are edge pixels.
 const MIN_ROOM: u64 = 5 << 17;
@@ -94,7 +95,7 @@ impl Antialias {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, size: [u32; 2], light_samples: u32) -> Result<Self> {
         let pixel_count = size[0] * size[1];
-        let capacity = Self::capacity(context, pixel_count, light_samples);
+        let capacity = Self::capacity(context, size, light_samples);
         let mut no_edges = vec![NO_EDGE; pixel_count as usize];
         no_edges.push(0);
         let creases = [("CREASE", CREASE.to_bits()), ("STEP", STEP.to_bits())];
@@ -102,7 +103,6 @@ impl Antialias {
             Buffer::storage(context, GrowsWith::Pixels.named(name), 4 * u64::from(count.max(1)))
         };
         let edges = capacity.samples.checked_div(max_samples(light_samples)).unwrap_or(0);
-        let tiles = if light_samples == 0 { 0 } else { places(size) / 64 };
         Ok(Self {
             mark: Pipeline::new(context, "edge_mark", &creases)?,
             list: Pipeline::new(context, "edge_list", &[("GROUP_POINTS", GROUP_VALUES)])?,
@@ -120,7 +120,7 @@ impl Antialias {
                 GrowsWith::Pixels.named("edge groups"),
                 &[0_u32; GROUP_WORDS as usize],
             )?,
-            in_tiles: words("triangles in tiles", TILE_WORDS * tiles)?,
+            in_tiles: words("triangles in tiles", TILE_WORDS * capacity.tiles)?,
             in_edges: words("triangles in edge pixels", EDGE_WORDS * edges)?,
             dense_edges: words("dense edge pixels", 4 + pixel_count)?,
             shadow_pixels: words("shadow pixels", pixel_count)?,
@@ -133,24 +133,27 @@ impl Antialias {
         })
     }
 
-    /// Capacity for an image of `pixel_count` pixels: samples for a fraction of them, and the
-    /// fragments of as many edge pixels.
-    fn capacity(context: &Context, pixel_count: u32, light_samples: u32) -> EdgeCapacity {
-        let pixels = u64::from(pixel_count);
-        let all = pixels * u64::from(max_samples(light_samples));
-        let wanted = (all * SHARE[0]).div_ceil(SHARE[1]).max(all.min(MIN_ROOM));
+    /// Capacity for an image of that size: all samples for the edge pixels of a busy picture, whose
+    /// number grows as the image's width, and two fragments for twice as many at least.
+    fn capacity(context: &Context, size: [u32; 2], light_samples: u32) -> EdgeCapacity {
+        let pixels = u64::from(size[0]) * u64::from(size[1]);
+        let busy = pixels.min((pixels * BUSY_PIXELS).isqrt()) * SHARE[0] / SHARE[1];
         let bindable = context.limits().storage_range_bytes;
-        let all_fragments = pixels * u64::from(MAX_FRAGMENTS);
-        let fragments = (all_fragments * SHARE[0]).div_ceil(SHARE[1]).max(all_fragments.min(MIN_ROOM));
-        let most = bindable / size_of::<PixelSurface>() as u64;
-        let fragments = if light_samples == 0 { 0 } else { fragments.min(most) };
-        let points = (pixels / PIXELS_PER_POINT).max(all_fragments.min(MIN_POINTS)).min(fragments);
-        EdgeCapacity {
-            light_samples,
-            samples: wanted.min(bindable / size_of::<u32>() as u64) as u32,
-            fragments: fragments as u32,
-            points: points as u32,
-        }
+        // Most pixels of a small image are edge pixels.
+        let within = |wanted: u64, all: u64, bytes: usize| {
+            wanted.max(all.min(MIN_ROOM)).min(bindable / bytes as u64) as u32
+        };
+        let of_pixel = u64::from(max_samples(light_samples));
+        let fragments = if light_samples == 0 { 0 } else { u64::from(MAX_FRAGMENTS) };
+        let tiles = if light_samples == 0 { 0 } else { places(size) / 64 };
+        // Each edge pixel has a list of triangles, too.
+        let most = bindable / (4 * u64::from(EDGE_WORDS)) * of_pixel;
+        let samples = within(busy * of_pixel, pixels * of_pixel, size_of::<u32>()).min(most as u32);
+        let fragments =
+            within(busy.max(pixels / 5) * fragments, pixels * fragments, size_of::<PixelSurface>());
+        let points = (pixels / PIXELS_PER_POINT).max(MIN_POINTS).min(fragments.into()) as u32;
+        let tiles = tiles.min((bindable / (4 * u64::from(TILE_WORDS))) as u32);
+        EdgeCapacity { light_samples, samples, fragments, points, tiles }
     }
 
     fn edges<'a>(&'a self, scene: &'a SceneBuffers, view: &'a View, pixels: &'a Buffer) -> EdgeView<'a> {
@@ -201,7 +204,7 @@ impl Antialias {
         pass.dispatch(
             &self.tile_triangles,
             [places(self.size) / 64, 1, 1],
-            &TileTrianglesPush { view: *view },
+            &TileTrianglesPush { view: *view, capacity: self.capacity },
             &[
                 ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),

@@ -10,9 +10,13 @@ use crate::types::{LIGHT_AREA, View};
 /// of the light.
 pub const CONTRAST: f32 = 0.1;
 
-/// The same for any light. A point light illuminates a point or not: only darkness makes an edge.
+/// The same if they see all of the light or nothing: below it, only the shading differs, whose mean
+/// over a pixel is close to that at the centre.
+pub const SHADING: f32 = 0.5;
+
+/// The difference that makes an edge of a light.
 pub(super) fn contrast(light: OneLight<'_>) -> f32 {
-    if light.kind == LIGHT_AREA || light.part_count > 1 { CONTRAST } else { 1.0 }
+    if light.kind == LIGHT_AREA || light.part_count > 1 { CONTRAST } else { SHADING }
 }
 
 /// Dissimilarity up to which two points show one surface; it is above this for another facet, and
@@ -71,6 +75,8 @@ gpu_struct! {
         pub fragments: u32,
         /// Total number of edge points; fragments without one take the indirect light of a pixel.
         pub points: u32,
+        /// Tiles of 8×8 pixels; edge pixels of other tiles trace rays.
+        pub tiles: u32,
     }
 }
 
@@ -143,6 +149,7 @@ gpu_struct! {
 gpu_struct! {
     pub struct TileTrianglesPush {
         pub view: View,
+        pub capacity: EdgeCapacity,
     }
 }
 

@@ -56,7 +56,7 @@ fn floors_follow_from_what_was_measured(document: &serde_json::Value) {
     for pass in scene["passes"].as_array().unwrap() {
         let (name, ms) = (pass["name"].as_str().unwrap(), number(&pass["ms"]));
         let bytes_ms = number(&pass["bytes"]) / (1e6 * copy_gbps);
-        let is_closest = ["primary", "edge_samples"].contains(&name);
+        let is_closest = name == "primary";
         let rate = &rates["device"][if is_closest { "closest_coherent" } else { "any_coherent" }];
         let rays_ms = pass["mrays_per_s"].as_f64().map_or(0.0, |mrays| mrays * ms / number(rate));
         if rays_ms > 0.0 {
@@ -68,7 +68,7 @@ fn floors_follow_from_what_was_measured(document: &serde_json::Value) {
         assert!((number(&pass["share_of_floor"]) * ms / floor - 1.0).abs() < 1e-9, "{pass}");
         sums = [sums[0] + floor, sums[1] + ms];
     }
-    assert_eq!(with_rays, ["primary", "edge_samples", "direct", "shadow_edges", "form_factors"]);
+    assert_eq!(with_rays, ["primary", "direct", "shadow_edges", "form_factors"]);
     for (key, sum) in [("floors_ms", sums[0]), ("floored_ms", sums[1])] {
         assert!((number(&scene[key]) / sum - 1.0).abs() < 1e-9, "{key}");
     }

@@ -312,18 +312,17 @@ impl Antialias {
         (irradiance, groups): (&Buffer, &Buffer),
     ) {
         let scene = edges.scene;
-        let bindings = [
-            ("Nodes", &scene.nodes),
-            ("Triangles", &scene.triangles),
-            ("Surfaces", &scene.surfaces),
-            ("Lights", light.table),
-            ("EdgeNumbers", &self.numbers),
-            ("Pixels", edges.pixels),
-            ("ShadowGroups", groups),
-            ("ShadowPixels", &self.shadow_pixels),
-            ("LightIrradiance", irradiance),
-            ("TruncatedLoops", &scene.truncated_loops),
-        ];
+        let bindings = edges.traced(
+            light,
+            &[
+                ("EdgeNumbers", &self.numbers),
+                ("Pixels", edges.pixels),
+                ("ShadowGroups", groups),
+                ("ShadowPixels", &self.shadow_pixels),
+                ("LightIrradiance", irradiance),
+                ("TruncatedLoops", &scene.truncated_loops),
+            ],
+        );
         for (part, span) in light.parts().flat_map(|part| part.point_spans().map(move |span| (part, span))) {
             pass.barrier(COMPUTE_TO_COMPUTE);
             let push = edges.light_push(part, span);

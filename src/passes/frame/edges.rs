@@ -192,6 +192,21 @@ impl EdgeView<'_> {
         }
     }
 
+    /// What kernels that trace rays to a light read of the scene, and what each reads besides.
+    pub(super) fn traced<'b>(
+        &'b self,
+        light: OneLight<'b>,
+        others: &[(&'static str, &'b Buffer)],
+    ) -> Vec<(&'static str, &'b Buffer)> {
+        let of_scene = [
+            ("Nodes", &self.scene.nodes),
+            ("Triangles", &self.scene.triangles),
+            ("Surfaces", &self.scene.surfaces),
+            ("Lights", light.table),
+        ];
+        [&of_scene, others].concat()
+    }
+
     /// For samples of a light from the first to one past the last.
     pub(super) fn light_push(
         &self,

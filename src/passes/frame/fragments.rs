@@ -169,16 +169,15 @@ impl Fragments {
         (irradiance, groups): (&Buffer, &Buffer),
     ) {
         let scene = edges.scene;
-        let bindings = [
-            ("Nodes", &scene.nodes),
-            ("Triangles", &scene.triangles),
-            ("Surfaces", &scene.surfaces),
-            ("Lights", light.table),
-            ("FragmentSurfaces", &self.surfaces),
-            ("EdgeGroups", edges.groups),
-            ("LightIrradiance", irradiance),
-            ("TruncatedLoops", &scene.truncated_loops),
-        ];
+        let bindings = edges.traced(
+            light,
+            &[
+                ("FragmentSurfaces", &self.surfaces),
+                ("EdgeGroups", edges.groups),
+                ("LightIrradiance", irradiance),
+                ("TruncatedLoops", &scene.truncated_loops),
+            ],
+        );
         for (part, span) in light.parts().flat_map(|part| part.spans().map(move |span| (part, span))) {
             let push = edges.light_push(part, span);
             let all = (edges.groups, FRAGMENT_GROUPS);
@@ -218,22 +217,21 @@ impl Fragments {
         (irradiance, groups): (&Buffer, &Buffer),
     ) {
         let scene = edges.scene;
-        let bindings = [
-            ("Nodes", &scene.nodes),
-            ("Triangles", &scene.triangles),
-            ("Surfaces", &scene.surfaces),
-            ("Lights", light.table),
-            ("EdgeNumbers", edges.numbers),
-            ("EdgePixels", edges.edge_pixels),
-            ("EdgeSamples", edges.samples),
-            ("SampleFragments", &self.of_samples),
-            ("FragmentFirsts", &self.firsts),
-            ("Fragments", &self.list),
-            ("ShadowGroups", groups),
-            ("MixedFragments", &self.mixed),
-            ("LightIrradiance", irradiance),
-            ("TruncatedLoops", &scene.truncated_loops),
-        ];
+        let bindings = edges.traced(
+            light,
+            &[
+                ("EdgeNumbers", edges.numbers),
+                ("EdgePixels", edges.edge_pixels),
+                ("EdgeSamples", edges.samples),
+                ("SampleFragments", &self.of_samples),
+                ("FragmentFirsts", &self.firsts),
+                ("Fragments", &self.list),
+                ("ShadowGroups", groups),
+                ("MixedFragments", &self.mixed),
+                ("LightIrradiance", irradiance),
+                ("TruncatedLoops", &scene.truncated_loops),
+            ],
+        );
         for (part, span) in light.parts().flat_map(|part| part.point_spans().map(move |span| (part, span))) {
             if part.adds || span.0 > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);

@@ -19,7 +19,7 @@ struct DirectPush {
     uint light;
     uint first_sample;  // first point sample of this dispatch; later dispatches add to the first
     uint end_sample;
-    uint flags;         // TRACES_ALL, ADDS
+    uint flags;         // TRACES_ALL, ADDS, HAS_SILHOUETTES
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -30,7 +30,9 @@ layout(binding = 4) uniform usamplerBuffer SeenPoints;
 layout(binding = 5) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 7) buffer LightIrradiance { float light_irradiance[]; };
-layout(scalar, binding = 8) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
+layout(binding = 8) uniform usamplerBuffer Silhouettes;
+layout(scalar, binding = 9) buffer RayCounts { uint ray_counts[]; };  // number of rays; initially zero
+layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { DirectPush push; };
 
 #include "include/triangles.glsl"
@@ -43,6 +45,10 @@ layout(scalar, push_constant) uniform Push { DirectPush push; };
 #include "include/shafts.glsl"
 #include "include/shaft_rays.glsl"
 #include "include/penumbra.glsl"
+#include "include/silhouettes.glsl"
+#define IS_LIT is_lit_in
+const uint RAY_COUNT = 0u;
+#include "include/sees_alike.glsl"
 
 // Distance of the outer probes from the light's edges, in units of the edges: a lamp may sit in a
 // frame.
@@ -74,9 +80,21 @@ void main() {
     if (batch == NO_BATCH) return;
     uvec2 xy = corner_of_tile(batch, 8u, push.width) + place_in_tile(8u);
     uint index = xy.y * push.width + xy.x;
-    if (xy.x >= push.width || index >= push.point_count) return;
-    PixelSurface point = pixel_surface_at(SeenPoints, index);
+    bool is_inside = xy.x < push.width && index < push.point_count;
     LightSource light = of_kind(light_at(Lights, push.light));
+    if (FINDS_ALIKE != 0u && LIGHT_KIND != LIGHT_AREA) {
+        PixelSurface point = pixel_surface_at(SeenPoints, is_inside ? index : 0u);
+        bool is_point = is_inside && point.side != NO_SIDE;
+        uint side = is_point ? point.side : 0u;
+        Receiver at = receiver_at(point.position, side, point.normal);
+        float lit = light_factor_in_group(batch, light, push.flags, at, flat_side(point), point.normal, point.footprint, is_point);
+        if (!is_inside) return;
+        light_irradiance[index] = accumulated(light, push.flags, push.end_sample, is_first(push.flags, 0u) ? 0.0 : light_irradiance[index], lit, at.position, point.normal, point.footprint);
+        if (!loops_completed(push.width)) truncated_loops[0] = LOOP_TRUNCATED;
+        return;
+    }
+    if (!is_inside) return;
+    PixelSurface point = pixel_surface_at(SeenPoints, index);
     float before = is_first(push.flags, push.first_sample) ? 0.0 : light_irradiance[index];
     float found = abs(before);
     if_any (point.side != NO_SIDE) {

@@ -19,7 +19,7 @@ struct FormFactorsPush {
     uint light;
     uint first_sample;  // first point sample of this dispatch; later dispatches add to the first
     uint end_sample;
-    uint flags;         // TRACES_ALL, ADDS
+    uint flags;         // TRACES_ALL, ADDS, HAS_SILHOUETTES
     uint first_batch;   // of the bound buffer
     float area_m2;      // of an entry point
 };
@@ -32,31 +32,45 @@ layout(binding = 4) uniform usamplerBuffer EntryPoints;
 layout(binding = 5) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 7) buffer FormFactors { float form_factors[]; };
-layout(scalar, binding = 8) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
+layout(binding = 8) uniform usamplerBuffer Silhouettes;
+layout(scalar, binding = 9) buffer RayCounts { uint ray_counts[]; };
+layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { FormFactorsPush push; };
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/receivers.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/light_kind.glsl"
 #include "include/direct.glsl"
 #include "include/shafts.glsl"
 #include "include/shaft_rays.glsl"
+#include "include/silhouettes.glsl"
+#define IS_LIT is_lit_in
+const uint RAY_COUNT = 2u;
+#include "include/sees_alike.glsl"
 
 void main() {
     uint workgroup = flat_workgroup();
     uint batch = batch_of(OPENS_NODES == 0u ? push.first_batch + workgroup : workgroup);
     uint index = (batch - push.first_batch) * BATCH + gl_LocalInvocationIndex;
-    if (batch == NO_BATCH || batch < push.first_batch || index >= push.point_count) return;
-    uvec4 point = texelFetch(EntryPoints, int(index));  // position; side, 2·triangle + (1 if the back side)
+    if (batch == NO_BATCH || batch < push.first_batch) return;
+    bool is_point = index < push.point_count;
+    uvec4 point = texelFetch(EntryPoints, int(is_point ? index : 0u));  // position; side, 2·triangle + (1 if the back side)
     vec3 position = uintBitsToFloat(point.xyz);
     vec3 normal = facing_normal(point.w);
     uint place = push.first_point + index;
     LightSource light = of_kind(light_at(Lights, push.light));
+    float found = 0.0;
+    if (FINDS_ALIKE != 0u && LIGHT_KIND != LIGHT_AREA) {
+        found = light_factor_in_group(batch, light, push.flags, Receiver(position, normal), point.w, normal, push.area_m2, is_point);
+    } else if (is_point) {
+        uint seen = 0u;
+        found = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, position, normal, normal, push.area_m2, seen);
+    }
+    if (!is_point) return;
     float before = is_first(push.flags, push.first_sample) ? 0.0 : form_factors[place];
-    uint seen = 0u;
-    float found = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, position, normal, normal, push.area_m2, seen);
     form_factors[place] = accumulated(light, push.flags, push.end_sample, before, found, position, normal, push.area_m2);
     if (!loops_completed(push.point_count)) truncated_loops[0] = LOOP_TRUNCATED;
 }

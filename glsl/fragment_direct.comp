@@ -31,7 +31,9 @@ layout(binding = 3) uniform usamplerBuffer Lights;
 layout(binding = 4) uniform usamplerBuffer FragmentSurfaces;
 layout(scalar, binding = 5) readonly buffer EdgeGroups { uint edge_groups[]; };
 layout(scalar, binding = 6) buffer LightIrradiance { float light_irradiance[]; };
-layout(scalar, binding = 7) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
+layout(binding = 7) uniform usamplerBuffer Silhouettes;
+layout(scalar, binding = 8) buffer RayCounts { uint ray_counts[]; };
+layout(scalar, binding = 9) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/triangles.glsl"
@@ -42,14 +44,26 @@ layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 #include "include/light_kind.glsl"
 #include "include/direct.glsl"
 #include "include/penumbra.glsl"
+#include "include/silhouettes.glsl"
+#define IS_LIT(shaft, position, normal, to_light) is_lit(position, normal, to_light)
+const uint RAY_COUNT = 1u;
+#include "include/sees_alike.glsl"
 
 void main() {
     uint index = flat_invocation();
-    if (index >= edge_groups[19]) return;
+    bool is_fragment = index < edge_groups[19];
     uint value = push.view.width * push.view.height + index;
     LightSource light = of_kind(light_at(Lights, push.light));
-    PixelSurface point = pixel_surface_at(FragmentSurfaces, index);
+    PixelSurface point = pixel_surface_at(FragmentSurfaces, is_fragment ? index : 0u);
     Receiver at = receiver_of(point);
+    if (FINDS_ALIKE != 0u && LIGHT_KIND != LIGHT_AREA) {
+        float lit = light_factor_in_group(0u, light, push.flags, at, flat_side(point), point.normal, point.footprint, is_fragment);
+        if (!is_fragment) return;
+        light_irradiance[value] = accumulated(light, push.flags, push.end_sample, is_first(push.flags, 0u) ? 0.0 : light_irradiance[value], lit, at.position, point.normal, point.footprint);
+        if (!loops_completed(push.view.width)) truncated_loops[0] = LOOP_TRUNCATED;
+        return;
+    }
+    if (!is_fragment) return;
     float before = is_first(push.flags, push.first_sample) ? 0.0 : light_irradiance[value];
     uint seen = 0u;
     uint end = end_of_kind(push.first_sample, push.end_sample);

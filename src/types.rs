@@ -47,6 +47,18 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// A line at which a shadow may end: an edge of one or two triangles.
+    pub struct SilhouetteEdge {
+        pub from: Vec3,
+        pub to: Vec3,
+        /// The corner of one triangle that is not on the edge.
+        pub first: Vec3,
+        /// That of the other; the same if shadows end at this edge for every light.
+        pub second: Vec3,
+    }
+}
+
+gpu_struct! {
     /// Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3] It has five times four words: a
     /// processor loads four words about as fast as one.
     pub struct Node {
@@ -348,6 +360,8 @@ pub const TRACES_ALL: u32 = 1;
 pub const ADDS: u32 = 2;
 /// Flag of a dispatch: pixels that see only a part of the light get a negative sign.
 pub const MARKS_PENUMBRA: u32 = 8;
+/// Flag of a dispatch for a light: the light has a map of silhouettes.
+pub const HAS_SILHOUETTES: u32 = 16;
 /// Flag of a dispatch for a light: the light is the sky, as a whole.
 pub const IS_SKY: u32 = 4;
 
@@ -412,6 +426,7 @@ gpu_struct! {
 pub const LAYOUTS: &[Layout] = &[
     Triangle::LAYOUT,
     Surface::LAYOUT,
+    SilhouetteEdge::LAYOUT,
     Node::LAYOUT,
     Grid::LAYOUT,
     Guide::LAYOUT,

@@ -27,6 +27,14 @@ uint side_code(uint sides, bool back) { return (sides >> (back ? 6u : 0u)) & 63u
 const uint ROUNDED = 0x4000u;  // the shading normals describe a smooth surface around the facet
 bool side_is_active(uint sides, bool back) { return (sides & (back ? 0x2000u : 0x1000u)) != 0u; }
 
+// A line at which a shadow may end: an edge of one or two triangles.
+struct SilhouetteEdge {
+    vec3 from;
+    vec3 to;
+    vec3 first;   // the corner of one triangle that is not on the edge
+    vec3 second;  // that of the other; the same if shadows end at this edge for every light
+};
+
 // Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3] Five times four words: a CPU loads
 // four words in about the time of one.
 struct Node {
@@ -180,6 +188,7 @@ const uint TRACES_ALL = 1u;  // rays are traced although they cannot bring light
 const uint ADDS = 2u;        // the result is added to that of the light's earlier parts
 const uint IS_SKY = 4u;      // the light is the sky, as a whole
 const uint MARKS_PENUMBRA = 8u;  // pixels that see only a part of the light are marked
+const uint HAS_SILHOUETTES = 16u;  // the light has a map of silhouettes
 
 const uint LIGHT_POINT = 0u;
 const uint LIGHT_SPOT = 1u;

@@ -171,6 +171,7 @@ impl DeviceArgs {
             validation: self.validation,
             hazard_check: self.validation || ContextOptions::default().hazard_check,
             statistics: false,
+            finds_alike: None,
         }
     }
 

@@ -38,12 +38,20 @@ pub struct ContextOptions {
     /// Queries the driver's statistics of pipelines, if there
     /// are any: [`Context::pipeline_statistics`].
     pub statistics: bool,
+    /// Replaces [`Tuning::finds_alike`] of the device's class.
+    pub finds_alike: Option<bool>,
 }
 
 #[allow(clippy::derivable_impls, reason = "derivable only where debug assertions are off")]
 impl Default for ContextOptions {
     fn default() -> Self {
-        Self { device: None, validation: false, hazard_check: cfg!(debug_assertions), statistics: false }
+        Self {
+            device: None,
+            validation: false,
+            hazard_check: cfg!(debug_assertions),
+            statistics: false,
+            finds_alike: None,
+        }
     }
 }
 
@@ -127,6 +135,9 @@ impl Context {
         let properties = unsafe { instance.raw.get_physical_device_properties(handle) };
         let debug_utils = || ash::ext::debug_utils::Device::new(&instance.raw, &device);
         let names = Names(instance.has_debug_utils.then(debug_utils));
+        let of_class = Tuning::from_device(summary.kind, &summary.limits, Tuning::cores());
+        let finds_alike = options.finds_alike.unwrap_or(of_class.finds_alike);
+        let tuning = Tuning { finds_alike, ..of_class };
         let context = Self {
             sync2: ash::khr::synchronization2::Device::new(&instance.raw, &device),
             push_descriptor: ash::khr::push_descriptor::Device::new(&instance.raw, &device),
@@ -145,7 +156,7 @@ impl Context {
             redundant_barriers: Mutex::default(),
             submission_count: AtomicU64::new(0),
             read_back_bytes: AtomicU64::new(0),
-            tuning: Tuning::from_device(summary.kind, &summary.limits, Tuning::cores()),
+            tuning,
             summary,
             #[cfg(feature = "window")]
             physical_device: handle,

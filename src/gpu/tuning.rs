@@ -20,6 +20,8 @@ pub struct Tuning {
     pub scan_group: u32,
     /// Invocations that gather at a cache point.
     pub record_lanes: u32,
+    /// Points of one triangle that see a light alike take one shadow ray.
+    pub finds_alike: bool,
 }
 
 /// Tuning of a class of devices, within the device's limits.
@@ -34,6 +36,7 @@ struct Class {
     /// `None`: one subgroup.
     scan_group: Option<u32>,
     record_lanes: u32,
+    finds_alike: bool,
 }
 
 const CLASSES: [Class; 2] = [
@@ -43,7 +46,8 @@ const CLASSES: [Class; 2] = [
     // the subgroups of a workgroup in turn and switches between them at each barrier, which costs
     // more than short sums. So a workgroup has one subgroup, whose lanes go through long runs of a
     // scan. lavapipe loads the data of the lanes of a subgroup one by one, adjacent or not. So each
-    // lane has a cache point, and none waits.
+    // lane has a cache point, and none waits. Rays from the roots of a shaft cost less than the search
+    // for points that see a light alike.
     Class {
         kind: Some(CPU),
         strip: 16,
@@ -51,9 +55,10 @@ const CLASSES: [Class; 2] = [
         waiting_group: None,
         scan_group: None,
         record_lanes: 1,
+        finds_alike: false,
     },
     // A GPU distributes workgroups one by one, hides the latency of one subgroup behind others, and
-    // loads adjacent data at once.
+    // loads adjacent data at once. It waits for the memory that rays read.
     Class {
         kind: None,
         strip: u32::MAX,
@@ -61,6 +66,7 @@ const CLASSES: [Class; 2] = [
         waiting_group: Some(64),
         scan_group: Some(256),
         record_lanes: RECORD_GROUP,
+        finds_alike: true,
     },
 ];
 
@@ -78,6 +84,7 @@ impl Tuning {
             waiting_group: class.waiting_group.unwrap_or(limits.subgroup_size),
             scan_group: class.scan_group.unwrap_or(limits.subgroup_size),
             record_lanes: class.record_lanes,
+            finds_alike: class.finds_alike,
         }
     }
 
@@ -88,9 +95,10 @@ impl Tuning {
 
     /// Specialisation constants of the tuning. A [`Pipeline`](super::Pipeline) takes them if its
     /// shader has them.
-    pub(super) fn constants(&self) -> [(&'static str, u32); 4] {
+    pub(super) fn constants(&self) -> [(&'static str, u32); 5] {
         let group = (LOCAL_SIZE[0], self.waiting_group);
-        [("STRIP", self.strip), ("SLICES", self.slices), group, ("RECORD_LANES", self.record_lanes)]
+        let alike = ("FINDS_ALIKE", u32::from(self.finds_alike));
+        [("STRIP", self.strip), ("SLICES", self.slices), group, ("RECORD_LANES", self.record_lanes), alike]
     }
 
     /// Workgroups along each axis for one-dimensional work of `groups` workgroups: strips along x,
@@ -129,13 +137,13 @@ mod tests {
     #[test]
     fn each_kind_has_its_class_and_limits_bound_it() {
         let tuning = |kind, limits| {
-            let Tuning { strip, slices, waiting_group, scan_group, record_lanes } =
+            let Tuning { strip, slices, waiting_group, scan_group, record_lanes, finds_alike } =
                 Tuning::from_device(kind, &limits, 6);
-            [strip, slices, waiting_group, scan_group, record_lanes]
+            [strip, slices, waiting_group, scan_group, record_lanes, u32::from(finds_alike)]
         };
-        assert_eq!(tuning(CPU, limits()), [16, 6, 8, 8, 1]);
-        assert_eq!(tuning("discrete GPU", limits()), [65535, 1, 64, 256, 64]);
-        assert_eq!(tuning(CPU, Limits { workgroup_count: [10, 65535, 3], ..limits() }), [10, 3, 8, 8, 1]);
+        assert_eq!(tuning(CPU, limits()), [16, 6, 8, 8, 1, 0]);
+        assert_eq!(tuning("discrete GPU", limits()), [65535, 1, 64, 256, 64, 1]);
+        assert_eq!(tuning(CPU, Limits { workgroup_count: [10, 65535, 3], ..limits() }), [10, 3, 8, 8, 1, 0]);
     }
 
     /// Each workgroup occurs once. There is less than a row of all slices in excess, and each layer

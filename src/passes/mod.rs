@@ -39,6 +39,7 @@ pub fn layouts() -> Vec<Layout> {
         precompute::neighbours::LAYOUTS,
         frame::primary::LAYOUTS,
         frame::shafts::LAYOUTS,
+        frame::silhouettes::LAYOUTS,
         frame::direct::LAYOUTS,
         frame::antialias::LAYOUTS,
         frame::form_factors::LAYOUTS,

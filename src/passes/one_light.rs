@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::passes::lattice::{has_sets, pixel_lattice, samples_of_point};
 use crate::types::{
-    ADDS, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource, MARKS_PENUMBRA, TRACES_ALL,
+    ADDS, HAS_SILHOUETTES, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource, MARKS_PENUMBRA, TRACES_ALL,
 };
 
 /// Point samples of a light in one dispatch. More would exceed the watchdog of a slow device, and
@@ -62,6 +62,8 @@ pub struct OneLight<'a> {
     pub marks_penumbra: bool,
     /// The radiance that rays out of the scene find. `None` unless the light is a sky.
     pub sky: Option<SkyTable>,
+    /// Its map of silhouettes. `None`: points that see it alike are not known.
+    pub silhouettes: Option<&'a Buffer>,
     /// The channel of a light of one colour, if panes have colours.
     pub channel: Option<u32>,
 }
@@ -82,6 +84,7 @@ impl<'a> OneLight<'a> {
             adds: false,
             marks_penumbra: false,
             sky: None,
+            silhouettes: None,
             channel: None,
         }
     }
@@ -144,11 +147,24 @@ impl<'a> OneLight<'a> {
         self.part_beams() + if self.sky.is_some() { SKY_BEAMS } else { 0 }
     }
 
-    /// The flags of a dispatch: `TRACES_ALL`, `ADDS`, `MARKS_PENUMBRA`.
+    /// Whether it has a map of silhouettes: it shines from one point or one direction.
+    pub fn has_silhouettes(&self) -> bool {
+        self.silhouettes.is_some() && self.kind != LIGHT_AREA && self.part_count == 1
+    }
+
+    /// The binding of its map, which kernels read only with `HAS_SILHOUETTES`.
+    pub fn map(&self) -> (&'static str, &'a Buffer) {
+        ("Silhouettes", self.silhouettes.unwrap_or(self.table))
+    }
+
+    /// The flags of a dispatch: `TRACES_ALL`, `ADDS`, `MARKS_PENUMBRA`, `HAS_SILHOUETTES`.
     pub fn flags(&self) -> u32 {
         let flag = |is_set, flag| if is_set { flag } else { 0 };
         let marks = self.marks_penumbra && self.kind == LIGHT_AREA && has_sets(self.samples);
-        flag(self.traces_all, TRACES_ALL) | flag(self.adds, ADDS) | flag(marks, MARKS_PENUMBRA)
+        flag(self.traces_all, TRACES_ALL)
+            | flag(self.adds, ADDS)
+            | flag(marks, MARKS_PENUMBRA)
+            | flag(self.has_silhouettes(), HAS_SILHOUETTES)
     }
 }
 

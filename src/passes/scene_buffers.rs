@@ -5,7 +5,7 @@ use crate::gpu::spirv::{HAS_CUTOUTS, HAS_PANES, HAS_REGIONS};
 use crate::gpu::{Buffer, Context};
 use crate::passes::GrowsWith;
 use crate::passes::{EmissionBuffers, TextureBuffers, loop_limit};
-use crate::scene::{Material, Scene, bvh::Bvh, panes};
+use crate::scene::{Material, Scene, bvh::Bvh, panes, silhouettes};
 use crate::types::{self, EDITABLE, MAY_BE_GLOSSY};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -21,6 +21,8 @@ pub struct SceneBuffers {
     pub triangles: Buffer,
     /// Normals, material and sides of each triangle.
     pub surfaces: Buffer,
+    /// `SilhouetteEdge`s. `None`: they are not known.
+    pub silhouette_edges: Option<Buffer>,
     /// `Reflectance` of each material.
     pub materials: Buffer,
     /// Images of the materials' diffuse albedo.
@@ -29,6 +31,9 @@ pub struct SceneBuffers {
     pub light_channels: u32,
     /// Light that surfaces and the sky send to a viewer.
     pub emission: EmissionBuffers,
+    /// Numbers of shadow rays of a frame: from pixels, fragments and entry points. Counted only where
+    /// points of a workgroup take common rays.
+    pub ray_counts: Buffer,
     /// Host-visible flag: [`LOOP_TRUNCATED`](types::LOOP_TRUNCATED) after an invocation with
     /// truncated loops, in kernels without another way to report it.
     pub truncated_loops: Buffer,
@@ -64,12 +69,31 @@ impl SceneBuffers {
                 false => triangles.with_constant(HAS_CUTOUTS),
             },
             surfaces: list(context, "surfaces", surfaces, is_bound)?,
+            silhouette_edges: None,
             materials: Buffer::from_slice(context, "materials", &reflectances(materials))?,
             textures: TextureBuffers::new(context, texture_coordinates, materials, !panes.is_empty())?,
             emission: EmissionBuffers::new(context, materials, scene.emission.clone())?,
             light_channels: panes::light_channels(panes),
+            ray_counts: Buffer::storage(context, "ray counts", 16)?,
             truncated_loops: Buffer::host_flag(context, "truncated")?,
         })
+    }
+
+    /// Finds the edges at which shadows may end, if frames use them. Not in a scene with holes: the
+    /// shadow of a hole ends where there is no edge.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn with_silhouettes(mut self, context: &Arc<Context>, bvh: &Bvh, scene: &Scene) -> Result<Self> {
+        if context.tuning().finds_alike && scene.opacity.is_empty() {
+            let edges = silhouettes::edges(bvh, &scene.triangles);
+            let size = size_of_val(&*edges) as u64;
+            if size <= context.limits().storage_range_bytes && !edges.is_empty() {
+                let name = GrowsWith::Triangles.named("silhouette edges");
+                self.silhouette_edges = Some(Buffer::from_slice(context, name, &edges)?);
+            }
+        }
+        Ok(self)
     }
 
     /// Returns an error if [`Self::truncated_loops`] is set: `name` is the kernel, and each hit

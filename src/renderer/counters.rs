@@ -4,7 +4,7 @@
 
 use super::plan::{FramePlan, Gathering};
 use crate::error::Result;
-use crate::gpu::{Context, HostBlock, Recorder};
+use crate::gpu::{Buffer, Context, HostBlock, Recorder};
 use crate::passes::frame::antialias::Antialias;
 use crate::passes::frame::needed_records::NeededRecords;
 use crate::passes::frame::splat::Splat;
@@ -15,7 +15,8 @@ const EDGE_PIXELS: u32 = SplatCounts::WORDS;
 const EDGE_POINTS: u32 = EDGE_PIXELS + 1;
 const FRAGMENTS: u32 = EDGE_POINTS + 1;
 const LISTED: u32 = FRAGMENTS + 1;
-const WORDS: u32 = LISTED + FRAMES as u32;
+const RAYS: u32 = LISTED + FRAMES as u32;
+const WORDS: u32 = RAYS + 3;
 
 /// Number of frames in flight.
 const FRAMES: u64 = 2;
@@ -62,6 +63,17 @@ impl FrameCounters {
             let (offsets, offset) = needed.listed_at();
             rec.copy_to_host(offsets, offset, &self.block, listed_at(self.frames), 1);
         }
+    }
+
+    /// Copies the numbers of shadow rays, after a frame that traced any. Transfers.
+    pub(super) fn copy_rays(&self, rec: &mut Recorder, counts: &Buffer) {
+        rec.copy_to_host(counts, 0, &self.block, RAYS, 3);
+    }
+
+    /// Numbers of shadow rays from pixels, fragments and entry points, of the last frame that traced
+    /// any. Zero unless points that see a light alike take common rays.
+    pub(super) fn rays(&self) -> [u32; 3] {
+        [0, 1, 2].map(|word| self.block.word(RAYS + word))
     }
 
     /// Lengths of the splat lists, and uncovered pixels.

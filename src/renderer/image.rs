@@ -13,6 +13,7 @@ use crate::passes::frame::{
     fragments::Fragments,
     pixel_colours::PixelColours,
     primary::Primary,
+    silhouettes::Silhouettes,
     splat::SeenSurfaces,
     tonemap::Tonemap,
 };
@@ -26,6 +27,7 @@ pub(super) struct Image {
     pub(super) view: View,
     pub(super) primary: Primary,
     pub(super) direct: Direct,
+    pub(super) silhouettes: Silhouettes,
     pub(super) antialias: Antialias,
     pub(super) pixel_colours: PixelColours,
     pub(super) compose: Compose,
@@ -51,6 +53,7 @@ impl Image {
             view,
             primary: Primary::new(context, pixels)?,
             direct: Direct::new(context, size, fragments)?,
+            silhouettes: Silhouettes::new(context)?,
             pixel_colours: PixelColours::new(context, buffers, pixels, fragments)?,
             antialias,
             compose: Compose::new(context, buffers, size, is_glossy)?,
@@ -95,6 +98,14 @@ impl Image {
         let (planned, pixels) = (lights.planned_irradiances(plan), &self.primary.pixels);
         if plan.pixel_batches {
             self.direct.record_batches(rec, buffers, pixels);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        // A map depends on the light alone, as form factors do.
+        let moved = lights.planned_factors(plan);
+        if moved.iter().any(|(light, _)| light.has_silhouettes()) {
+            let mut pass = rec.pass(Silhouettes::STEM);
+            moved.iter().for_each(|&(light, _)| self.silhouettes.record(&mut pass, buffers, light));
+            drop(pass);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if !planned.is_empty() {

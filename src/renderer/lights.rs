@@ -24,6 +24,8 @@ const SHADOW_EDGES: u32 = 0;
 const MIXED_FRAGMENTS: u32 = 2;
 /// Word of a light's counters: distance of the nearest surface, metres, bits of a float.
 const NEAREST: u32 = 1;
+/// Maximum number of lights with a map of silhouettes, 6 MB each.
+const MAPS: usize = 8;
 
 /// All lights, in the order of the scene.
 pub(super) struct Lights {
@@ -53,6 +55,8 @@ pub(super) struct Lights {
     point_count: u32,
     cluster_count: u32,
     gloss: Option<GlossCapacity>,
+    /// The scene has edges for maps of silhouettes.
+    has_silhouettes: bool,
     /// Lights that are off and points that face away from a light are traced, too, without effect.
     pub(super) traces_all: bool,
 }
@@ -111,6 +115,7 @@ impl Lights {
         (lights, emission, channels): (&[Light], &Arc<Emission>, u32),
         [factor_count, point_count, cluster_count]: [u32; 3],
         gloss: Option<GlossCapacity>,
+        has_silhouettes: bool,
     ) -> Result<Self> {
         let sky_radiance = |sky: &Sky| {
             let black = vec![Vec3::ZERO; (sky.side * sky.side) as usize];
@@ -131,6 +136,7 @@ impl Lights {
             point_count,
             cluster_count,
             gloss,
+            has_silhouettes,
             traces_all: false,
         };
         for _ in lights {
@@ -147,7 +153,8 @@ impl Lights {
 
     fn add_channel(&mut self) -> Result<()> {
         let counts = [self.factor_count, self.point_count, self.cluster_count];
-        self.caches.push(LightCache::new(&self.context, counts, self.gloss)?);
+        let has_silhouettes = self.has_silhouettes && self.caches.len() < MAPS;
+        self.caches.push(LightCache::new(&self.context, counts, self.gloss, has_silhouettes)?);
         Ok(())
     }
 
@@ -539,7 +546,8 @@ impl Lights {
         active.map(|(index, (source, cache))| {
             let index = index as usize;
             let light = one_light(&self.table, &self.rows, (index, self.channel(index)), source);
-            (OneLight { traces_all: self.traces_all, ..light }, cache)
+            let silhouettes = cache.silhouettes.as_ref();
+            (OneLight { traces_all: self.traces_all, silhouettes, ..light }, cache)
         })
     }
 }

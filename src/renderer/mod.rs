@@ -119,6 +119,7 @@ impl Renderer {
                 (&world.scene.lights, &world.scene.emission, world.buffers.light_channels),
                 counts,
                 gloss_capacity,
+                world.buffers.silhouette_edges.is_some(),
             )?,
             dirty: Dirty::new(world.scene.lights.len()),
             counters: FrameCounters::new(context)?,
@@ -244,6 +245,10 @@ impl Renderer {
         let (buffers, materials) = (&world.buffers, &world.buffers.materials);
         let points = &transport.gather.cache_points;
         self.record_uploads(rec, plan);
+        if plan.traces_shadows() {
+            rec.fill_zero(&buffers.ray_counts);
+            rec.barrier(TRANSFER_TO_COMPUTE);
+        }
         if plan.view {
             image.record_view(rec, buffers);
         }
@@ -291,11 +296,14 @@ impl Renderer {
     /// Records copies of counters to the host.
     fn record_counters(&self, rec: &mut Recorder, plan: &FramePlan) {
         let lists = matches!(plan.gather, Gathering::List(_));
-        let traces = plan.lights.iter().any(|light| light.irradiance || light.factors);
+        let traces = plan.traces_shadows();
         if plan.view || lists || traces {
             rec.barrier(COMPUTE_TO_TRANSFER);
             let needed = &self.transport.record_lists.needed;
             self.counters.record(rec, plan, (&self.splat, &self.image.antialias, needed));
+            if traces {
+                self.counters.copy_rays(rec, &self.world.buffers.ray_counts);
+            }
             let near_lights = &self.transport.near_lights;
             self.lights.copy_counters(rec, plan, (&self.image.antialias, near_lights));
         }

@@ -103,9 +103,13 @@ impl Renderer {
             ("splat weights", weights),
         ];
         statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), u64::from(value))));
+        let rays = self.counters.rays();
         let more = [
             ("shadow edge pixels of all lights", self.lights.shadow_edge_count()),
             ("mixed fragments of all lights", self.lights.mixed_fragment_count()),
+            ("shadow rays of pixels", u64::from(rays[0])),
+            ("shadow rays of fragments", u64::from(rays[1])),
+            ("shadow rays of entry points", u64::from(rays[2])),
             ("records gathered last", u64::from(self.dirty.records.gathered)),
             (
                 "records gathered ahead, for small clusters beside them",

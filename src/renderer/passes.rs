@@ -6,7 +6,7 @@ use crate::passes::frame::{
     antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
     gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, gloss_records::GlossRecords, hvds::Pyramid,
     near_field::NearField, needed_records::NeededRecords, path_scan::PathScan, pixel_colours::PixelColours,
-    primary::Primary, splat::Splat, tonemap::Tonemap,
+    primary::Primary, silhouettes::Silhouettes, splat::Splat, tonemap::Tonemap,
 };
 
 /// A column of the paper's timing table. [Yue, Table 2]
@@ -39,7 +39,7 @@ const fn unmodelled(stem: &'static str, column: Column) -> Pass {
 }
 
 /// Every pass that a frame may have, in the order of its first occurrence.
-pub(super) const PASSES: [Pass; 26] = [
+pub(super) const PASSES: [Pass; 27] = [
     pass(Primary::STEM, Column::Tdi, |size| Cost::of_rays(size.surface, size.pixels)),
     pass(Antialias::STEM, Column::Tdi, |size| {
         Cost::of(size.surface + 8 * size.pixels + size.edge_samples + size.fragments)
@@ -50,6 +50,7 @@ pub(super) const PASSES: [Pass; 26] = [
     unmodelled(GlossPixels::RAYS_STEM, Column::Tdi),
     unmodelled(GlossPixels::HIGHLIGHTS_STEM, Column::Tdi),
     pass(Direct::BATCHES_STEM, Column::Tdi, |size| Cost::of(size.surface)),
+    unmodelled(Silhouettes::STEM, Column::Tdi),
     pass(Direct::STEM, Column::Tdi, |size| {
         let bytes = size.planned_irradiances * (size.surface + 4 * size.pixels);
         Cost::of_rays(bytes, size.irradiance_samples * size.pixels)

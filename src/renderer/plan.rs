@@ -110,6 +110,11 @@ pub enum Gathering {
 }
 
 impl FramePlan {
+    /// Whether shadow rays go from pixels or entry points to some light.
+    pub fn traces_shadows(&self) -> bool {
+        self.lights.iter().any(|light| light.irradiance || light.factors)
+    }
+
     /// Whether nothing changed.
     pub fn is_idle(&self) -> bool {
         // A scan comes with the hierarchy; everything else ends in the displayed picture.

@@ -91,6 +91,7 @@ impl Preview {
             (lights, &self.emission, buffers.light_channels),
             [0, image.direct.point_count(), 0],
             None,
+            false,
         )?;
         let sky = lights.sky_radiance();
         let irradiance = 0.5 * PI * sky.iter().sum::<Vec3>() / sky.len().max(1) as f32;

@@ -59,6 +59,14 @@ impl HostBvh {
         if t.is_finite() && self.holes.as_ref().is_some_and(is_hole) { f32::INFINITY } else { t }
     }
 
+    /// The triangles whose boxes a line meets, from a point to the end of its direction.
+    pub(super) fn near(&self, origin: Vec3, direction: Vec3) -> Vec<u32> {
+        let mut found = Vec::new();
+        let ray = Ray::new(origin.into(), direction.into(), 0.0, 1.0);
+        self.tree.ray_traverse_anyhit(ray, |_, index| found.push(index as u32));
+        found
+    }
+
     /// Whether anything lies between a ray's origin and the end of its direction.
     pub fn is_blocked(&self, origin: Vec3, direction: Vec3) -> bool {
         let ray = Ray::new(origin.into(), direction.into(), 0.0, 1.0);

@@ -64,6 +64,7 @@ mod settings;
 pub mod shapes;
 mod sky;
 mod smoothing;
+pub mod silhouettes;
 pub mod solids;
 pub mod split_planes;
 mod stacked_surfaces;

@@ -17,6 +17,7 @@ mod measures;
 mod near_lights;
 mod pass_costs;
 mod rays;
+mod silhouettes;
 mod single_edits;
 mod views;
 

@@ -6,7 +6,8 @@ use lightpaths::cpu::math::{ClearDistance, frame_around};
 use lightpaths::passes::SceneBuffers;
 use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::scene::bvh::Bvh;
-use lightpaths::scene::{Scene, shapes, surfaces};
+use lightpaths::scene::{Scene, Triangle, shapes, surfaces};
+use lightpaths::types::NO_SIDE;
 
 /// Number of `count` rays that leave a closed scene. They start at points of its surface away from
 /// edges, off the surface as in `glsl/include/bvh.glsl`, with uniform directions over the
@@ -75,4 +76,39 @@ fn no_ray_escapes_from_where_paths_go_on() {
 #[ignore = "full size: make stress"]
 fn no_ray_of_a_hundred_million_escapes() {
     check(100_000_000);
+}
+
+/// Rays from a strip of 22 m by 2 cm, as a step has along its edge, away from it. Its corners are so
+/// far away that they do not tell how far off the strip a ray starts.
+#[test]
+fn no_ray_meets_the_sliver_that_it_leaves() {
+    let context = context();
+    let (across, along) = (Vec3::new(0.0, 0.015, -0.015), Vec3::new(22.3, 0.0, 0.0));
+    let corner = Vec3::new(-11.15, -5.259, -3.65);
+    let corners = [corner, corner + along, corner + along + across, corner + across];
+    let normals = [along.cross(across).normalize(); 3];
+    let triangles = [[0, 1, 2], [0, 2, 3]].map(|indices: [usize; 3]| Triangle {
+        positions: indices.map(|index| corners[index]),
+        normals,
+        material: 0,
+    });
+    let scene = Scene { triangles: triangles.to_vec(), ..shapes::closed_box(Vec3::ONE, 0.5) };
+    let bvh = Bvh::build(&scene.triangles).unwrap();
+    let faces: Vec<_> = triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
+    let buffers = SceneBuffers::new(&context, &bvh, &scene, &faces).unwrap();
+    let rays = Rays::new(&context).unwrap();
+    let clear = ClearDistance::new(&bvh.nodes[0], &scene.cell_sizes).at(Vec3::ZERO);
+    let unit = |word: u32| (word >> 8) as f32 / 16_777_216.0;
+    let query = |w: &[u32]| {
+        let place = corner + (0.05 + 0.9 * unit(w[0])) * along + (0.05 + 0.9 * unit(w[1])) * across;
+        let (height, angle) = (0.05 + 0.95 * unit(w[2]), std::f32::consts::TAU * unit(w[3]));
+        let flat = (1.0 - height * height).max(0.0).sqrt();
+        let direction = frame_around(normals[0]) * Vec3::new(flat * angle.cos(), flat * angle.sin(), height);
+        RayQuery { origin: place + clear * normals[0], direction }
+    };
+    let queries: Vec<RayQuery> = random_words(1, 4 << 16).chunks_exact(4).map(query).collect();
+    let answers = rays.trace(&buffers, &queries).unwrap();
+    let met = answers.iter().filter(|answer| answer.side != NO_SIDE).count();
+    assert_eq!(met, 0, "of {}", queries.len());
+    assert_silent(&context);
 }

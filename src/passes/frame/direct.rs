@@ -145,6 +145,8 @@ impl Direct {
             ("ShaftRoots", &self.shafts.roots),
             ("ShaftList", &self.shafts.list),
             ("LightIrradiance", irradiance),
+            light.map(),
+            ("RayCounts", &scene.ray_counts),
             ("TruncatedLoops", &scene.truncated_loops),
         ];
         for (first_sample, end_sample) in light.spans() {

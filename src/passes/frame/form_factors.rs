@@ -275,6 +275,8 @@ impl FormFactors {
                     ("ShaftRoots", &self.shafts.roots),
                     ("ShaftList", &self.shafts.list),
                     ("FormFactors", factors),
+                    light.map(),
+                    ("RayCounts", &scene.ray_counts),
                     ("TruncatedLoops", &scene.truncated_loops),
                 ];
                 pass.barrier(COMPUTE_TO_INDIRECT);

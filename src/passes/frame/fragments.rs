@@ -175,6 +175,8 @@ impl Fragments {
                 ("FragmentSurfaces", &self.surfaces),
                 ("EdgeGroups", edges.groups),
                 ("LightIrradiance", irradiance),
+                light.map(),
+                ("RayCounts", &scene.ray_counts),
                 ("TruncatedLoops", &scene.truncated_loops),
             ],
         );

@@ -25,6 +25,7 @@ pub mod prefix_sum;
 pub mod primary;
 pub mod record_tree;
 pub mod shafts;
+pub mod silhouettes;
 pub mod sky_factors;
 pub mod splat;
 pub mod splat_capacity;

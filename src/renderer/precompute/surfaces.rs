@@ -57,7 +57,8 @@ impl Reachable {
         let pairs = scene.triangles.iter().zip(&sees);
         let mut surfaces: Vec<Surface> =
             pairs.map(|(triangle, sees)| surfaces::surface(triangle, is_active(*sees))).collect();
-        let buffers = SceneBuffers::new(context, &bvh, scene, &surfaces)?;
+        let buffers =
+            SceneBuffers::new(context, &bvh, scene, &surfaces)?.with_silhouettes(context, &bvh, scene)?;
         let clear_distance = ClearDistance::new(&bvh.nodes[0], &scene.cell_sizes);
         let groups =
             sides::deactivate_unreachable(&rays, &buffers, scene, &solids, clear_distance, &mut surfaces)?;

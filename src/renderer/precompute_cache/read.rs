@@ -103,7 +103,8 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     let quality = scene.quality.clone();
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let packing = contents.packing(scene)?;
-    let buffers = SceneBuffers::new(context, &bvh, scene, &surfaces)?;
+    let buffers =
+        SceneBuffers::new(context, &bvh, scene, &surfaces)?.with_silhouettes(context, &bvh, scene)?;
     let rays = Rays::new(context)?;
     let solids = Solids::of_scene(scene);
     warn(scene, &contents, &solids, (&rays, &buffers))?;

@@ -1,0 +1,99 @@
+// Shadow rays of the points of a workgroup to a light of one point or direction. Points of one
+// triangle that see the light alike take one ray. Include after silhouettes.glsl and direct.glsl.
+// The including shader binds the texels `Silhouettes` and `uint ray_counts[]`, of which it counts its
+// rays in RAY_COUNT, and defines IS_LIT(shaft, position, normal, to_light).
+
+layout(constant_id = 19) const uint FINDS_ALIKE = 0u;  // see src/gpu/tuning.rs
+
+const int MAX_TEXELS = 16;    // of the map that are looked at
+const float OFF_EDGES = 32.0; // clear distances
+const uint NEIGHBOURS = 16u;  // invocations whose points may take one ray
+
+shared vec3 group_positions[64];
+shared vec3 group_normals[64];  // of the surfaces that occlude
+shared uint group_sides[64];
+shared uint group_rays[64];     // invocations whose points take a ray
+shared uint group_ray_count;
+shared bool group_lit[64];
+
+// Whether a light sees all of the points or none: no edge is before them, in all the texels that
+// their hull may touch.
+bool sees_alike(SeenBounds seen) {
+    float side = float(map_side());
+    vec2 low = seen.low - MAP_SLACK;
+    vec2 high = seen.high + MAP_SLACK;
+    bool is_on_face = seen.nearest > 0.0 && all(greaterThanEqual(low, vec2(0.0))) && all(lessThan(high, vec2(side)));
+    ivec2 first = ivec2(is_on_face ? low : vec2(0.0));
+    ivec2 size = ivec2(is_on_face ? high : vec2(0.0)) - first + 1;
+    int count = is_on_face && size.x <= MAX_TEXELS && size.y <= MAX_TEXELS ? size.x * size.y : 0;
+    if (count == 0 || count > MAX_TEXELS) return false;
+    uint row = seen.face * map_side() + uint(first.y);
+    uint nearest = 0u;
+    ivec2 place = ivec2(0);
+    for (int i = 0; i < count; ++i) {
+        nearest = max(nearest, word_at(Silhouettes, (row + uint(place.y)) * map_side() + uint(first.x + place.x)));
+        bool is_last = place.x + 1 == size.x;
+        place = is_last ? ivec2(0, place.y + 1) : place + ivec2(1, 0);
+    }
+    float limit = seen.nearest * (1.0 - MAP_NEARER) - (is_parallel() ? MAP_NEARER : 0.0);
+    return uintBitsToFloat(nearest) < limit;
+}
+
+// The neighbour before this invocation whose ray also tells what its own point sees; itself if there is
+// none. `side` is NO_SIDE where a point takes its own ray, or none.
+uint teller_of(LightSource light, uint flags, vec3 position, uint side) {
+    uint own = gl_LocalInvocationIndex;
+    if ((flags & (HAS_SILHOUETTES | TRACES_ALL)) != HAS_SILHOUETTES || side == NO_SIDE) return own;
+    uint first = own / NEIGHBOURS * NEIGHBOURS;
+    while (group_sides[first] != side) ++first;
+    bool is_alike = false;
+    if_any (first != own) is_alike = sees_alike(seen_with(seen_from(light, position), light, group_positions[first]));
+    return is_alike ? first : own;
+}
+
+// The side of the triangle that a point is on, for light_factor_in_group; NO_SIDE if direct light meets
+// a smooth surface around the triangle instead.
+uint flat_side(PixelSurface point) {
+    if (point.side == NO_SIDE) return NO_SIDE;
+    return (surface_at(point.side >> 1).sides & ROUNDED) == 0u ? point.side : NO_SIDE;
+}
+
+// Whether a point of a triangle is away from its edges. Closer, the offset of ray origins may put it
+// behind the surface that meets the triangle there.
+bool is_off_edges(vec3 position, uint triangle) {
+    Corners t = corners_of(triangle);
+    vec3 normal = surface_at(triangle).normal;
+    vec3 a = t.p1 - t.p0, b = t.p2 - t.p1, c = t.p0 - t.p2;
+    vec3 inside = vec3(dot(cross(a, position - t.p0), normal), dot(cross(b, position - t.p1), normal), dot(cross(c, position - t.p2), normal));
+    float least = OFF_EDGES * clear_distance(position);
+    return all(greaterThan(inside * inside, least * least * vec3(dot(a, a), dot(b, b), dot(c, c))));
+}
+
+// As light_factor, for each point of a workgroup, all of whose invocations call it. `point` is a
+// point of the shaft, if there are shafts; `side` is that of its triangle, NO_SIDE if it is not on it.
+// Without `is_point`, an invocation has none.
+float light_factor_in_group(uint shaft, LightSource light, uint flags, Receiver at, uint side, vec3 shading, float area, bool is_point) {
+    uint own = gl_LocalInvocationIndex;
+    LightSample found;
+    float factor = open_factor(light, vec2(0.0), at.position, at.normal, shading, area, found);
+    bool has_ray = is_point && is_due(found, factor, flags);
+    group_positions[own] = at.position;
+    group_normals[own] = at.normal;
+    group_sides[own] = NO_SIDE;
+    if_any (has_ray && side != NO_SIDE) group_sides[own] = is_off_edges(at.position, side >> 1) ? side : NO_SIDE;
+    if (own == 0u) group_ray_count = 0u;
+    barrier();
+    uint teller = teller_of(light, flags, at.position, group_sides[own]);
+    if (has_ray && teller == own) group_rays[atomicAdd(group_ray_count, 1u)] = own;
+    barrier();
+    if (own < group_ray_count) {
+        uint traced = group_rays[own];
+        LightSample to_light;
+        sample_light(light, group_positions[traced], vec2(0.0), to_light);
+        group_lit[traced] = IS_LIT(shaft, group_positions[traced], group_normals[traced], to_light);
+    }
+    if (own == 0u) atomicAdd(ray_counts[RAY_COUNT], group_ray_count);
+    barrier();
+    if (!has_ray || !group_lit[teller]) return 0.0;
+    return factor * passed_by_panes(shadow_ray(at.position, at.normal, found), light.shape >> CHANNEL_SHIFT);
+}

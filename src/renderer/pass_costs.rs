@@ -4,6 +4,7 @@ use super::Renderer;
 use super::pass_sizes::{Cost, Sizes};
 use super::passes;
 use super::plan::FramePlan;
+use super::report::FrameCounts;
 use crate::cpu::antialias::samples_per_edge;
 use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
@@ -105,5 +106,22 @@ impl Renderer {
         let costs: BTreeMap<&'static str, Cost> = costs.collect();
         let rays = costs.iter().filter_map(|(name, cost)| Some((*name, cost.rays?)));
         (costs.iter().map(|(name, cost)| (*name, cost.bytes)).collect(), rays.collect())
+    }
+
+    /// Numbers of items of a frame with this plan, which is done.
+    pub(super) fn frame_counts(&self, plan: &FramePlan) -> FrameCounts {
+        let Self { lights, counters, .. } = self;
+        let traced = lights.planned_irradiances(plan);
+        let sum = |count: &dyn Fn(OneLight<'_>) -> u32| {
+            traced.iter().map(|(light, _)| u64::from(count(*light))).sum()
+        };
+        FrameCounts {
+            edge_pixels: counters.edge_pixels().into(),
+            fragments: counters.fragments().into(),
+            edge_points: counters.edge_points().into(),
+            mixed_fragments: sum(&|light| lights.mixed_fragments(light)),
+            shadow_edges: sum(&|light| lights.shadow_edges(light)),
+            splat_weights: counters.splat().weights.into(),
+        }
     }
 }

@@ -261,7 +261,7 @@ impl Buffer {
     pub fn read_range<T: Pod>(&self, first: usize, count: usize) -> Result<Vec<T>> {
         let mut data = vec![T::zeroed(); count];
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
-        self.allocated.context.count_read_back(bytes.len() as u64);
+        self.allocated.context.count_commands(|counts| counts.read_back_bytes += bytes.len() as u64);
         let mut offset = (first * size_of::<T>()) as u64;
         let (end, name) = (offset + bytes.len() as u64, &self.allocated.name);
         assert!(end <= self.bytes(), "`{name}` holds {} bytes, reading up to {end}", self.bytes());

@@ -1,7 +1,6 @@
 //! The device, as the other modules use it.
 
 use std::ffi::CStr;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -10,6 +9,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 
 use super::VkResultExt;
+use super::command_counts::CommandCounts;
 use super::device::{self, CPU, DeviceSummary, Limits, Shows};
 use super::instance::Instance;
 use super::names::Names;
@@ -89,8 +89,7 @@ pub struct Context {
     /// Finished submissions, for reuse.
     submissions: Mutex<Vec<Submission>>,
     pub(super) redundant_barriers: Mutex<Vec<String>>,
-    pub(super) submission_count: AtomicU64,
-    read_back_bytes: AtomicU64,
+    command_counts: Mutex<CommandCounts>,
     summary: DeviceSummary,
     tuning: Tuning,
     #[cfg(feature = "window")]
@@ -154,8 +153,7 @@ impl Context {
             allocator: Mutex::new(Some(allocator)),
             submissions: Mutex::default(),
             redundant_barriers: Mutex::default(),
-            submission_count: AtomicU64::new(0),
-            read_back_bytes: AtomicU64::new(0),
+            command_counts: Mutex::default(),
             tuning,
             summary,
             #[cfg(feature = "window")]
@@ -231,18 +229,24 @@ impl Context {
         std::mem::take(&mut self.redundant_barriers.lock().expect("no holder panics"))
     }
 
+    /// Counts of submitted commands and of read-backs so far.
+    pub fn command_counts(&self) -> CommandCounts {
+        *self.command_counts.lock().expect("no holder panics")
+    }
+
     /// Number of submissions so far.
     pub fn submission_count(&self) -> u64 {
-        self.submission_count.load(Ordering::Relaxed)
+        self.command_counts().submissions
     }
 
     /// Bytes that the host has read back from buffers so far.
     pub fn read_back_bytes(&self) -> u64 {
-        self.read_back_bytes.load(Ordering::Relaxed)
+        self.command_counts().read_back_bytes
     }
 
-    pub(super) fn count_read_back(&self, bytes: u64) {
-        self.read_back_bytes.fetch_add(bytes, Ordering::Relaxed);
+    /// Calls `count` with the counts, which one caller changes at a time.
+    pub(super) fn count_commands(&self, count: impl FnOnce(&mut CommandCounts)) {
+        count(&mut self.command_counts.lock().expect("no holder panics"));
     }
 
     /// Number of pipelines that the driver has compiled for this context.

@@ -19,6 +19,9 @@ pub struct PassTiming {
     pub overlapped: bool,
     /// Number of recorded dispatches, without fills and copies.
     pub dispatches: u32,
+    /// Number of barriers recorded from here to the begin of the next pass. The first pass has the
+    /// barriers before it, too.
+    pub barriers: u32,
 }
 
 /// Queries per pool. A recording that needs more gets another pool.

@@ -6,7 +6,8 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::passes::lattice::{has_sets, pixel_lattice, samples_of_point};
 use crate::types::{
-    ADDS, HAS_SILHOUETTES, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource, MARKS_PENUMBRA, TRACES_ALL,
+    ADDS, HAS_SILHOUETTES, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource,
+    MARKS_PENUMBRA, TRACES_ALL,
 };
 
 /// Point samples of a light in one dispatch. More would exceed the watchdog of a slow device, and

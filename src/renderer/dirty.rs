@@ -122,19 +122,26 @@ impl Dirty {
         self.lights.iter_mut().for_each(|light| (light.clusters, light.hits) = (true, true));
     }
 
-    /// Marks work dirty without a change. `is_single` if one light is active.
+    /// Marks work and uploads dirty without a change. `is_single` if one light is active.
     pub(super) fn force(&mut self, work: Work, is_single: bool) {
         match work {
             Work::Everything => {
                 self.changes = Changes { size: self.changes.size, ..Changes::ALL };
                 (0..self.lights.len()).for_each(|light| self.light_moved(light));
                 self.pixel_batches = true;
+                (self.uploads.lights, self.uploads.materials) = (true, true);
             }
-            Work::Light(light) => self.light_moved(light),
+            Work::Light(light) => {
+                self.light_moved(light);
+                self.uploads.lights = true;
+            }
             Work::Colour if is_single => self.changes.composition = true,
             Work::Colour => self.changes.emission = true,
             Work::View => self.view_changed(),
-            Work::Material => self.material_changed(None),
+            Work::Material => {
+                self.material_changed(None);
+                self.uploads.materials = true;
+            }
         }
     }
 

@@ -7,7 +7,7 @@
 use super::Renderer;
 use super::dirty::Work;
 use super::plan::FramePlan;
-use super::report::{Columns, FrameReport, FrameWatch};
+use super::report::{Columns, FrameCounts, FrameReport, FrameWatch};
 use crate::error::Result;
 use crate::gpu::{PassTiming, Recorder};
 use std::collections::BTreeMap;
@@ -88,7 +88,8 @@ impl Renderer {
     }
 
     /// Ends a frame whose submission is done, with the time of each pass. `frame_ms` of the report
-    /// is the time of recording and of the device, without waiting; bytes and rays are empty.
+    /// is the time of recording and of the device, without waiting. Bytes, rays and counts are left
+    /// out of it.
     ///
     /// # Errors
     /// The device's loops were truncated.
@@ -108,6 +109,7 @@ impl Renderer {
             pipelines_ms,
             bytes: BTreeMap::new(),
             rays: BTreeMap::new(),
+            counts: FrameCounts::default(),
             gathered,
             lights_unchanged: frame.lights_unchanged,
             device_ms,

@@ -412,11 +412,15 @@ impl Lights {
         u64::from(self.caches[light.index as usize].counters.word(MIXED_FRAGMENTS + 1))
     }
 
+    /// Number of fragments that a light may illuminate in part, in the last frame that traced it.
+    pub(super) fn mixed_fragments(&self, light: OneLight<'_>) -> u32 {
+        self.caches[light.index as usize].counters.word(MIXED_FRAGMENTS)
+    }
+
     /// Number of fragments that lights may illuminate in part, summed over active lights.
     pub(super) fn mixed_fragment_count(&self) -> u64 {
         let traced = self.active().filter(|(light, _)| has_parts(light));
-        let count = |light: OneLight<'_>| self.caches[light.index as usize].counters.word(MIXED_FRAGMENTS);
-        traced.map(|(light, _)| u64::from(count(light))).sum()
+        traced.map(|(light, _)| u64::from(self.mixed_fragments(light))).sum()
     }
 
     /// Number of pixels at shadow edges, summed over active lights.

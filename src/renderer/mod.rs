@@ -42,7 +42,7 @@ pub use outputs::StageBuffers;
 pub use plan::{FramePlan, Gathering, LightResults, Scan, Uploads};
 pub use precompute_cache::{Store, Written, miss_reason};
 pub use preview::Preview;
-pub use report::{Columns, FrameReport, Layer, Statistics};
+pub use report::{Columns, FrameCounts, FrameReport, Layer, Statistics};
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
@@ -228,7 +228,8 @@ impl Renderer {
         let [frame_ms, pipelines_ms] = watch.stop(&self.context);
         let report = self.end_frame(&frame, passes)?;
         let (bytes, rays) = self.costs(&frame.plan, &report.passes);
-        Ok(FrameReport { bytes, rays, frame_ms, pipelines_ms, ..report })
+        let counts = self.frame_counts(&frame.plan);
+        Ok(FrameReport { bytes, rays, counts, frame_ms, pipelines_ms, ..report })
     }
 
     /// Sets whether the passes of a frame wait for each other, so that each can be timed; by

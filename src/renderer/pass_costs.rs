@@ -4,6 +4,7 @@ use super::Renderer;
 use super::pass_sizes::{Cost, Sizes};
 use super::passes;
 use super::plan::FramePlan;
+use super::report::FrameCounts;
 use crate::cpu::antialias::samples_per_edge;
 use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
@@ -12,9 +13,15 @@ use crate::passes::frame::{
     gather::Gather,
     hvds::LightFlux,
     near_field::NearField,
+    silhouettes::Silhouettes,
 };
-use crate::types::PixelSurface;
+use crate::types::{LIGHT_AREA, PixelSurface};
 use std::collections::BTreeMap;
+
+/// Sets of points in [`FrameCounters::rays`](super::counters::FrameCounters::rays).
+const PIXEL_RAYS: usize = 0;
+const FRAGMENT_RAYS: usize = 1;
+const FACTOR_RAYS: usize = 2;
 
 type Account = BTreeMap<&'static str, u64>;
 
@@ -22,13 +29,9 @@ impl Sizes {
     /// Sizes of a frame with this plan that ran `passes`.
     fn new(renderer: &Renderer, plan: &FramePlan, passes: &[PassTiming]) -> Self {
         let Renderer { lights, transport, image, splat, dirty, .. } = renderer;
-        let planned = |lights: &[(OneLight<'_>, &Buffer)]| {
-            let samples: u64 = lights.iter().map(|(light, _)| u64::from(light.sample_count())).sum();
-            (lights.len() as u64, samples)
-        };
-        let traced = lights.planned_irradiances(plan);
-        let (planned_irradiances, irradiance_samples) = planned(&traced);
-        let (planned_factors, factor_samples) = planned(&lights.planned_factors(plan));
+        let [traced, moved] = [lights.planned_irradiances(plan), lights.planned_factors(plan)];
+        let maps = moved.iter().filter(|(light, _)| light.has_silhouettes()).count() as u64;
+        let edges = renderer.world.buffers.silhouette_edges.as_ref().map_or(0, Buffer::bytes);
         let [edge_sample_count, edge_rays] = edge_counts(renderer, &traced);
         let fragment_count = u64::from(renderer.counters.fragments());
         // Passes of the same name share one entry, which is their mean: gather passes ahead of the
@@ -50,10 +53,11 @@ impl Sizes {
             paths: u64::from(transport.form_factors.point_count()),
             record_count: u64::from(transport.gather.point_count().max(1)),
             gathered: u64::from(dirty.records.gathered + ahead) / ran(Gather::STEM),
-            planned_irradiances,
-            irradiance_samples,
-            planned_factors,
-            factor_samples,
+            planned_irradiances: traced.len() as u64,
+            pixel_rays: rays(renderer, &traced, pixels, PIXEL_RAYS),
+            planned_factors: moved.len() as u64,
+            factor_rays: rays(renderer, &moved, transport.form_factors.point_count().into(), FACTOR_RAYS),
+            silhouettes: maps * (edges + Silhouettes::MAP_BYTES),
             planned_clusters: lights.planned_clusters(plan).len() as u64,
             fragment_count,
             edge_rays,
@@ -81,6 +85,15 @@ impl Sizes {
     }
 }
 
+/// Number of shadow rays to these lights from one of three sets of points, with a ray for each sample
+/// of a light where the device has not counted them.
+fn rays(renderer: &Renderer, traced: &[(OneLight<'_>, &Buffer)], points: u64, set: usize) -> u64 {
+    let is_counted = |light: &OneLight<'_>| renderer.context.tuning().finds_alike && light.kind != LIGHT_AREA;
+    let counted = u64::from(renderer.counters.rays()[set]);
+    let others = traced.iter().filter(|(light, _)| !is_counted(light));
+    counted + others.map(|(light, _)| u64::from(light.sample_count()) * points).sum::<u64>()
+}
+
 /// Numbers of edge samples, and of shadow rays: from each fragment, from the samples of mixed ones,
 /// and from those of pixels at shadow edges.
 fn edge_counts(renderer: &Renderer, traced: &[(OneLight<'_>, &Buffer)]) -> [u64; 2] {
@@ -90,10 +103,10 @@ fn edge_counts(renderer: &Renderer, traced: &[(OneLight<'_>, &Buffer)]) -> [u64;
     let rays = traced.iter().map(|(light, _)| {
         let averaged = renderer.lights.mixed_samples(*light)
             + u64::from(light_samples) * u64::from(renderer.lights.shadow_edges(*light));
-        u64::from(light.sample_count()) * u64::from(fragment_count)
-            + u64::from(light.part_count * light.point_samples()) * averaged
+        u64::from(light.part_count * light.point_samples()) * averaged
     });
-    [u64::from(of_edge) * u64::from(edges), rays.sum()]
+    let of_points = self::rays(renderer, traced, fragment_count.into(), FRAGMENT_RAYS);
+    [u64::from(of_edge) * u64::from(edges), of_points + rays.sum::<u64>()]
 }
 
 impl Renderer {
@@ -105,5 +118,22 @@ impl Renderer {
         let costs: BTreeMap<&'static str, Cost> = costs.collect();
         let rays = costs.iter().filter_map(|(name, cost)| Some((*name, cost.rays?)));
         (costs.iter().map(|(name, cost)| (*name, cost.bytes)).collect(), rays.collect())
+    }
+
+    /// Numbers of items of a frame with this plan, which is done.
+    pub(super) fn frame_counts(&self, plan: &FramePlan) -> FrameCounts {
+        let Self { lights, counters, .. } = self;
+        let traced = lights.planned_irradiances(plan);
+        let sum = |count: &dyn Fn(OneLight<'_>) -> u32| {
+            traced.iter().map(|(light, _)| u64::from(count(*light))).sum()
+        };
+        FrameCounts {
+            edge_pixels: counters.edge_pixels().into(),
+            fragments: counters.fragments().into(),
+            edge_points: counters.edge_points().into(),
+            mixed_fragments: sum(&|light| lights.mixed_fragments(light)),
+            shadow_edges: sum(&|light| lights.shadow_edges(light)),
+            splat_weights: counters.splat().weights.into(),
+        }
     }
 }

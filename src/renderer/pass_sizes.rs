@@ -34,12 +34,14 @@ pub(super) struct Sizes {
     pub(super) record_count: u64,
     /// Number of records that a gather pass takes, on average.
     pub(super) gathered: u64,
-    /// Number of lights whose irradiance at pixels is traced, and of their samples.
+    /// Number of lights whose irradiance at pixels is traced, and of shadow rays from pixels.
     pub(super) planned_irradiances: u64,
-    pub(super) irradiance_samples: u64,
-    /// Number of lights whose form factors are traced, and of their samples.
+    pub(super) pixel_rays: u64,
+    /// Number of lights whose form factors are traced, and of shadow rays from entry points.
     pub(super) planned_factors: u64,
-    pub(super) factor_samples: u64,
+    pub(super) factor_rays: u64,
+    /// Edges and maps of silhouettes.
+    pub(super) silhouettes: u64,
     /// Number of lights whose flux of clusters is summed.
     pub(super) planned_clusters: u64,
     /// Number of fragments, and of shadow rays from these and from shadow edges.

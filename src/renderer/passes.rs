@@ -50,10 +50,10 @@ pub(super) const PASSES: [Pass; 27] = [
     unmodelled(GlossPixels::RAYS_STEM, Column::Tdi),
     unmodelled(GlossPixels::HIGHLIGHTS_STEM, Column::Tdi),
     pass(Direct::BATCHES_STEM, Column::Tdi, |size| Cost::of(size.surface)),
-    unmodelled(Silhouettes::STEM, Column::Tdi),
+    pass(Silhouettes::STEM, Column::Tdi, |size| Cost::of(size.silhouettes)),
     pass(Direct::STEM, Column::Tdi, |size| {
         let bytes = size.planned_irradiances * (size.surface + 4 * size.pixels);
-        Cost::of_rays(bytes, size.irradiance_samples * size.pixels)
+        Cost::of_rays(bytes, size.pixel_rays)
     }),
     Pass {
         stem: Antialias::SHADOW_STEM,
@@ -68,7 +68,7 @@ pub(super) const PASSES: [Pass; 27] = [
     },
     pass(Direct::SUM_STEM, Column::Tdi, |size| Cost::of((4 * size.lights + 12) * size.points)),
     pass(FormFactors::STEM, Column::Tlpe, |size| {
-        Cost::of_rays(size.planned_factors * 20 * size.paths, size.factor_samples * size.paths)
+        Cost::of_rays(size.planned_factors * 20 * size.paths, size.factor_rays)
     }),
     unmodelled(Gloss::BEAMS_STEM, Column::Tlpe),
     // Steps are read twice, contributions written one vec3 at a time.

@@ -38,6 +38,7 @@ impl Renderer {
             pipelines_ms,
             bytes,
             rays,
+            counts: self.frame_counts(&plan),
             gathered: 0,
             lights_unchanged: [0.0, 0.0],
             device_ms: 0.0,

@@ -73,6 +73,23 @@ impl FrameWatch {
     }
 }
 
+/// Numbers of items that a frame goes through. They do not depend on the machine's load.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct FrameCounts {
+    /// Edge pixels of the view.
+    pub edge_pixels: u64,
+    /// Fragments of the view.
+    pub fragments: u64,
+    /// Fragments of the view that have records of their own.
+    pub edge_points: u64,
+    /// Mixed fragments, summed over the lights that the frame traces to pixels.
+    pub mixed_fragments: u64,
+    /// Pixels at shadow edges, summed over the same lights.
+    pub shadow_edges: u64,
+    /// Splat weights of the view: pairs of a pixel and a record.
+    pub splat_weights: u64,
+}
+
 /// One frame's cost.
 #[derive(Clone, Debug)]
 pub struct FrameReport {
@@ -88,6 +105,8 @@ pub struct FrameReport {
     pub bytes: BTreeMap<&'static str, u64>,
     /// Rays of each pass that traces.
     pub rays: BTreeMap<&'static str, u64>,
+    /// Numbers of items; zero if the caller has submitted the frame.
+    pub counts: FrameCounts,
     /// Records gathered for the picture, without the records gathered ahead of them.
     pub gathered: u32,
     /// Fraction of the active lights with current form factors, and fraction with a current

@@ -80,7 +80,8 @@ fn fold(edge: &MeshEdge, corners: &[[u32; 3]], places: &[Vec3]) -> Option<Silhou
     let second = if let [_, second] = edge.triangles[..] { opposite(second) } else { first };
     let is_flat = {
         let along = (to - from).as_dvec3();
-        let [a, b] = [first, second].map(|corner| along.cross((corner - from).as_dvec3()).normalize_or_zero());
+        let [a, b] =
+            [first, second].map(|corner| along.cross((corner - from).as_dvec3()).normalize_or_zero());
         a.dot(b) < 0.0 && a.cross(b).length() < FLAT
     };
     (!is_flat).then_some(SilhouetteEdge { from, to, first, second })
@@ -115,7 +116,11 @@ fn intersections(
         let common = own.into_iter().filter(|corner| other.contains(corner)).map(|c| places[c as usize]);
         let points: Vec<Vec3> = chunk.iter().map(|met| met.1).chain(common).collect();
         let far = |from: Vec3| {
-            points.iter().copied().max_by(|a, b| a.distance(from).total_cmp(&b.distance(from))).unwrap_or(from)
+            points
+                .iter()
+                .copied()
+                .max_by(|a, b| a.distance(from).total_cmp(&b.distance(from)))
+                .unwrap_or(from)
         };
         let from = far(points[0]);
         SilhouetteEdge { from, to: far(from), first: from, second: from }
@@ -191,8 +196,9 @@ mod tests {
         let floor = square(Vec3::ZERO, Vec3::X, Vec3::Y);
         let wall = square(Vec3::new(0.3, 0.4, -0.5), 2.0 * Vec3::Y, Vec3::Z);
         let found = edges_of([floor, wall].concat());
-        let on_line =
-            found.iter().filter(|edge| [edge.from, edge.to].iter().all(|p| (p.x - 0.3).abs() + p.z.abs() < 1e-5));
+        let on_line = found
+            .iter()
+            .filter(|edge| [edge.from, edge.to].iter().all(|p| (p.x - 0.3).abs() + p.z.abs() < 1e-5));
         let length: f32 = on_line.map(|edge| edge.from.distance(edge.to)).sum();
         assert!((length - 0.6).abs() < 1e-5, "{length}");
     }

@@ -124,7 +124,10 @@ fn help_and_version_succeed_and_no_command_fails() {
         (&["compare", "--help"], &["--heatmap", "--max-relmse", "--z-test"]),
         (&["film", "--help"], &["--frames", "--format", "--video"]),
         (&["sweep", "--help"], &["--output", "--cache", "--seconds"]),
-        (&["time", "--help"], &["--frames", "--json", "--trace", "--repeat", "--capture", "--statistics"]),
+        (
+            &["time", "--help"],
+            &["--frames", "--json", "--predict", "--trace", "--repeat", "--capture", "--statistics"],
+        ),
         (&["--version"], &[env!("CARGO_PKG_VERSION")]),
     ] {
         let output = run(&folder, arguments);
@@ -202,6 +205,7 @@ fn bad_arguments_are_refused_and_named() {
         ("render box -o a.png --exposure nan", &["--exposure"]),
         ("time box --frames 0", &["--frames"]),
         ("time box --lights 1,0", &["--lights"]),
+        ("time box --repeat gather 5 --predict us=3", &["--repeat", "--predict"]),
         ("time box --json missing/t.json", &["missing/t.json"]),
     ] {
         let arguments: Vec<&str> = arguments.split(' ').collect();

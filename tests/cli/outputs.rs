@@ -159,6 +159,8 @@ fn numbers_are_refused_with_what_was_expected_and_an_example() {
         ("scale cube.toml -o out --entry-points 1e6", &["'1e6'", "--entry-points", "as in"]),
         ("scale cube.toml -o out --cache-points -5", &["'-5'", "--cache-points", "as in"]),
         ("time cube.toml --lights 0", &["'0'", "--lights", "1 to 256", "as in 1,2,4,8"]),
+        ("time cube.toml --predict 3000,1.5,3", &["'3000,1.5,3'", "--predict", "as in gbps=3000"]),
+        ("time cube.toml --predict us=1,us=2", &["--predict", "us is there twice"]),
         ("time cube.toml --frames many", &["'many'", "--frames", "1 to 100000", "as in 20"]),
         ("render cube.toml -o a.png --method path --spp x", &["'x'", "--spp", "as in 64"]),
         ("render cube.toml -o a.png --method path --seconds x", &["'x'", "--seconds", "as in 2.5"]),

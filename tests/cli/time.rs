@@ -13,7 +13,7 @@ struct Timed {
 
 static TIMED: LazyLock<Timed> = LazyLock::new(|| {
     let folder = tempfile::tempdir().unwrap();
-    let small = "time box --frames 2 --lights 1,8,3,2,4 --json t.json --size 32x32 --set quality.entry_points=10000 \
+    let small = "time box --frames 2 --lights 1,8,3,2,4 --predict gbps=2,us=50 --json t.json --size 32x32 --set quality.entry_points=10000 \
                  --set quality.gather_rays=64 --set quality.cache_points=5000";
     let output = run(&folder, &small.split_whitespace().collect::<Vec<_>>());
     assert!(output.status.success(), "{}", stderr(&output));
@@ -71,6 +71,47 @@ fn floors_follow_from_what_was_measured(document: &serde_json::Value) {
     assert_eq!(with_rays, ["primary", "direct", "shadow_edges", "form_factors"]);
     for (key, sum) in [("floors_ms", sums[0]), ("floored_ms", sums[1])] {
         assert!((number(&scene[key]) / sum - 1.0).abs() < 1e-9, "{key}");
+    }
+}
+
+#[test]
+fn counts_of_edits_and_predicted_times_add_up() {
+    let document = &TIMED.document;
+    assert_eq!(document["assumed_rates"], serde_json::json!({"gbps": 2.0, "grays": 1.5, "us": 50.0}));
+    let edits = document["scenes"][0]["edits"].as_object().unwrap();
+    let mut names: Vec<&str> = edits.keys().map(String::as_str).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["Tlight", "Tmat", "Ttot", "Tview", "colour", "idle"]);
+    for (name, edit) in edits {
+        let sum = |key: &str| -> f64 {
+            let passes = edit["passes"].as_array().unwrap();
+            passes.iter().map(|pass| pass[key].as_f64().unwrap()).sum()
+        };
+        for key in ["dispatches", "barriers", "bytes"] {
+            assert_eq!(edit[key].as_f64().unwrap(), sum(key), "{name}: {key}");
+        }
+        let rays = ["camera", "shadow"].map(|kind| edit["rays"][kind].as_f64().unwrap());
+        assert_eq!(rays[0] + rays[1], sum("rays"), "{name}");
+        assert_eq!([&edit["submissions"], &edit["read_back_bytes"]], [1, 0], "{name}");
+        // Two bytes a nanosecond; no pass of this small picture takes longer for its rays.
+        let work_ms = sum("bytes") / 2e6;
+        let of_barriers = |barriers: &serde_json::Value| work_ms + 0.05 * barriers.as_f64().unwrap();
+        let close = |key: &str, ms: f64| (edit[key].as_f64().unwrap() / ms - 1.0).abs() < 1e-9;
+        assert!(close("predicted_free_ms", of_barriers(&edit["free_barriers"])), "{name}: {edit}");
+        assert!(close("predicted_ms", sum("predicted_ms")), "{name}: {edit}");
+        assert!(sum("predicted_ms") >= of_barriers(&edit["dispatches"]), "{name}: {edit}");
+    }
+    let rays = |name: &str, kind: &str| &edits[name]["rays"][kind];
+    assert_eq!([rays("Ttot", "camera"), rays("Tlight", "camera")], [32 * 32, 0]);
+    assert!(*rays("Tlight", "shadow") == *rays("Ttot", "shadow") && *rays("Tmat", "shadow") == 0);
+    assert_eq!(edits["colour"]["dispatches"], 3);
+    let text = TIMED.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
+    for words in [
+        "counted Ttot Tlight Tview Tmat colour idle submissions 1 1 1 1 1 1 dispatches",
+        "camera rays 1024 0 1024 0 0 0",
+        "predicted at 2 GB/s, 1.5 Grays/s, 50 us for each dispatch with its barrier",
+    ] {
+        assert!(text.contains(words), "{words} in {text}");
     }
 }
 

@@ -11,6 +11,7 @@ mod dispatches;
 mod edits;
 mod extremes;
 mod film;
+mod frame_costs;
 mod geometry;
 mod loop_limit;
 mod measures;

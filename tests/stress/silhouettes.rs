@@ -19,7 +19,8 @@ fn device(finds_alike: bool) -> Arc<Context> {
 fn places(scene: &Scene, count: u32) -> Vec<(Vec3, Vec3)> {
     let (low, high) = scene.bounds();
     // Multiples of the plastic number's powers fill the unit cube evenly.
-    let at = |k: u32, power: i32| (0.5 + f64::from(k) * 1.220_744_084_605_759_5_f64.powi(-power)).fract() as f32;
+    let at =
+        |k: u32, power: i32| (0.5 + f64::from(k) * 1.220_744_084_605_759_5_f64.powi(-power)).fract() as f32;
     let place = |k| {
         let unit = Vec3::new(at(k, 1), at(k, 2), at(k, 3));
         let towards = Vec3::new(at(k, 4) - 0.5, -1.0, at(k, 5) - 0.5);

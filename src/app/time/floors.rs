@@ -1,9 +1,9 @@
 //! Lower bound of each pass's time. It is the time of its bytes at this device's copy rate, or of
 //! its rays at the device's ray rate in this scene. The longer one counts, since both may overlap.
 
+use super::edit_costs::is_closest;
 use super::measure::PassSummary;
 use super::ray_rates::RayRates;
-use crate::passes::frame::primary::Primary;
 
 /// Rates of this device, measured in the same run.
 #[derive(Clone, Copy, Debug)]
@@ -42,12 +42,6 @@ impl Limits<'_> {
         let known = passes.iter().filter_map(|pass| Some([self.floor_ms(pass)?, pass.ms.median]));
         known.fold([0.0; 2], |sum, known| [sum[0] + known[0], sum[1] + known[1]])
     }
-}
-
-/// Whether a pass traces closest hits. In frames those are camera rays; all other rays go
-/// to a light.
-fn is_closest(pass: &str) -> bool {
-    pass == Primary::STEM
 }
 
 #[cfg(test)]

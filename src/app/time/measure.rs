@@ -1,8 +1,9 @@
 //! Renders frames and summarises their times.
 
+use super::edit_costs::EditCost;
 use super::paper::COLUMNS;
 use crate::error::Result;
-use crate::gpu::PassTiming;
+use crate::gpu::{CommandCounts, Context, PassTiming};
 use crate::renderer::{FrameReport, Renderer, Work};
 use glam::Vec3;
 
@@ -15,9 +16,18 @@ const SETTLED: f64 = 0.05;
 /// Number of columns before the whole-frame columns.
 pub(super) const STAGES: usize = 5;
 
-/// The timed work, in the order of the whole-frame columns.
-const WORK: [Work; COLUMNS.len() - STAGES] = [Work::Everything, Work::Light(0), Work::View, Work::Material];
-/// Index of the camera step in `WORK`.
+/// Number of timed edits: those of the whole-frame columns.
+const TIMED: usize = COLUMNS.len() - STAGES;
+/// The edits whose frames are counted; the timed ones come first. `None`: nothing has changed.
+const EDITS: [(&str, Option<Work>); TIMED + 2] = [
+    (COLUMNS[STAGES], Some(Work::Everything)),
+    (COLUMNS[STAGES + 1], Some(Work::Light(0))),
+    (COLUMNS[STAGES + 2], Some(Work::View)),
+    (COLUMNS[STAGES + 3], Some(Work::Material)),
+    ("colour", Some(Work::Colour)),
+    ("idle", None),
+];
+/// Index of the camera step in `EDITS`.
 const STEP_FRAME: usize = 2;
 
 /// Order statistics of a set of times, milliseconds.
@@ -74,13 +84,15 @@ pub(super) struct Measurement {
     /// Device time, by [`COLUMNS`].
     pub(super) columns: [Summary; COLUMNS.len()],
     /// Wall-clock time of the whole frames, by the columns from `Ttot` on.
-    pub(super) wall: [Summary; WORK.len()],
+    pub(super) wall: [Summary; TIMED],
     /// Device time of the same frames without waits between passes.
-    pub(super) free: [Summary; WORK.len()],
+    pub(super) free: [Summary; TIMED],
     /// Wall-clock time of these frames.
-    pub(super) free_wall: [Summary; WORK.len()],
+    pub(super) free_wall: [Summary; TIMED],
     /// Passes in execution order.
     pub(super) passes: Vec<PassSummary>,
+    /// What the frame of each edit costs, without a clock.
+    pub(super) edits: Vec<EditCost>,
     /// Records gathered by a camera step in addition to those of the last light move, median.
     pub(super) step_records: f64,
     /// Whether the warm-up ended because times had settled.
@@ -113,56 +125,90 @@ impl Walk {
         // Forced because the step may be zero.
         renderer.force(Work::View);
     }
+
+    /// Goes back to the start.
+    fn end(&mut self, renderer: &mut Renderer) -> Result<()> {
+        if self.is_aside {
+            self.step(renderer);
+            renderer.frame()?;
+        }
+        Ok(())
+    }
+}
+
+/// The frame of an edit.
+struct Edited {
+    report: FrameReport,
+    /// Commands of the edit and of its frame.
+    commands: CommandCounts,
 }
 
 /// Warms up until the medians of the whole frame settle. Then runs `frames` rounds of all kinds of
 /// work, so that clock drift affects all columns alike.
-pub(super) fn measure(renderer: &mut Renderer, frames: usize) -> Result<Measurement> {
+pub(super) fn measure(context: &Context, renderer: &mut Renderer, frames: usize) -> Result<Measurement> {
     let mut walk = Walk::new(renderer);
     let mut warm_up = Vec::new();
     while !settled(&warm_up) && warm_up.len() < frames.max(2 * WINDOW) {
-        warm_up.push(round(renderer, &mut walk)?[0].frame_ms);
+        warm_up.push(round(context, renderer, &mut walk, TIMED)?[0].report.frame_ms);
     }
-    let rounds = (0..frames).map(|_| round(renderer, &mut walk)).collect::<Result<Vec<_>>>()?;
-    if walk.is_aside {
-        walk.step(renderer);
-        renderer.frame()?;
-    }
+    let rounds = rounds(context, renderer, &mut walk, frames)?;
     renderer.set_serialised(false);
-    let free = (0..frames).map(|_| round(renderer, &mut walk)).collect::<Result<Vec<_>>>();
+    let free = self::rounds(context, renderer, &mut walk, frames);
     renderer.set_serialised(true);
     let free = free?;
-    if walk.is_aside {
-        walk.step(renderer);
-        renderer.frame()?;
-    }
-    let whole: Vec<&FrameReport> = rounds.iter().map(|round| &round[0]).collect();
+    let whole: Vec<&FrameReport> = rounds.iter().map(|round| &round[0].report).collect();
+    let sum_ms = |edited: &Edited| stages_ms(&edited.report).iter().sum();
     let columns = std::array::from_fn(|column| match column {
         0..STAGES => Summary::from_times(whole.iter().map(|frame| stages_ms(frame)[column])),
-        _ => Summary::from_times(rounds.iter().map(|round| stages_ms(&round[column - STAGES]).iter().sum())),
+        _ => Summary::from_times(rounds.iter().map(|round| sum_ms(&round[column - STAGES]))),
     });
-    let by_edit = |rounds: &[Vec<FrameReport>], time: fn(&FrameReport) -> f64| {
-        std::array::from_fn(|edit| Summary::from_times(rounds.iter().map(|round| time(&round[edit]))))
+    let by_edit = |rounds: &[Vec<Edited>], time: fn(&FrameReport) -> f64| {
+        std::array::from_fn(|edit| Summary::from_times(rounds.iter().map(|round| time(&round[edit].report))))
     };
+    // Every run counts the same frames: the first round begins at the start of the walk.
+    let counted = EDITS.iter().zip(rounds[0].iter().zip(&free[0]));
+    let edits = counted.map(|((name, _), (edited, free))| {
+        EditCost::new(name, &edited.report, edited.commands, free.commands.barriers)
+    });
+    let edits = edits.collect();
     let wall = by_edit(&rounds, |report| report.frame_ms);
     let free_wall = by_edit(&free, |report| report.frame_ms);
     let free = by_edit(&free, |report| report.device_ms);
-    let steps = rounds.iter().map(|round| f64::from(round[STEP_FRAME].gathered));
+    let steps = rounds.iter().map(|round| f64::from(round[STEP_FRAME].report.gathered));
     let step_records = Summary::from_times(steps).median;
     let (passes, settled) = (passes(&whole), settled(&warm_up));
-    Ok(Measurement { columns, wall, free, free_wall, passes, step_records, settled })
+    Ok(Measurement { columns, wall, free, free_wall, passes, edits, step_records, settled })
 }
 
-/// One frame of each kind of work, in the order of [`WORK`]. The camera really moves, so that its
-/// frame gathers new records.
-fn round(renderer: &mut Renderer, walk: &mut Walk) -> Result<Vec<FrameReport>> {
-    let mut frames = Vec::with_capacity(WORK.len());
-    for work in WORK {
+/// Rounds of all timed edits, which begin and end at the start of the walk. The first round has the
+/// other edits, too.
+fn rounds(
+    context: &Context,
+    renderer: &mut Renderer,
+    walk: &mut Walk,
+    count: usize,
+) -> Result<Vec<Vec<Edited>>> {
+    walk.end(renderer)?;
+    let edits = |index| if index == 0 { EDITS.len() } else { TIMED };
+    let rounds =
+        (0..count).map(|index| round(context, renderer, walk, edits(index))).collect::<Result<Vec<_>>>()?;
+    walk.end(renderer)?;
+    Ok(rounds)
+}
+
+/// A frame of each of the first edits of [`EDITS`]. The camera really moves, so that its frame
+/// gathers new records.
+fn round(context: &Context, renderer: &mut Renderer, walk: &mut Walk, edits: usize) -> Result<Vec<Edited>> {
+    let mut frames = Vec::with_capacity(edits);
+    for (_, work) in &EDITS[..edits] {
+        let before = context.command_counts();
         match work {
-            Work::View => walk.step(renderer),
-            _ => renderer.force(work),
+            Some(Work::View) => walk.step(renderer),
+            Some(work) => renderer.force(*work),
+            None => {}
         }
-        frames.push(renderer.frame()?);
+        let report = renderer.frame()?;
+        frames.push(Edited { report, commands: context.command_counts() - before });
     }
     Ok(frames)
 }

@@ -1,11 +1,14 @@
 //! `lightpaths time`: the paper's tables on this machine.
 
 mod bandwidth;
+mod edit_costs;
+mod edit_tables;
 mod floors;
 mod host_rays;
 pub(super) mod lights;
 pub(super) mod measure;
 mod paper;
+mod predict;
 mod rates;
 mod ray_rates;
 mod replay;
@@ -13,6 +16,7 @@ mod report;
 mod session;
 mod statistics;
 mod tables;
+mod text;
 mod trace;
 mod verify;
 
@@ -31,6 +35,7 @@ use crate::renderer::{Layer, Statistics};
 use crate::scene::{Scene, builtin};
 use lights::Relit;
 use measure::Measurement;
+use predict::AssumedRates;
 use ray_rates::RayRates;
 use verify::Energy;
 
@@ -52,6 +57,11 @@ pub(super) struct Time {
     /// there are fewer
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,2,4,8", allow_negative_numbers = true, value_parser = each_whole(1..=256, "1,2,4,8"))]
     lights: Vec<u32>,
+    /// Predicts the frame of each edit, from its counts, on a device with other rates: gbps in 10⁹
+    /// bytes/s, grays in 10⁹ rays/s, us in µs for a dispatch with its barrier; rates left out are
+    /// those of gbps=3000,grays=1.5,us=3
+    #[arg(long, value_name = "RATES")]
+    predict: Option<AssumedRates>,
     /// Does all work in every frame, also work that cannot change the picture
     #[arg(long)]
     no_skip: bool,
@@ -105,7 +115,7 @@ impl Time {
             let name = scene.name.clone();
             match time_scene(scene, self.frames as usize, &self.lights, self.no_skip, &self.device_args)? {
                 Ok(timed) => {
-                    super::print(&report::table(&timed, copies.device))?;
+                    super::print(&report::table(&timed, copies.device, self.predict.as_ref()))?;
                     all.push(timed);
                 }
                 Err(energy) => {
@@ -119,7 +129,7 @@ impl Time {
             super::print(&tables::tables(&all))?;
         }
         if let Some(json) = json {
-            let text = format!("{:#}\n", report::json(&context, &copies, &all));
+            let text = format!("{:#}\n", report::json(&context, &copies, &all, self.predict.as_ref()));
             json.write(|out| out.write_all(text.as_bytes()))?;
         }
         if wrong.is_empty() { Ok(()) } else { Err(Error::Comparison(wrong.join("; "))) }
@@ -151,7 +161,7 @@ fn time_scene(
     }
     // On its own context: the reported peak memory is the renderer's.
     let rays = ray_rates::measure(&device_args.open()?, traced)?;
-    let measurement = measure::measure(&mut renderer, frames)?;
+    let measurement = measure::measure(&context, &mut renderer, frames)?;
     if !measurement.settled {
         device_args.warn(&format!("{name}: times had not settled after warm-up; pass more --frames"));
     }

@@ -1,16 +1,18 @@
 //! The tables of `time`, as text and as JSON.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
 
 use serde_json::{Map, Value, json};
 
 use super::Timed;
 use super::bandwidth::CopyRates;
+use super::edit_tables;
 use super::floors::Limits;
 use super::measure::{PassSummary, STAGES, Summary};
 use super::paper::{self, COLUMNS, LIGHT_COUNTS};
+use super::predict::AssumedRates;
 use super::rates::Rates;
+use super::text::{line, megabytes, milliseconds};
 use crate::gpu::Context;
 
 /// The lines above all tables.
@@ -25,7 +27,7 @@ pub(super) fn header(device: &str, driver: &str, copies: &CopyRates) -> String {
 }
 
 /// The tables of one scene.
-pub(super) fn table(timed: &Timed, copy_gbps: Option<f64>) -> String {
+pub(super) fn table(timed: &Timed, copy_gbps: Option<f64>, predict: Option<&AssumedRates>) -> String {
     let Timed { name, triangles, size: [width, height], .. } = timed;
     let energy = timed.energy.say();
     let mut text = format!("\n{name}: {triangles} triangles, {width}x{height}, energy {energy}\n\n");
@@ -34,6 +36,10 @@ pub(super) fn table(timed: &Timed, copy_gbps: Option<f64>) -> String {
     rays(&mut text, timed);
     passes(&mut text, timed, copy_gbps);
     counts(&mut text, timed);
+    text += &edit_tables::costs(&timed.measurement.edits);
+    if let Some(rates) = predict {
+        text += &edit_tables::prediction(&timed.measurement.edits, rates);
+    }
     text
 }
 
@@ -178,19 +184,25 @@ fn counts(text: &mut String, timed: &Timed) {
 }
 
 /// The JSON document for scripts.
-pub(super) fn json(context: &Context, copies: &CopyRates, scenes: &[Timed]) -> Value {
-    let scenes = scenes.iter().map(|timed| scene_json(timed, copies.device));
+pub(super) fn json(
+    context: &Context,
+    copies: &CopyRates,
+    scenes: &[Timed],
+    predict: Option<&AssumedRates>,
+) -> Value {
+    let scenes = scenes.iter().map(|timed| scene_json(timed, copies.device, predict));
     json!({
         "device": {"name": context.name(), "driver": context.driver(), "cpu": context.is_cpu()},
         "version": env!("CARGO_PKG_VERSION"),
         "debug_build": cfg!(debug_assertions),
         "copy_gbps": copies.device,
+        "assumed_rates": predict,
         "kernel_copy_gbps": {"texels": copies.kernel_texels, "words": copies.kernel_words},
         "scenes": scenes.collect::<Vec<_>>(),
     })
 }
 
-fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
+fn scene_json(timed: &Timed, copy_gbps: Option<f64>, predict: Option<&AssumedRates>) -> Value {
     let named = || COLUMNS.iter().zip(&timed.measurement.columns);
     let ms: Map<String, Value> = named().map(|(name, s)| (name.to_string(), s.median.into())).collect();
     let spread_ms: BTreeMap<&str, &Summary> = named().map(|(name, summary)| (*name, summary)).collect();
@@ -240,6 +252,7 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
         "floors_ms": floors_ms,
         "floored_ms": floored_ms,
         "passes": passes.collect::<Vec<_>>(),
+        "edits": edit_tables::json(&timed.measurement.edits, predict),
         "skipped": statistics.skipped,
         "removed": statistics.removed,
         "counts": statistics.counts,
@@ -252,20 +265,4 @@ fn share_of_copy(pass: &PassSummary, copy_gbps: Option<f64>) -> Option<f64> {
 
 fn ratio(numerator: f64, denominator: f64) -> Option<f64> {
     (denominator > 0.0).then(|| numerator / denominator)
-}
-
-/// Converts bytes to 10⁶ bytes.
-fn megabytes(bytes: u64) -> f64 {
-    bytes as f64 / 1e6
-}
-
-/// About three significant digits.
-fn milliseconds(ms: f64) -> String {
-    let decimals = if ms.abs() < 10.0 { 3 } else { 1 };
-    format!("{ms:.decimals$}")
-}
-
-/// Appends a line.
-fn line(text: &mut String, arguments: std::fmt::Arguments) {
-    writeln!(text, "{arguments}").expect("writing to a string cannot fail");
 }

@@ -17,7 +17,7 @@ const DEFAULT_SCENE: &str = "box";
 
 /// What to do instead of tables.
 #[derive(Debug, Args)]
-#[group(id = "session", multiple = false, conflicts_with_all = ["json", "lights"])]
+#[group(id = "session", multiple = false, conflicts_with_all = ["json", "lights", "predict"])]
 pub(super) struct SessionArgs {
     /// Instead of tables, of one scene [default: box]: writes when host and device did what in the
     /// precomputation and in N frames of each kind of edit, as trace events for Perfetto

@@ -6,7 +6,6 @@ mod transfers;
 
 use std::any::Any;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use ash::vk;
@@ -39,6 +38,9 @@ pub struct Recorder {
     /// Times of the end of recording and of the submission, while the device may execute it.
     submitted: Option<[Instant; 2]>,
     passes: Vec<PassTiming>,
+    /// Numbers of recorded dispatches and barriers, of passes or not.
+    dispatches: u32,
+    barriers: u32,
     /// The open pass, or the last.
     pass_name: &'static str,
     /// The passes that are recorded. `None`: all of them.
@@ -81,13 +83,15 @@ impl Recorder {
         let begun_at = Instant::now();
         let mut submission = context.take_submission()?;
         let begun = submission.begin(&context.device);
-        let recorder = Self {
+        let mut recorder = Self {
             context: context.clone(),
             begun: begun_at,
             commands: submission.commands,
             submission: Some(submission),
             submitted: None,
             passes: Vec::new(),
+            dispatches: 0,
+            barriers: 0,
             pass_name: NO_PASS,
             only: None,
             leaves_out: false,
@@ -141,7 +145,11 @@ impl Recorder {
     pub(super) fn submit_commands(&mut self, semaphores: [&[vk::SemaphoreSubmitInfo<'_>]; 2]) -> Result<()> {
         self.end_passes()?;
         let context = &self.context;
-        context.submission_count.fetch_add(1, Ordering::Relaxed);
+        context.count_commands(|counts| {
+            counts.submissions += 1;
+            counts.dispatches += u64::from(self.dispatches);
+            counts.barriers += u64::from(self.barriers);
+        });
         let submission = self.submission.as_ref().expect("taken only in drop");
         let submitted = submission.submit(&context.device, semaphores, |infos, fence| {
             // SAFETY: no other thread has the queue; commands, semaphores and fence live until the
@@ -186,7 +194,12 @@ impl Recorder {
         }
     }
 
-    pub(super) fn pipeline_barrier(&self, barrier: Barrier) {
+    /// Records a barrier, as one of the open pass or of the last.
+    pub(super) fn pipeline_barrier(&mut self, barrier: Barrier) {
+        self.barriers += 1;
+        if let Some(pass) = self.passes.last_mut() {
+            pass.barriers += 1;
+        }
         let memory = [barrier.memory_barrier()];
         let info = vk::DependencyInfo::default().memory_barriers(&memory);
         // SAFETY: the commands are being recorded, and what they name lives until they have run.
@@ -219,20 +232,29 @@ impl Recorder {
     /// before and after all of them.
     fn emit_levels(&mut self, schedule: &Schedule) {
         self.timestamp();
-        self.passes.push(PassTiming { name: FREE, ms: 0.0, overlapped: true, dispatches: 0 });
+        let all = self.add_pass(FREE, true);
         for (index, level) in schedule.levels().enumerate() {
             if index > 0 {
                 self.pipeline_barrier(SUBMISSION);
             }
             for command in level {
-                self.passes[0].dispatches += u32::from(matches!(command, Command::Dispatch { .. }));
+                self.passes[all].dispatches += u32::from(matches!(command, Command::Dispatch { .. }));
                 self.emit(command);
             }
         }
         self.timestamp();
     }
 
-    fn emit(&self, command: &Command) {
+    /// Adds a pass without commands, and returns its index. The first one has the barriers before.
+    fn add_pass(&mut self, name: &'static str, overlapped: bool) -> usize {
+        let index = self.passes.len();
+        let barriers = if index == 0 { self.barriers } else { 0 };
+        self.passes.push(PassTiming { name, ms: 0.0, overlapped, dispatches: 0, barriers });
+        index
+    }
+
+    fn emit(&mut self, command: &Command) {
+        self.dispatches += u32::from(matches!(command, Command::Dispatch { .. }));
         let (device, commands) = (&self.context.device, self.commands);
         // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe {

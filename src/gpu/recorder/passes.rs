@@ -14,7 +14,6 @@ use super::super::pipelines::Missing;
 use super::super::program::Program;
 use super::super::schedule::{Bound, Command, Workgroups};
 use super::super::spirv::Access;
-use super::super::timing::PassTiming;
 use super::super::{Buffer, Pipeline};
 use super::Recorder;
 use super::transfers::transfer;
@@ -59,8 +58,7 @@ impl Recorder {
             unsafe { debug_utils.cmd_begin_debug_utils_label(self.commands, &info) };
         }
         self.timestamp();
-        let index = self.passes.len();
-        self.passes.push(PassTiming { name, ms: 0.0, overlapped: false, dispatches: 0 });
+        let index = self.add_pass(name, false);
         PassScope { recorder: self, index }
     }
 

@@ -1,7 +1,6 @@
 //! Draws panels and pictures to a window.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use ash::vk;
 use egui::epaint::{ClippedPrimitive, textures::TexturesDelta};
@@ -379,12 +378,12 @@ impl WindowPainter {
         // The upload overwrites what frames in flight may read.
         self.context.wait_idle()?;
         let panels = self.panels.as_mut().expect("taken only in drop");
-        let (pool, count) = (self.frames.pool, &self.context.submission_count);
-        self.context.with_queue(|queue| {
+        let (pool, context) = (self.frames.pool, &self.context);
+        context.with_queue(|queue| {
             for (id, changes) in changes.set.drain() {
                 for change in changes {
                     panels.set_texture(queue, pool, id, &change).map_err(panel_error)?;
-                    count.fetch_add(1, Ordering::Relaxed);
+                    context.count_commands(|counts| counts.submissions += 1);
                 }
             }
             Ok(())

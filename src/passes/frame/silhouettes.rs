@@ -31,6 +31,8 @@ pub struct Silhouettes {
 }
 
 impl Silhouettes {
+    /// Bytes of the map of a light.
+    pub const MAP_BYTES: u64 = 4 * TEXELS;
     /// Stem of shader and timing.
     pub const STEM: &str = "silhouettes";
 
@@ -47,7 +49,7 @@ impl Silhouettes {
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn map(context: &Arc<Context>) -> Result<Buffer> {
-        Buffer::storage(context, "silhouettes", 4 * TEXELS)
+        Buffer::storage(context, "silhouettes", Self::MAP_BYTES)
     }
 
     /// Draws the map of a light, if it has one. Records into an open pass with a barrier between

@@ -1,0 +1,223 @@
+//! The cost of frames without a clock: commands, rays, bytes and items of the frame of each edit
+//! stay below limits that no noise reaches. A change that needs more raises a limit here, and says
+//! why in its commit.
+
+use glam::Vec3;
+use lightpaths::gpu::{CommandCounts, Context, ContextOptions};
+use lightpaths::renderer::{FrameReport, Renderer, Silent, Work};
+use lightpaths::scene::{LoadOptions, Scene};
+use std::sync::Arc;
+
+/// The counts of a frame, in the order of the columns of [`LIMITS`].
+const COUNTS: [&str; 13] = [
+    "submissions",
+    "dispatches",
+    "barriers",
+    "barriers without waits",
+    "bytes read back",
+    "camera rays",
+    "shadow rays",
+    "kilobytes",
+    "fragments",
+    "mixed fragments",
+    "shadow edges",
+    "splat weights",
+    "records gathered",
+];
+
+/// The edits, in the order of the rows of [`LIMITS`].
+const EDITS: [(&str, Option<Work>); 6] = [
+    ("everything", Some(Work::Everything)),
+    ("a light", Some(Work::Light(0))),
+    ("the camera", Some(Work::View)),
+    ("a material", Some(Work::Material)),
+    ("a colour", Some(Work::Colour)),
+    ("nothing", None),
+];
+
+type Counts = [u64; COUNTS.len()];
+
+/// Upper limits of each scene: commands as they are, other counts with 5 % in reserve.
+const LIMITS: [(&str, [Counts; EDITS.len()]); 3] = [
+    (
+        "box",
+        [
+            [1, 67, 76, 37, 0, 19_200, 49_100, 23_000, 2750, 165, 212, 55_900, 2210],
+            [1, 32, 38, 25, 0, 0, 49_100, 14_100, 2750, 165, 212, 55_900, 2210],
+            [1, 49, 56, 37, 0, 19_200, 28_400, 14_300, 2680, 163, 217, 56_100, 76],
+            [1, 28, 32, 25, 0, 0, 0, 14_400, 2680, 0, 0, 56_100, 2210],
+            [1, 3, 4, 4, 0, 0, 0, 1920, 2680, 0, 0, 56_100, 0],
+            [1, 8, 11, 9, 0, 0, 0, 2900, 2680, 0, 0, 56_100, 1960],
+        ],
+    ),
+    (
+        "atrium",
+        [
+            [1, 67, 76, 37, 0, 19_200, 124_000, 33_700, 22_700, 3590, 834, 43_800, 1340],
+            [1, 32, 38, 25, 0, 0, 124_000, 22_500, 22_700, 3590, 834, 43_800, 1340],
+            [1, 49, 56, 37, 0, 19_200, 104_000, 20_700, 22_700, 3630, 857, 43_900, 47],
+            [1, 28, 32, 25, 0, 0, 0, 20_600, 22_700, 0, 0, 43_900, 1330],
+            [1, 3, 4, 4, 0, 0, 0, 3120, 22_700, 0, 0, 43_900, 0],
+            [1, 8, 11, 9, 0, 0, 0, 3670, 22_700, 0, 0, 43_900, 2840],
+        ],
+    ),
+    (
+        "room",
+        [
+            [1, 87, 100, 37, 0, 19_200, 196_000, 34_900, 19_800, 4660, 846, 76_000, 1660],
+            [1, 36, 43, 26, 0, 0, 113_000, 19_900, 19_800, 3110, 662, 76_000, 1660],
+            [1, 57, 66, 37, 0, 19_200, 158_000, 22_400, 19_800, 4890, 838, 76_200, 49],
+            [1, 29, 32, 25, 0, 0, 0, 18_900, 19_800, 0, 0, 76_200, 1660],
+            [1, 20, 20, 19, 0, 0, 0, 14_800, 19_800, 0, 0, 76_200, 1660],
+            [1, 8, 11, 9, 0, 0, 0, 3100, 19_800, 0, 0, 76_200, 2510],
+        ],
+    ),
+];
+
+/// A small picture of a built-in scene.
+fn renderer(context: &Arc<Context>, name: &str) -> Renderer {
+    let mut set: Vec<String> = [
+        "camera.size=[160,120]",
+        "quality.preset=\"draft\"",
+        "quality.entry_points=20000",
+        "quality.cache_points=4000",
+        "quality.gather_rays=64",
+        "quality.directions=64",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    if name != "box" {
+        set.push("model.0.triangles=10000".to_owned());
+    }
+    let scene = Scene::load(name, &LoadOptions { set, ..LoadOptions::default() }).unwrap();
+    Renderer::new(context, scene, &mut Silent).unwrap()
+}
+
+/// A renderer whose lists have their capacity.
+fn settled(context: &Arc<Context>, name: &str) -> Renderer {
+    let mut renderer = renderer(context, name);
+    renderer.frame().unwrap();
+    round(context, &mut renderer);
+    renderer
+}
+
+/// Makes an edit and renders its frame.
+fn edited(context: &Context, renderer: &mut Renderer, edit: Option<Work>) -> (FrameReport, CommandCounts) {
+    let before = context.command_counts();
+    match edit {
+        Some(Work::View) => {
+            let camera = renderer.scene().cameras[0].clone();
+            let step = 0.01 * (camera.target - camera.position).length() * camera.frame()[0];
+            renderer.move_camera(camera.position + step, camera.target + step);
+        }
+        Some(work) => renderer.force(work),
+        None => {}
+    }
+    (renderer.frame().unwrap(), context.command_counts() - before)
+}
+
+/// Counts of a frame of each edit, and the frames' reports. The camera is where it was afterwards.
+fn round(context: &Context, renderer: &mut Renderer) -> Vec<(Counts, FrameReport)> {
+    let camera = renderer.scene().cameras[0].clone();
+    let mut frames = |is_serialised| {
+        renderer.set_serialised(is_serialised);
+        let frames = EDITS.map(|(_, edit)| edited(context, renderer, edit));
+        renderer.set_camera(&camera);
+        renderer.frame().unwrap();
+        frames
+    };
+    let free = frames(false).map(|(_, commands)| commands.barriers);
+    let counted = frames(true).into_iter().zip(free);
+    counted.map(|((report, commands), free)| (counts(&report, commands, free), report)).collect()
+}
+
+fn counts(report: &FrameReport, commands: CommandCounts, free_barriers: u64) -> Counts {
+    // Each command of a frame belongs to a pass, if the frame has one.
+    let dispatches: u32 = report.passes.iter().map(|pass| pass.dispatches).sum();
+    let barriers: u32 = report.passes.iter().map(|pass| pass.barriers).sum();
+    assert_eq!(u64::from(dispatches), commands.dispatches);
+    assert!(report.passes.is_empty() || u64::from(barriers) == commands.barriers);
+    let bytes: u64 = report.passes.iter().map(|pass| report.bytes.get(pass.name).unwrap_or(&0)).sum();
+    let camera_rays = report.rays.get("primary").copied().unwrap_or(0);
+    [
+        commands.submissions,
+        commands.dispatches,
+        commands.barriers,
+        free_barriers,
+        commands.read_back_bytes,
+        camera_rays,
+        report.rays.values().sum::<u64>() - camera_rays,
+        bytes / 1000,
+        report.counts.fragments,
+        report.counts.mixed_fragments,
+        report.counts.shadow_edges,
+        report.counts.splat_weights,
+        report.gathered.into(),
+    ]
+}
+
+#[test]
+fn frames_of_edits_cost_no_more_than_their_limits() {
+    // A device of its own: commands of other tests would count.
+    let context = Context::new(&ContextOptions::default()).unwrap();
+    let mut above = Vec::new();
+    for (scene, limits) in LIMITS {
+        let mut renderer = settled(&context, scene);
+        let found = round(&context, &mut renderer);
+        if scene == "box" {
+            renderer = settled(&context, scene);
+        }
+        let again = round(&context, &mut renderer);
+        for (((edit, _), (counts, _)), (other, _)) in EDITS.iter().zip(&found).zip(&again) {
+            println!("{scene}, {edit}: {counts:?}");
+            assert_eq!(counts, other, "{scene}, {edit}: counts of two runs");
+        }
+        for (((edit, _), (counts, _)), limits) in EDITS.iter().zip(&found).zip(&limits) {
+            let columns = COUNTS.iter().zip(counts.iter().zip(limits));
+            let too_many = columns.filter(|(_, (count, limit))| count > limit);
+            above.extend(
+                too_many.map(|(what, (count, limit))| {
+                    format!("{scene}, {edit}: {what} {count}, {limit} at most")
+                }),
+            );
+        }
+    }
+    assert!(above.is_empty(), "{above:#?}");
+}
+
+#[test]
+fn frames_trace_and_dispatch_what_their_edit_needs() {
+    let context = Context::new(&ContextOptions::default()).unwrap();
+    let mut renderer = settled(&context, "box");
+    let frames = round(&context, &mut renderer);
+    let passes = |edit: usize| frames[edit].1.passes.iter().map(|pass| (pass.name, pass.dispatches));
+    // The Box has one light, whose colour is a factor of the picture.
+    assert_eq!(passes(4).collect::<Vec<_>>(), [("compose", 2), ("tonemap", 1)]);
+    for edit in 3..6 {
+        assert_eq!(frames[edit].1.rays.len(), 0, "{}: rays", EDITS[edit].0);
+    }
+    let traced: Vec<_> = frames[1].1.rays.keys().copied().collect();
+    assert_eq!(traced, ["direct", "form_factors", "shadow_edges"]);
+    // The first idle frame has gathered all records; the next one has nothing to do.
+    for records in [None, Some(0)] {
+        let (report, commands) = edited(&context, &mut renderer, None);
+        assert!(records.is_none_or(|records| report.gathered == records && report.passes.is_empty()));
+        assert_eq!([commands.submissions, commands.read_back_bytes], [1, 0]);
+    }
+    // A forced edit has the commands of a real one.
+    let mut light = |edit: &dyn Fn(&mut Renderer)| {
+        let before = context.command_counts();
+        edit(&mut renderer);
+        renderer.frame().unwrap();
+        context.command_counts() - before
+    };
+    let force = |renderer: &mut Renderer| renderer.force(Work::Light(0));
+    // The first frame after the idle one lists the records of the view.
+    light(&force);
+    let forced = light(&force);
+    let moved = light(&|renderer| {
+        let position = renderer.scene().lights[0].kind.position().unwrap();
+        renderer.move_light(0, position + Vec3::splat(0.01)).unwrap();
+    });
+    assert_eq!(forced, moved);
+}

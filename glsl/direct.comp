@@ -82,26 +82,25 @@ void main() {
     uint index = xy.y * push.width + xy.x;
     bool is_inside = xy.x < push.width && index < push.point_count;
     LightSource light = of_kind(light_at(Lights, push.light));
-    if (FINDS_ALIKE != 0u && LIGHT_KIND != LIGHT_AREA) {
-        PixelSurface point = pixel_surface_at(SeenPoints, is_inside ? index : 0u);
-        bool is_point = is_inside && point.side != NO_SIDE;
-        uint side = is_point ? point.side : 0u;
-        Receiver at = receiver_at(point.position, side, point.normal);
-        float lit = light_factor_in_group(batch, light, push.flags, at, flat_side(point), point.normal, point.footprint, is_point);
-        if (!is_inside) return;
-        light_irradiance[index] = accumulated(light, push.flags, push.end_sample, is_first(push.flags, 0u) ? 0.0 : light_irradiance[index], lit, at.position, point.normal, point.footprint);
-        if (!loops_completed(push.width)) truncated_loops[0] = LOOP_TRUNCATED;
-        return;
+    PixelSurface point = pixel_surface_at(SeenPoints, is_inside ? index : 0u);
+    bool is_point = is_inside && point.side != NO_SIDE;
+    Receiver at = Receiver(point.position, point.normal);
+    if_any (is_point) at = receiver_of(point);
+    uint seen = 0u;
+    float lit = 0.0;
+    if (FINDS_ALIKE != 0u) {
+        lit = light_factor_in_group(batch, light, push.first_sample, push.end_sample, push.flags, at, flat_side(point), point.normal,
+                                    point.footprint, is_point, seen);
+    } else {
+        if_any (is_point) {
+            lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, at.position, at.normal, point.normal,
+                                  point.footprint, seen);
+        }
     }
     if (!is_inside) return;
-    PixelSurface point = pixel_surface_at(SeenPoints, index);
     float before = is_first(push.flags, push.first_sample) ? 0.0 : light_irradiance[index];
     float found = abs(before);
-    if_any (point.side != NO_SIDE) {
-        Receiver at = receiver_of(point);
-        uint seen = 0u;
-        float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, at.position, at.normal, point.normal,
-                                    point.footprint, seen);
+    if_any (is_point) {
         found = accumulated(light, push.flags, push.end_sample, found, lit, at.position, point.normal, point.footprint);
         if (LIGHT_KIND == LIGHT_AREA && (push.flags & MARKS_PENUMBRA) != 0u) found = marked(batch, light, at, point, before, found, seen);
     }

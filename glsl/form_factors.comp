@@ -63,10 +63,11 @@ void main() {
     uint place = push.first_point + index;
     LightSource light = of_kind(light_at(Lights, push.light));
     float found = 0.0;
-    if (FINDS_ALIKE != 0u && LIGHT_KIND != LIGHT_AREA) {
-        found = light_factor_in_group(batch, light, push.flags, Receiver(position, normal), point.w, normal, push.area_m2, is_point);
+    uint seen = 0u;
+    if (FINDS_ALIKE != 0u) {
+        found = light_factor_in_group(batch, light, push.first_sample, push.end_sample, push.flags, Receiver(position, normal), point.w, normal,
+                                      push.area_m2, is_point, seen);
     } else if (is_point) {
-        uint seen = 0u;
         found = light_factor_in(batch, light, push.first_sample, push.end_sample, push.flags, position, normal, normal, push.area_m2, seen);
     }
     if (!is_point) return;

@@ -56,18 +56,17 @@ void main() {
     LightSource light = of_kind(light_at(Lights, push.light));
     PixelSurface point = pixel_surface_at(FragmentSurfaces, is_fragment ? index : 0u);
     Receiver at = receiver_of(point);
-    if (FINDS_ALIKE != 0u && LIGHT_KIND != LIGHT_AREA) {
-        float lit = light_factor_in_group(0u, light, push.flags, at, flat_side(point), point.normal, point.footprint, is_fragment);
-        if (!is_fragment) return;
-        light_irradiance[value] = accumulated(light, push.flags, push.end_sample, is_first(push.flags, 0u) ? 0.0 : light_irradiance[value], lit, at.position, point.normal, point.footprint);
-        if (!loops_completed(push.view.width)) truncated_loops[0] = LOOP_TRUNCATED;
-        return;
+    uint seen = 0u;
+    float lit = 0.0;
+    uint end = end_of_kind(push.first_sample, push.end_sample);
+    if (FINDS_ALIKE != 0u) {
+        lit = light_factor_in_group(0u, light, push.first_sample, push.end_sample, push.flags, at, flat_side(point), point.normal, point.footprint,
+                                    is_fragment, seen);
+    } else if (is_fragment) {
+        lit = light_factor(light, push.first_sample, end, push.flags, at.position, at.normal, point.normal, point.footprint, seen);
     }
     if (!is_fragment) return;
     float before = is_first(push.flags, push.first_sample) ? 0.0 : light_irradiance[value];
-    uint seen = 0u;
-    uint end = end_of_kind(push.first_sample, push.end_sample);
-    float lit = light_factor(light, push.first_sample, end, push.flags, at.position, at.normal, point.normal, point.footprint, seen);
     float found = accumulated(light, push.flags, push.end_sample, abs(before), lit, at.position, point.normal, point.footprint);
     if (LIGHT_KIND == LIGHT_AREA && (push.flags & MARKS_PENUMBRA) != 0u) {
         found = with_mark(found, has_mark(before, seen | seen_before(before, push.flags), push.flags, push.end_sample == light.samples));

@@ -1,7 +1,7 @@
-// Draws the edges at which shadows of a light may end into its map, around every texel that such an
-// edge touches, as near to the light as the edge is there. An edge is a silhouette if both of its
-// triangles are on one side of it as seen from the light. [Laine 2005] Deterministic. One invocation
-// = one edge. In: edges, the light. Out: the map, initially zero.
+// Draws the edges at which shadows of a light may end into its maps: into every texel that they
+// touch, as near to the light as they are there. An edge is a silhouette if both of its triangles
+// are on one side of it, as the light sees them. Deterministic. One invocation = one edge and one
+// point sample of the light. In: edges, the light. Out: its maps, initially zero.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -16,6 +16,7 @@ layout(local_size_x = 64) in;
 
 struct SilhouettesPush {
     uint edge_count;
+    uint sample_count;
     uint light;  // row
 };
 
@@ -29,6 +30,7 @@ layout(scalar, push_constant) uniform Push { SilhouettesPush push; };
 
 #include "include/triangles.glsl"
 #include "include/bvh.glsl"
+#include "include/lights.glsl"
 #include "include/light_kind.glsl"
 #include "include/silhouettes.glsl"
 
@@ -60,7 +62,7 @@ void clip(float from, float to, inout vec2 span) {
 }
 
 // Draws a line on a face, column by column along its longer axis.
-void draw(uint face, vec3 from, vec3 to) {
+void draw(uint sample_index, uint face, vec3 from, vec3 to) {
     bool is_steep = abs(to.y - from.y) > abs(to.x - from.x);
     if (is_steep) {
         from = from.yxz;
@@ -83,23 +85,24 @@ void draw(uint face, vec3 from, vec3 to) {
         uint near = floatBitsToUint(max(enters.y, leaves.y));
         for (int row = low; row <= high; ++row) {
             uvec2 texel = is_steep ? uvec2(row, column) : uvec2(column, row);
-            atomicMax(silhouettes[(face * map_side() + texel.y) * map_side() + texel.x], near);
+            atomicMax(silhouettes[map_row(sample_index, face, texel.y) + texel.x], near);
         }
     }
 }
 
 void main() {
     uint index = flat_invocation();
-    if (index >= push.edge_count) return;
-    SilhouetteEdge edge = silhouette_edges[index];
-    LightSource light = of_kind(light_at(Lights, push.light));
+    uint sample_index = index / push.edge_count;
+    if (sample_index >= push.sample_count) return;
+    SilhouetteEdge edge = silhouette_edges[index - sample_index * push.edge_count];
+    LightSource light = at_sample(of_kind(light_at(Lights, push.light)), sample_index);
     if_any (is_silhouette(edge, light)) {
         for (uint face = 0u; face < map_faces(); ++face) {
             vec3 from = in_face(face, light, edge.from);
             vec3 to = in_face(face, light, edge.to);
             vec2 span = vec2(0.0, 1.0);
             if (!is_parallel()) {
-                // An edge that ends in the light is cut where it is closer than any shadow ray ends.
+                // An edge that meets the light is cut where no shadow ray is as close.
                 float least = 1e-6 * (abs(from.z) + abs(to.z)) + 1e-20;
                 clip(from.z - least, to.z - least, span);
                 clip(MAP_REACH * from.z - from.x, MAP_REACH * to.z - to.x, span);
@@ -107,7 +110,7 @@ void main() {
                 clip(MAP_REACH * from.z - from.y, MAP_REACH * to.z - to.y, span);
                 clip(MAP_REACH * from.z + from.y, MAP_REACH * to.z + to.y, span);
             }
-            if_any (span.x <= span.y) draw(face, on_face(mix(from, to, span.x)), on_face(mix(from, to, span.y)));
+            if_any (span.x <= span.y) draw(sample_index, face, on_face(mix(from, to, span.x)), on_face(mix(from, to, span.y)));
         }
     }
     if (!loops_completed(push.edge_count)) truncated_loops[0] = LOOP_TRUNCATED;

@@ -53,8 +53,8 @@ bool intersect_triangle(uint index, vec3 origin, Shear shear, inout Hit hit) {
     precise float determinant = edge.x + edge.y + edge.z;
     if (determinant == 0.0) return false;
     float inverse = 1.0 / determinant;
-    // The distance along the ray follows from the plane. The mean of the corners' distances would lose
-    // the clear distance in slivers: of 22 m by 2 cm, corners 11 m away are off by a millimetre.
+    // The distance along the ray follows from the plane. A mean of the corners' distances is off by
+    // more than the clear distance in slivers: by a millimetre in one of 22 m by 2 cm.
     vec3 normal = rotate_axes(cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0), shear.axis);
     float t = shear.scale.z * dot(normal, a) / (dot(normal.xy, shear.scale.xy) + normal.z);
     if (!(t > 0.0 && t < hit.t)) return false;

@@ -1,17 +1,30 @@
-// Map of the silhouettes around a point, spot or directional light: for each texel of directions,
-// how near to the light the nearest edge is at which a shadow may end. Points of one triangle see
-// the light alike if no such edge is between them and the light. Include after light_kind.glsl and
-// bvh.glsl.
+// Maps of the silhouettes around a light, one for each of its point samples: for each texel of
+// directions, how near to the light the nearest edge is at which a shadow may end. Points of one
+// triangle see a sample alike if no such edge is between them and the sample. Include after
+// light_kind.glsl, lights.glsl and bvh.glsl.
 
-const uint MAP_SIDE = 512u;         // texels of one of six faces of a cube around the light
-const uint PARALLEL_SIDE = 1024u;   // texels of the only face of a directional light
-const float MAP_REACH = 1.0625;     // half width of a face at distance 1: faces overlap, so that what is small is on one
-const float MAP_SLACK = 0.02;       // texels; rounding moves no point as far
-const float MAP_NEARER = 1e-4;      // relative; an edge is beyond a point if it is this much farther
+// Texels of a face. A map is a cube of six around a sample, or one face for a directional light.
+const uint POINT_SIDE = 512u;
+const uint AREA_SIDE = 256u;
+const uint PARALLEL_SIDE = 1024u;
+const float MAP_REACH = 1.0625;  // half width of a face at distance 1: faces overlap, so that what is small is on one
+const float MAP_SLACK = 0.02;    // texels; rounding moves no point as far
+const float MAP_NEARER = 1e-4;   // relative; an edge is beyond a point if it is this much farther
 
 bool is_parallel() { return LIGHT_KIND == LIGHT_DIRECTIONAL; }
-uint map_side() { return is_parallel() ? PARALLEL_SIDE : MAP_SIDE; }
+uint map_side() { return is_parallel() ? PARALLEL_SIDE : LIGHT_KIND == LIGHT_AREA ? AREA_SIDE : POINT_SIDE; }
 uint map_faces() { return is_parallel() ? 1u : 6u; }
+
+// First texel of a row of the map of a sample.
+uint map_row(uint sample_index, uint face, uint row) { return ((sample_index * map_faces() + face) * map_side() + row) * map_side(); }
+
+// The light at one of its point samples alone: its position is that of the sample.
+LightSource at_sample(LightSource light, uint sample_index) {
+    if (LIGHT_KIND != LIGHT_AREA) return light;
+    vec2 u = on_shape(light, lattice_point(light, sample_index));
+    light.position += u.x * light.edge_u + u.y * light.edge_v;
+    return light;
+}
 
 // A point in the frame of a face: x and y across it, z its distance from the light along its axis.
 vec3 in_face(uint face, LightSource light, vec3 position) {
@@ -33,7 +46,7 @@ vec3 in_face(uint face, LightSource light, vec3 position) {
 vec3 on_face(vec3 inside) {
     if (is_parallel()) return vec3((0.5 + 0.5 * inside.xy) * float(PARALLEL_SIDE), 2.0 - inside.z);
     float inverse = 1.0 / inside.z;
-    return vec3((0.5 + (0.5 / MAP_REACH) * inside.xy * inverse) * float(MAP_SIDE), inverse);
+    return vec3((0.5 + (0.5 / MAP_REACH) * inside.xy * inverse) * float(map_side()), inverse);
 }
 
 // Where a light sees some points.

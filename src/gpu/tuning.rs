@@ -46,8 +46,8 @@ const CLASSES: [Class; 2] = [
     // the subgroups of a workgroup in turn and switches between them at each barrier, which costs
     // more than short sums. So a workgroup has one subgroup, whose lanes go through long runs of a
     // scan. lavapipe loads the data of the lanes of a subgroup one by one, adjacent or not. So each
-    // lane has a cache point, and none waits. Rays from the roots of a shaft cost less than the search
-    // for points that see a light alike.
+    // lane has a cache point, and none waits. The search for points that see a light alike costs
+    // more than rays from the roots of a shaft.
     Class {
         kind: Some(CPU),
         strip: 16,

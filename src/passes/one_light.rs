@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
+use crate::passes::frame::silhouettes::Silhouettes;
 use crate::passes::lattice::{has_sets, pixel_lattice, samples_of_point};
 use crate::types::{
     ADDS, HAS_SILHOUETTES, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource,
@@ -63,7 +64,7 @@ pub struct OneLight<'a> {
     pub marks_penumbra: bool,
     /// The radiance that rays out of the scene find. `None` unless the light is a sky.
     pub sky: Option<SkyTable>,
-    /// Its map of silhouettes. `None`: points that see it alike are not known.
+    /// Its maps of silhouettes. `None`: points that see it alike are not known.
     pub silhouettes: Option<&'a Buffer>,
     /// The channel of a light of one colour, if panes have colours.
     pub channel: Option<u32>,
@@ -148,12 +149,13 @@ impl<'a> OneLight<'a> {
         self.part_beams() + if self.sky.is_some() { SKY_BEAMS } else { 0 }
     }
 
-    /// Whether it has a map of silhouettes: it shines from one point or one direction.
+    /// Whether it has maps of silhouettes.
     pub fn has_silhouettes(&self) -> bool {
-        self.silhouettes.is_some() && self.kind != LIGHT_AREA && self.part_count == 1
+        let bytes = Silhouettes::map_bytes(*self);
+        bytes > 0 && self.silhouettes.is_some_and(|maps| maps.bytes() >= bytes)
     }
 
-    /// The binding of its map, which kernels read only with `HAS_SILHOUETTES`.
+    /// The binding of its maps, which kernels read only with `HAS_SILHOUETTES`.
     pub fn map(&self) -> (&'static str, &'a Buffer) {
         ("Silhouettes", self.silhouettes.unwrap_or(self.table))
     }

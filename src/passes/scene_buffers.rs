@@ -31,8 +31,8 @@ pub struct SceneBuffers {
     pub light_channels: u32,
     /// Light that surfaces and the sky send to a viewer.
     pub emission: EmissionBuffers,
-    /// Numbers of shadow rays of a frame: from pixels, fragments and entry points. Counted only where
-    /// points of a workgroup take common rays.
+    /// Numbers of shadow rays of a frame: from pixels, fragments and entry points. Kernels count
+    /// them if points take common rays.
     pub ray_counts: Buffer,
     /// Host-visible flag: [`LOOP_TRUNCATED`](types::LOOP_TRUNCATED) after an invocation with
     /// truncated loops, in kernels without another way to report it.

@@ -70,8 +70,8 @@ impl FrameCounters {
         rec.copy_to_host(counts, 0, &self.block, RAYS, 3);
     }
 
-    /// Numbers of shadow rays from pixels, fragments and entry points, of the last frame that traced
-    /// any. Zero unless points that see a light alike take common rays.
+    /// Numbers of shadow rays from pixels, fragments and entry points, in the last frame with any.
+    /// Zero unless points that see a light alike take common rays.
     pub(super) fn rays(&self) -> [u32; 3] {
         [0, 1, 2].map(|word| self.block.word(RAYS + word))
     }

@@ -6,7 +6,6 @@ use crate::passes::frame::antialias::Antialias;
 use crate::passes::frame::gloss::GlossLight;
 use crate::passes::frame::hvds::ClusterLight;
 use crate::passes::frame::near_lights::NearInputs;
-use crate::passes::frame::silhouettes::Silhouettes;
 use crate::passes::{GrowsWith, OneLight};
 use std::sync::Arc;
 
@@ -24,7 +23,7 @@ pub(super) struct LightCache {
     pub(super) irradiance: Buffer,
     /// Numbers of pixels at the edges of the light's shadows and of mixed fragments.
     pub(super) shadow_groups: Buffer,
-    /// Map of silhouettes around the light. `None` if the scene has no edges for it.
+    /// Maps of silhouettes around the light. `None` if frames use none.
     pub(super) silhouettes: Option<Buffer>,
     /// Irradiance buffer of the light at base clusters.
     pub(super) clusters: Buffer,
@@ -63,7 +62,6 @@ impl LightCache {
         context: &Arc<Context>,
         [factor_count, point_count, cluster_count]: [u32; 3],
         gloss: Option<GlossCapacity>,
-        has_silhouettes: bool,
     ) -> Result<Self> {
         let buffer =
             |name: BufferName<'static>, count: u32| Buffer::storage(context, name, 4 * u64::from(count));
@@ -74,7 +72,7 @@ impl LightCache {
             counters: HostBlock::new(context, "light counters", 4)?,
             irradiance: buffer(GrowsWith::Pixels.named("light irradiance"), point_count)?,
             shadow_groups: Antialias::groups(context)?,
-            silhouettes: has_silhouettes.then(|| Silhouettes::map(context)).transpose()?,
+            silhouettes: None,
             // Four words each: `LightFlux`. The first frame of the light clears it.
             clusters: buffer(GrowsWith::Cells.named("light flux"), 4 * cluster_count)?,
             beams: None,

@@ -10,6 +10,7 @@ use crate::passes::frame::antialias::Antialias;
 use crate::passes::frame::gloss::GlossLight;
 use crate::passes::frame::hvds::ClusterLight;
 use crate::passes::frame::near_lights::{NearInputs, NearLights};
+use crate::passes::frame::silhouettes::Silhouettes;
 use crate::passes::{LightRows, LightTable, OneLight};
 use crate::scene::emission::Sky;
 use crate::scene::{Emission, Light};
@@ -24,7 +25,7 @@ const SHADOW_EDGES: u32 = 0;
 const MIXED_FRAGMENTS: u32 = 2;
 /// Word of a light's counters: distance of the nearest surface, metres, bits of a float.
 const NEAREST: u32 = 1;
-/// Maximum number of lights with a map of silhouettes, 6 MB each.
+/// Maximum number of lights with maps of silhouettes, 6 MB each, or 1.6 MB for each sample.
 const MAPS: usize = 8;
 
 /// All lights, in the order of the scene.
@@ -153,8 +154,7 @@ impl Lights {
 
     fn add_channel(&mut self) -> Result<()> {
         let counts = [self.factor_count, self.point_count, self.cluster_count];
-        let has_silhouettes = self.has_silhouettes && self.caches.len() < MAPS;
-        self.caches.push(LightCache::new(&self.context, counts, self.gloss, has_silhouettes)?);
+        self.caches.push(LightCache::new(&self.context, counts, self.gloss)?);
         Ok(())
     }
 
@@ -255,6 +255,14 @@ impl Lights {
             (Some(only), None) => std::mem::replace(&mut only.emission, Vec3::ONE),
             _ => Vec3::ONE,
         };
+        if self.has_silhouettes {
+            for (index, (source, cache)) in sources.iter().zip(&mut self.caches).take(MAPS).enumerate() {
+                let bytes = Silhouettes::map_bytes(one_light(&self.table, &rows, (index, None), source));
+                if cache.silhouettes.as_ref().map_or(0, Buffer::bytes) < bytes {
+                    cache.silhouettes = Some(Silhouettes::maps(&self.context, bytes)?);
+                }
+            }
+        }
         let mut new_beams = Vec::new();
         if let Some(gloss) = self.gloss {
             let channels: Vec<_> = (0..sources.len()).map(|index| self.channel(index)).collect();

@@ -15,7 +15,7 @@ use crate::passes::frame::{
     near_field::NearField,
     silhouettes::Silhouettes,
 };
-use crate::types::{LIGHT_AREA, PixelSurface};
+use crate::types::PixelSurface;
 use std::collections::BTreeMap;
 
 /// Sets of points in [`FrameCounters::rays`](super::counters::FrameCounters::rays).
@@ -30,8 +30,8 @@ impl Sizes {
     fn new(renderer: &Renderer, plan: &FramePlan, passes: &[PassTiming]) -> Self {
         let Renderer { lights, transport, image, splat, dirty, .. } = renderer;
         let [traced, moved] = [lights.planned_irradiances(plan), lights.planned_factors(plan)];
-        let maps = moved.iter().filter(|(light, _)| light.has_silhouettes()).count() as u64;
         let edges = renderer.world.buffers.silhouette_edges.as_ref().map_or(0, Buffer::bytes);
+        let drawn = moved.iter().filter(|(light, _)| light.has_silhouettes());
         let [edge_sample_count, edge_rays] = edge_counts(renderer, &traced);
         let fragment_count = u64::from(renderer.counters.fragments());
         // Passes of the same name share one entry, which is their mean: gather passes ahead of the
@@ -57,7 +57,7 @@ impl Sizes {
             pixel_rays: rays(renderer, &traced, pixels, PIXEL_RAYS),
             planned_factors: moved.len() as u64,
             factor_rays: rays(renderer, &moved, transport.form_factors.point_count().into(), FACTOR_RAYS),
-            silhouettes: maps * (edges + Silhouettes::MAP_BYTES),
+            silhouettes: drawn.map(|(light, _)| edges + Silhouettes::map_bytes(*light)).sum(),
             planned_clusters: lights.planned_clusters(plan).len() as u64,
             fragment_count,
             edge_rays,
@@ -85,13 +85,13 @@ impl Sizes {
     }
 }
 
-/// Number of shadow rays to these lights from one of three sets of points, with a ray for each sample
-/// of a light where the device has not counted them.
+/// Number of shadow rays to these lights from one of three sets of points: one for each sample of a
+/// light unless the device counts them.
 fn rays(renderer: &Renderer, traced: &[(OneLight<'_>, &Buffer)], points: u64, set: usize) -> u64 {
-    let is_counted = |light: &OneLight<'_>| renderer.context.tuning().finds_alike && light.kind != LIGHT_AREA;
-    let counted = u64::from(renderer.counters.rays()[set]);
-    let others = traced.iter().filter(|(light, _)| !is_counted(light));
-    counted + others.map(|(light, _)| u64::from(light.sample_count()) * points).sum::<u64>()
+    if renderer.context.tuning().finds_alike {
+        return renderer.counters.rays()[set].into();
+    }
+    traced.iter().map(|(light, _)| u64::from(light.sample_count()) * points).sum()
 }
 
 /// Numbers of edge samples, and of shadow rays: from each fragment, from the samples of mixed ones,

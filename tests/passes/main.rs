@@ -49,6 +49,7 @@ mod rays;
 mod reads;
 mod resize;
 mod shafts;
+mod silhouettes;
 mod sky;
 mod splat;
 mod textures;

@@ -78,8 +78,8 @@ fn no_ray_of_a_hundred_million_escapes() {
     check(100_000_000);
 }
 
-/// Rays from a strip of 22 m by 2 cm, as a step has along its edge, away from it. Its corners are so
-/// far away that they do not tell how far off the strip a ray starts.
+/// Rays from a strip of 22 m by 2 cm, as a step has along its edge. Rounding at its far corners is
+/// larger than the distance at which rays start.
 #[test]
 fn no_ray_meets_the_sliver_that_it_leaves() {
     let context = context();

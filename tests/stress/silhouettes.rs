@@ -29,13 +29,20 @@ fn places(scene: &Scene, count: u32) -> Vec<(Vec3, Vec3)> {
     (1..=count).map(place).collect()
 }
 
-/// Kinds of lights that shine from one point or in one direction.
-fn kinds(place: Vec3, towards: Vec3) -> [LightKind; 3] {
+/// Lights of each kind with maps.
+fn kinds(place: Vec3, towards: Vec3) -> [LightKind; 4] {
     let intensity = Vec3::ONE;
     [
         LightKind::Point { position: place, intensity },
         LightKind::Spot { position: place, direction: towards, intensity, angle: 0.9, penumbra: 0.2 },
         LightKind::Directional { direction: towards, irradiance: intensity },
+        LightKind::Area {
+            corner: place,
+            edge_u: 0.3 * towards.any_orthonormal_pair().0,
+            edge_v: 0.2 * towards.any_orthonormal_pair().1,
+            radiance: intensity,
+            samples: 10,
+        },
     ]
 }
 

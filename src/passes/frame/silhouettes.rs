@@ -7,16 +7,20 @@ use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, PassScope};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::{LightKernel, OneLight, SceneBuffers};
-use crate::types::SilhouetteEdge;
+use crate::types::{LIGHT_AREA, SilhouetteEdge};
 use std::sync::Arc;
 
-/// Texels of a map: six faces of a cube, or one for a directional light. As in
-/// `glsl/include/silhouettes.glsl`.
-const TEXELS: u64 = 6 * 512 * 512;
+/// Texels of the map of a point, spot or directional light, and of a point sample of an area light;
+/// as in `glsl/include/silhouettes.glsl`.
+const TEXELS: [u64; 2] = [6 * 512 * 512, 6 * 256 * 256];
+/// Maximum number of point samples of an area light with maps.
+const MAX_SAMPLES: u32 = 16;
 
 gpu_struct! {
     pub struct SilhouettesPush {
         pub edge_count: u32,
+        /// Point samples of the light, with a map each.
+        pub sample_count: u32,
         /// Row of the light.
         pub light: u32,
     }
@@ -25,14 +29,12 @@ gpu_struct! {
 /// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[SilhouettesPush::LAYOUT];
 
-/// The pipelines.
+/// The pipelines that draw maps, one for each kind of light.
 pub struct Silhouettes {
     kernel: LightKernel,
 }
 
 impl Silhouettes {
-    /// Bytes of the map of a light.
-    pub const MAP_BYTES: u64 = 4 * TEXELS;
     /// Stem of shader and timing.
     pub const STEM: &str = "silhouettes";
 
@@ -44,15 +46,25 @@ impl Silhouettes {
         Ok(Self { kernel: LightKernel::new(context, Self::STEM, &[])? })
     }
 
-    /// Allocates the map of a light.
+    /// Bytes of the maps of a light. Zero if it has none: it has several parts or too many samples.
+    pub fn map_bytes(light: OneLight<'_>) -> u64 {
+        match light.kind {
+            _ if light.part_count != 1 => 0,
+            LIGHT_AREA if light.samples > MAX_SAMPLES => 0,
+            LIGHT_AREA => 4 * TEXELS[1] * u64::from(light.samples),
+            _ => 4 * TEXELS[0],
+        }
+    }
+
+    /// Allocates the maps of a light.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn map(context: &Arc<Context>) -> Result<Buffer> {
-        Buffer::storage(context, "silhouettes", Self::MAP_BYTES)
+    pub fn maps(context: &Arc<Context>, bytes: u64) -> Result<Buffer> {
+        Buffer::storage(context, "silhouettes", bytes)
     }
 
-    /// Draws the map of a light, if it has one. Records into an open pass with a barrier between
+    /// Draws the maps of a light, if it has any. Records into an open pass with a barrier between
     /// its own commands. The caller records a barrier to transfers before.
     pub fn record(&self, pass: &mut PassScope<'_>, scene: &SceneBuffers, light: OneLight<'_>) {
         let (Some(edges), Some(map)) = (&scene.silhouette_edges, light.silhouettes) else { return };
@@ -63,8 +75,8 @@ impl Silhouettes {
         pass.fill_zero(map).barrier(TRANSFER_TO_COMPUTE);
         pass.dispatch(
             self.kernel.of(light),
-            [edge_count, 1, 1],
-            &SilhouettesPush { edge_count, light: light.row },
+            [edge_count * light.samples, 1, 1],
+            &SilhouettesPush { edge_count, sample_count: light.samples, light: light.row },
             &[
                 ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),

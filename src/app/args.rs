@@ -124,6 +124,12 @@ impl SceneArgs {
         }
     }
 
+    /// These arguments with a preset and an image size in place of the scene's own.
+    pub(super) fn or(self, preset: &str, size: [u32; 2]) -> Self {
+        let preset = self.preset.or_else(|| Some(preset.to_owned()));
+        Self { preset, size: self.size.or(Some(size)), ..self }
+    }
+
     /// The requested image size, if any.
     #[cfg(feature = "window")]
     pub(super) fn size(&self) -> Option<[u32; 2]> {

@@ -64,7 +64,7 @@ stress:
 
 soak:
 	@scripts/setup.sh --tests
-	$(CARGO) test --release --locked --test soak -- --ignored --nocapture --test-threads 1
+	LIGHTPATHS_TUNING= $(CARGO) test --release --locked --test soak -- --ignored --nocapture --test-threads 1
 
 lint:
 	@scripts/setup.sh --lint

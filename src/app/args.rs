@@ -1,14 +1,14 @@
 //! Arguments that several commands share.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Once};
 
 use clap::Args;
 
 use super::{note, progress};
 use crate::cache_file::{Folder, misnamed};
 use crate::error::{Error, Result};
-use crate::gpu::{Context, ContextOptions};
+use crate::gpu::{Context, ContextOptions, TuningChange};
 use crate::renderer::{Progress, Renderer, Store};
 use crate::scene::{LoadOptions, Place, Quality, Scene, Up};
 
@@ -95,6 +95,10 @@ pub(super) struct DeviceArgs {
     /// Vulkan device: its index or part of its name, as `info` lists them
     #[arg(long, value_name = "NAME|INDEX")]
     device: Option<String>,
+    /// Replaces a value that is tuned for the device, as in --tune record_lanes=8; may be repeated.
+    /// `info` lists the values
+    #[arg(long, value_name = "NAME=VALUE")]
+    tune: Vec<TuningChange>,
     /// Turns on the Vulkan validation layers and the check for missing barriers (slow)
     #[arg(long)]
     validation: bool,
@@ -118,6 +122,12 @@ impl SceneArgs {
             }
             _ => Ok(scene),
         }
+    }
+
+    /// These arguments with a preset and an image size in place of the scene's own.
+    pub(super) fn or(self, preset: &str, size: [u32; 2]) -> Self {
+        let preset = self.preset.or_else(|| Some(preset.to_owned()));
+        Self { preset, size: self.size.or(Some(size)), ..self }
     }
 
     /// The requested image size, if any.
@@ -161,7 +171,17 @@ impl DeviceArgs {
 
     /// Opens the device.
     pub(super) fn open(&self) -> Result<Arc<Context>> {
-        Context::new(&self.context_options())
+        let context = Context::new(&self.context_options())?;
+        self.report_tuning(&context);
+        Ok(context)
+    }
+
+    /// Warns once if the stored tuning is ignored.
+    pub(super) fn report_tuning(&self, context: &Context) {
+        static WARNED: Once = Once::new();
+        if let Some(warning) = &context.tuned().warning {
+            WARNED.call_once(|| self.warn(warning));
+        }
     }
 
     /// The context options that the arguments request.
@@ -171,7 +191,8 @@ impl DeviceArgs {
             validation: self.validation,
             hazard_check: self.validation || ContextOptions::default().hazard_check,
             statistics: false,
-            finds_alike: None,
+            stored_tuning: true,
+            tuning: self.tune.clone(),
         }
     }
 

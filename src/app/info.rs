@@ -47,7 +47,7 @@ impl Info {
 }
 
 fn describe_device(text: &mut String, device: &DeviceSummary) {
-    let DeviceSummary { index, name, kind, driver, limits, unmet } = device;
+    let DeviceSummary { index, name, kind, driver, limits, unmet, .. } = device;
     if !text.is_empty() {
         text.push('\n');
     }
@@ -65,6 +65,9 @@ fn describe_device(text: &mut String, device: &DeviceSummary) {
     row(text, "workgroups", product(limits.workgroup_count));
     let (bits, period) = (limits.timestamp_bits, limits.timestamp_period_ns);
     row(text, "timestamps", format!("{bits} bits of {period} ns"));
+    let tuned = device.tuning(true, &[]).expect("no value is given");
+    row(text, "tuning", tuned.to_string());
+    tuned.warning.into_iter().for_each(|warning| row(text, "warning", warning));
 }
 
 fn describe_scene(text: &mut String, scene: &Scene) {

@@ -34,6 +34,7 @@ mod render;
 mod scale;
 mod sweep;
 mod time;
+mod tune;
 
 /// Interactive relighting with full global illumination from precomputed light paths.
 #[derive(Debug, Parser)]
@@ -47,6 +48,7 @@ struct Cli {
 enum Command {
     Render(render::Render),
     Time(time::Time),
+    Tune(tune::Tune),
     Sweep(sweep::Sweep),
     Scale(scale::Scale),
     Figures(sweep::figures::Figures),
@@ -72,6 +74,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(cli) => match cli.command {
             Command::Render(command) => command.run(),
             Command::Time(command) => command.run(),
+            Command::Tune(command) => command.run(),
             Command::Sweep(command) => command.run(),
             Command::Scale(command) => command.run(),
             Command::Figures(command) => command.run(),

@@ -1,6 +1,7 @@
 //! The device, as the other modules use it.
 
 use std::ffi::CStr;
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -19,7 +20,8 @@ use super::pipelines::Pipelines;
 use super::quirks;
 use super::submission::Submission;
 use super::timeline::Timeline;
-use super::tuning::Tuning;
+use super::tuning::{Tuned, Tuning, TuningChange};
+use super::tuning_store;
 use crate::error::{Error, Result};
 
 /// Sizes of the first and of later memory blocks, bytes.
@@ -38,8 +40,11 @@ pub struct ContextOptions {
     /// Queries the driver's statistics of pipelines, if there
     /// are any: [`Context::pipeline_statistics`].
     pub statistics: bool,
-    /// Replaces [`Tuning::finds_alike`] of the device's class.
-    pub finds_alike: Option<bool>,
+    /// Applies what `lightpaths tune` has stored for the device. Off, so that results do not
+    /// depend on the user's folder; the command line turns it on.
+    pub stored_tuning: bool,
+    /// Replaces values of the tuning, also stored ones.
+    pub tuning: Vec<TuningChange>,
 }
 
 #[allow(clippy::derivable_impls, reason = "derivable only where debug assertions are off")]
@@ -50,7 +55,8 @@ impl Default for ContextOptions {
             validation: false,
             hazard_check: cfg!(debug_assertions),
             statistics: false,
-            finds_alike: None,
+            stored_tuning: false,
+            tuning: Vec::new(),
         }
     }
 }
@@ -91,7 +97,7 @@ pub struct Context {
     pub(super) redundant_barriers: Mutex<Vec<String>>,
     command_counts: Mutex<CommandCounts>,
     summary: DeviceSummary,
-    tuning: Tuning,
+    tuned: Tuned,
     #[cfg(feature = "window")]
     physical_device: vk::PhysicalDevice,
     instance: Arc<Instance>,
@@ -117,6 +123,7 @@ impl Context {
         let summaries: Vec<_> = candidates.iter().map(|candidate| &candidate.summary).collect();
         let chosen = device::choose(&summaries, options.device.as_deref())?;
         let device::Candidate { handle, summary, queue_family } = candidates.swap_remove(chosen);
+        let tuned = summary.tuning(options.stored_tuning, &options.tuning)?;
 
         let offers = Offers::from_device(&instance, handle, options.statistics)?;
         let device = create_device(&instance.raw, handle, queue_family, shows.is_some(), &offers)?;
@@ -134,9 +141,6 @@ impl Context {
         let properties = unsafe { instance.raw.get_physical_device_properties(handle) };
         let debug_utils = || ash::ext::debug_utils::Device::new(&instance.raw, &device);
         let names = Names(instance.has_debug_utils.then(debug_utils));
-        let of_class = Tuning::from_device(summary.kind, &summary.limits, Tuning::cores());
-        let finds_alike = options.finds_alike.unwrap_or(of_class.finds_alike);
-        let tuning = Tuning { finds_alike, ..of_class };
         let context = Self {
             sync2: ash::khr::synchronization2::Device::new(&instance.raw, &device),
             push_descriptor: ash::khr::push_descriptor::Device::new(&instance.raw, &device),
@@ -154,7 +158,7 @@ impl Context {
             submissions: Mutex::default(),
             redundant_barriers: Mutex::default(),
             command_counts: Mutex::default(),
-            tuning,
+            tuned,
             summary,
             #[cfg(feature = "window")]
             physical_device: handle,
@@ -195,9 +199,31 @@ impl Context {
         &self.summary.limits
     }
 
-    /// Tuning values for the device's class.
+    /// Tuning values in force.
     pub fn tuning(&self) -> &Tuning {
-        &self.tuning
+        &self.tuned.tuning
+    }
+
+    /// The tuning with the source of each value.
+    pub fn tuned(&self) -> &Tuned {
+        &self.tuned
+    }
+
+    /// The file with the device's stored tuning, which may not exist.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if nothing can be stored.
+    pub fn tuning_path(&self) -> Result<&Path> {
+        tuning_store::path(&self.summary)
+    }
+
+    /// Stores changes of the class's values for this device and driver, in place of those before.
+    /// Without any, deletes the file.
+    ///
+    /// # Errors
+    /// [`Error::Output`]; [`Error::Usage`] if nothing can be stored.
+    pub fn store_tuning(&self, changes: &[TuningChange]) -> Result<&Path> {
+        tuning_store::write(&self.summary, changes)
     }
 
     /// Whether timestamps wait for a barrier first.

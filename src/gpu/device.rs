@@ -1,8 +1,11 @@
 //! Selects a device: abilities of each, reasons against it, and the best one.
 
+use std::path::PathBuf;
+
 use ash::vk;
 
 use super::VkResultExt;
+use super::device_files;
 use super::instance::Instance;
 use super::quirks::MAX_UNUSED_BYTES;
 use crate::error::{Error, Result};
@@ -52,6 +55,8 @@ pub struct DeviceSummary {
     pub limits: Limits,
     /// The reason why the device cannot be used, if there is one.
     pub unmet: Option<String>,
+    /// The file of `lightpaths tune`. `None`: nothing is stored.
+    pub(super) tuning_path: Option<PathBuf>,
 }
 
 /// A device that could be opened.
@@ -151,6 +156,7 @@ fn examine(
         driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
         limits,
         unmet: unmet(instance, handle, properties.api_version, &limits, shows.map(|_| shows_window))?,
+        tuning_path: device_files::TUNING.path(&properties),
     };
     Ok(Candidate { handle, summary, queue_family: family.map_or(0, |(index, _)| index) })
 }
@@ -271,6 +277,7 @@ mod tests {
             driver: String::new(),
             limits: Limits::default(),
             unmet,
+            tuning_path: None,
         }
     }
 

@@ -13,6 +13,7 @@ mod capture;
 mod command_counts;
 mod context;
 mod device;
+mod device_files;
 mod glsl;
 pub mod hash;
 mod hazard;
@@ -37,6 +38,7 @@ mod submission;
 mod timeline;
 mod timing;
 mod tuning;
+mod tuning_store;
 #[cfg(feature = "window")]
 pub mod window;
 
@@ -57,7 +59,7 @@ pub use reload::NO_COMPILER;
 pub use split_buffer::{Chunk, SplitBuffer};
 pub use timeline::{HostSpan, PassSpan, SubmissionSpan, Trace};
 pub use timing::PassTiming;
-pub use tuning::Tuning;
+pub use tuning::{CHOICES, Choice, Tuned, Tuning, TuningChange, TuningSource};
 
 use crate::error::{Error, Result};
 use ash::vk;

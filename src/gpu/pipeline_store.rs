@@ -3,18 +3,15 @@
 //!
 //! lavapipe 22.3 stores nothing in a `VkPipelineCache`; no file is written then.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::{env, fs};
 
 use ash::vk;
 use xxhash_rust::xxh3::xxh3_64;
 
+use super::device_files::{self, PIPELINES};
 use super::names::Names;
 use crate::files;
 
-/// Environment variable with another folder; empty: nothing is stored.
-const VARIABLE: &str = "LIGHTPATHS_PIPELINES";
 /// Start of a file; the hash of the data and the data follow.
 const MAGIC: &[u8; 8] = b"lppipe01";
 /// Bytes of `VkPipelineCacheHeaderVersionOne`: a cache of this length is empty.
@@ -31,8 +28,7 @@ pub(super) struct PipelineStore {
 
 impl PipelineStore {
     pub(super) fn new(properties: &vk::PhysicalDeviceProperties) -> Self {
-        let path = folder().map(|folder| folder.join(file_name(properties)));
-        Self { path, stored_bytes: 0 }
+        Self { path: PIPELINES.path(properties), stored_bytes: 0 }
     }
 
     /// A cache with the stored pipelines. Empty if none are stored or if the file is damaged. Null
@@ -62,45 +58,20 @@ impl PipelineStore {
     }
 }
 
-/// The user's cache folder. `None` if there is none, or if the environment variable is empty.
-fn folder() -> Option<PathBuf> {
-    if let Some(folder) = env::var_os(VARIABLE) {
-        return (!folder.is_empty()).then(|| PathBuf::from(folder));
-    }
-    let variable = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let base = variable("XDG_CACHE_HOME").or_else(|| variable("LOCALAPPDATA"));
-    let base = base.or_else(|| variable("HOME").map(|home| home.join(".cache")))?;
-    Some(base.join("lightpaths").join("pipelines"))
-}
-
-/// The file name: drivers identify the device and version of their data by these numbers.
-fn file_name(properties: &vk::PhysicalDeviceProperties) -> String {
-    let ids = [properties.vendor_id, properties.device_id, properties.driver_version];
-    let bytes = [bytemuck::cast_slice(&ids), &properties.pipeline_cache_uuid[..]].concat();
-    format!("{:016x}.bin", xxh3_64(&bytes))
-}
-
 fn read(path: &Path) -> Option<Vec<u8>> {
     let bytes = files::read(path, MAX_BYTES).ok()?;
     let (hash, data) = bytes.strip_prefix(MAGIC)?.split_first_chunk::<8>()?;
     (u64::from_le_bytes(*hash) == xxh3_64(data)).then(|| data.to_vec())
 }
 
-/// Writes under a temporary name first: another process may be reading.
 fn write(path: &Path, data: &[u8]) -> std::io::Result<()> {
-    let folder = path.parent().expect("the path has a folder, see `folder`");
-    fs::create_dir_all(folder)?;
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    for part in [&MAGIC[..], &xxh3_64(data).to_le_bytes(), data] {
-        file.write_all(part)?;
-    }
-    file.persist(path)?;
-    Ok(())
+    device_files::write(path, &[MAGIC, &xxh3_64(data).to_le_bytes(), data])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn data_come_back_and_damaged_files_do_not() {
@@ -117,14 +88,5 @@ mod tests {
             fs::write(&path, &bytes[..length]).expect("it can be written");
             assert_eq!(read(&path), None, "{length} bytes");
         }
-    }
-
-    #[test]
-    fn another_driver_has_another_file() {
-        let properties = vk::PhysicalDeviceProperties::default();
-        let newer = vk::PhysicalDeviceProperties { driver_version: 1, ..properties };
-        let other = vk::PhysicalDeviceProperties { pipeline_cache_uuid: [1; 16], ..properties };
-        assert_ne!(file_name(&properties), file_name(&newer));
-        assert_ne!(file_name(&properties), file_name(&other));
     }
 }

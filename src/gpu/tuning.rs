@@ -1,7 +1,10 @@
 //! Values that are tuned for a class of devices. No other code depends on the kind of device for
-//! speed, and no value changes more than the order of sums.
+//! speed, and no value changes more than the order of sums. [`CHOICES`] lists the values that
+//! `--tune` and `lightpaths tune` may replace.
 
+use std::fmt;
 use std::num::NonZero;
+use std::str::FromStr;
 
 use super::device::{CPU, Limits};
 use super::spirv::LOCAL_SIZE;
@@ -74,8 +77,9 @@ const CLASSES: [Class; 2] = [
 const RECORD_GROUP: u32 = 64;
 
 impl Tuning {
-    /// Tuning for a device of this kind, on a machine with `cores` cores.
-    pub(super) fn from_device(kind: &str, limits: &Limits, cores: u32) -> Self {
+    /// Tuning for a device of this kind ([`super::DeviceSummary::kind`]) on a machine with this
+    /// number of processor cores.
+    pub fn from_device(kind: &str, limits: &Limits, cores: u32) -> Self {
         let [.., others] = &CLASSES;
         let class = CLASSES.iter().find(|class| class.kind == Some(kind)).unwrap_or(others);
         Self {
@@ -113,6 +117,218 @@ impl Tuning {
     /// Number of workgroups that gather `records` records.
     pub fn record_groups(&self, records: u32) -> u32 {
         records.div_ceil(RECORD_GROUP / self.record_lanes)
+    }
+}
+
+/// A value of a [`Tuning`] that users and measurements may replace.
+pub struct Choice {
+    /// As in `--tune NAME=VALUE`.
+    pub name: &'static str,
+    /// Values with which every kernel works, in ascending order.
+    pub values: &'static [u32],
+    get: fn(&Tuning) -> u32,
+    set: fn(&mut Tuning, u32),
+    /// Whether the limits of the device allow the value.
+    fits: fn(&Limits, u32) -> bool,
+}
+
+/// All choices, in the order in which `lightpaths tune` measures them.
+pub static CHOICES: [Choice; 6] = [
+    Choice {
+        name: "finds_alike",
+        values: &[0, 1],
+        get: |tuning| u32::from(tuning.finds_alike),
+        set: |tuning, value| tuning.finds_alike = value == 1,
+        fits: |_, _| true,
+    },
+    // At least as many as the sums of a record (`glsl/gather.comp`), or one.
+    Choice {
+        name: "record_lanes",
+        values: &[1, 8, 16, 32, RECORD_GROUP],
+        get: |tuning| tuning.record_lanes,
+        set: |tuning, value| tuning.record_lanes = value,
+        fits: |_, _| true,
+    },
+    // Powers of two: kernels halve the group.
+    Choice {
+        name: "waiting_group",
+        values: &[8, 16, 32, 64, 128],
+        get: |tuning| tuning.waiting_group,
+        set: |tuning, value| tuning.waiting_group = value,
+        fits: fits_workgroup,
+    },
+    // Divisors of the blocks of `prefix_sum` and `path_scan`.
+    Choice {
+        name: "scan_group",
+        values: &[8, 32, 64, 128, 256],
+        get: |tuning| tuning.scan_group,
+        set: |tuning, value| tuning.scan_group = value,
+        fits: fits_workgroup,
+    },
+    // With shorter strips, a dispatch for the largest picture would have too many rows. The last
+    // value is the number of workgroups that every device takes.
+    Choice {
+        name: "strip",
+        values: &[16, 64, 256, 65_535],
+        get: |tuning| tuning.strip,
+        set: |tuning, value| tuning.strip = value,
+        fits: |limits, value| value <= limits.workgroup_count[0],
+    },
+    Choice {
+        name: "slices",
+        values: &[1, 2, 4, 8, 16],
+        get: |tuning| tuning.slices,
+        set: |tuning, value| tuning.slices = value,
+        fits: |limits, value| value <= limits.workgroup_count[2],
+    },
+];
+
+fn fits_workgroup(limits: &Limits, invocations: u32) -> bool {
+    invocations <= limits.workgroup_invocations.min(limits.workgroup_size[0])
+}
+
+impl Choice {
+    /// The value of this choice in a tuning.
+    pub fn value(&self, tuning: &Tuning) -> u32 {
+        (self.get)(tuning)
+    }
+
+    /// The values that a device takes.
+    pub fn allowed(&self, limits: &Limits) -> Vec<u32> {
+        self.values.iter().copied().filter(|&value| (self.fits)(limits, value)).collect()
+    }
+
+    /// The change of this choice to a value.
+    pub fn change(&'static self, value: u32) -> TuningChange {
+        TuningChange { choice: self, value }
+    }
+}
+
+/// Two choices are equal if they have the same name.
+impl PartialEq for Choice {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl fmt::Debug for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+/// Another value for a choice, as text `NAME=VALUE`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TuningChange {
+    /// What is changed.
+    pub choice: &'static Choice,
+    /// The new value.
+    pub value: u32,
+}
+
+impl FromStr for TuningChange {
+    type Err = String;
+
+    /// Parses `NAME=VALUE`. The error names what is allowed.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, value) = text.split_once('=').unwrap_or((text, ""));
+        let choice = CHOICES.iter().find(|choice| choice.name == name.trim()).ok_or_else(|| {
+            let names: Vec<_> = CHOICES.iter().map(|choice| choice.name).collect();
+            format!("expected NAME=VALUE, where NAME is one of {}", names.join(", "))
+        })?;
+        let value = value.trim().parse().ok().filter(|value| choice.values.contains(value));
+        let value = value.ok_or_else(|| format!("{name} takes {}", listed(choice.values)))?;
+        Ok(Self { choice, value })
+    }
+}
+
+impl fmt::Display for TuningChange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.choice.name, self.value)
+    }
+}
+
+fn listed(values: &[u32]) -> String {
+    values.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
+}
+
+/// Where a value of a tuning is from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TuningSource {
+    /// The class of the device.
+    Class,
+    /// The file of `lightpaths tune`.
+    Stored,
+    /// The caller, as by `--tune`.
+    Given,
+}
+
+impl TuningSource {
+    /// The name in tables and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Class => "class",
+            Self::Stored => "tuned",
+            Self::Given => "given",
+        }
+    }
+}
+
+/// A tuning with the source of each value.
+#[derive(Clone, Debug)]
+pub struct Tuned {
+    /// The values in force.
+    pub tuning: Tuning,
+    /// The values of the device's class.
+    pub class: Tuning,
+    sources: [TuningSource; CHOICES.len()],
+    /// Why the stored values are ignored, if they are.
+    pub warning: Option<String>,
+}
+
+impl Tuned {
+    pub(super) fn from_class(class: Tuning) -> Self {
+        Self { tuning: class, class, sources: [TuningSource::Class; CHOICES.len()], warning: None }
+    }
+
+    pub(super) fn with_warning(self, warning: String) -> Self {
+        Self { warning: Some(warning), ..self }
+    }
+
+    /// Makes a change.
+    ///
+    /// # Errors
+    /// The device does not take the value; the text names what it takes.
+    pub(super) fn apply(
+        &mut self,
+        change: TuningChange,
+        source: TuningSource,
+        limits: &Limits,
+    ) -> Result<(), String> {
+        let TuningChange { choice, value } = change;
+        let allowed = choice.allowed(limits);
+        if !allowed.contains(&value) {
+            return Err(format!("{change}: for this device, {} takes {}", choice.name, listed(&allowed)));
+        }
+        (choice.set)(&mut self.tuning, value);
+        let index = CHOICES.iter().position(|other| other == choice);
+        self.sources[index.expect("every choice is listed")] = source;
+        Ok(())
+    }
+
+    /// Each choice with its value and the source of it.
+    pub fn values(&self) -> impl Iterator<Item = (&'static Choice, u32, TuningSource)> {
+        CHOICES.iter().zip(self.sources).map(|(choice, source)| (choice, choice.value(&self.tuning), source))
+    }
+}
+
+/// All values in one line, as in "record_lanes 1 (class), strip 16 (given)".
+impl fmt::Display for Tuned {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words = self
+            .values()
+            .map(|(choice, value, source)| format!("{} {value} ({})", choice.name, source.name()));
+        f.write_str(&words.collect::<Vec<_>>().join(", "))
     }
 }
 
@@ -159,6 +375,55 @@ mod tests {
                 assert!(swizzled < u64::from(groups) + u64::from(x * z).max(1), "{groups}: {x} {y} {z}");
                 assert!(y <= 65535, "{groups}: {x} {y} {z}");
             }
+        }
+    }
+
+    #[test]
+    fn changes_are_parsed_and_errors_name_what_is_allowed() {
+        for choice in &CHOICES {
+            for &value in choice.values {
+                let change = choice.change(value);
+                assert_eq!(change.to_string().parse(), Ok(change));
+            }
+        }
+        for (text, words) in [
+            ("", "one of finds_alike, record_lanes, waiting_group, scan_group, strip, slices"),
+            ("lanes=8", "one of finds_alike"),
+            ("record_lanes", "record_lanes takes 1, 8, 16, 32, 64"),
+            ("record_lanes=4", "record_lanes takes 1, 8, 16, 32, 64"),
+            ("finds_alike=yes", "finds_alike takes 0, 1"),
+        ] {
+            let error = text.parse::<TuningChange>().expect_err(text);
+            assert!(error.contains(words), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_change_sets_one_value_within_the_limits() {
+        let limits = Limits { workgroup_invocations: 64, workgroup_size: [128; 3], ..limits() };
+        let class = Tuning::from_device(CPU, &limits, 6);
+        for choice in &CHOICES {
+            for &value in choice.values {
+                let mut tuned = Tuned::from_class(class);
+                let result = tuned.apply(choice.change(value), TuningSource::Given, &limits);
+                let is_allowed = value <= 64 || choice.name == "strip";
+                assert_eq!(result.is_ok(), is_allowed, "{result:?}");
+                for (other, found, source) in tuned.values() {
+                    let is_changed = is_allowed && other == choice;
+                    assert_eq!(found, if is_changed { value } else { other.value(&class) });
+                    assert_eq!(source == TuningSource::Given, is_changed);
+                }
+            }
+        }
+    }
+
+    /// Tests set all values of a GPU on a processor.
+    #[test]
+    fn each_value_of_a_gpu_is_a_choice() {
+        let limits = Limits { workgroup_count: [65_535; 3], ..limits() };
+        let gpu = Tuning::from_device("discrete GPU", &limits, 6);
+        for choice in &CHOICES {
+            assert!(choice.values.contains(&choice.value(&gpu)), "{}", choice.name);
         }
     }
 }

@@ -158,7 +158,7 @@ mod tests {
 
     fn edges_of(mut triangles: Vec<Triangle>) -> Vec<SilhouetteEdge> {
         let bvh = Bvh::build(&triangles).unwrap();
-        triangles = bvh.order.iter().map(|&index| triangles[index as usize].clone()).collect();
+        triangles = bvh.order.iter().map(|&index| triangles[index as usize]).collect();
         edges(&bvh, &triangles)
     }
 

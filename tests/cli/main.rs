@@ -18,6 +18,7 @@ mod scale;
 mod sweep;
 mod textures;
 mod time;
+mod tune;
 
 use std::fs;
 use std::io::BufReader;
@@ -55,7 +56,8 @@ const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 /// The program, with `folder` as its working directory.
 fn lightpaths(folder: &TempDir, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
-    command.current_dir(folder.path()).args(arguments);
+    // Results must not depend on what is stored in the user's folder.
+    command.current_dir(folder.path()).args(arguments).env("LIGHTPATHS_TUNING", "");
     command
 }
 
@@ -119,7 +121,7 @@ fn folder_with(files: &[(&str, &str)]) -> TempDir {
 fn help_and_version_succeed_and_no_command_fails() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, words) in [
-        (&["--help"][..], &["render", "time", "sweep", "compare", "info"][..]),
+        (&["--help"][..], &["render", "time", "tune", "sweep", "compare", "info"][..]),
         (&["render", "--help"], &["--aov", "--exposure", "--set"]),
         (&["compare", "--help"], &["--heatmap", "--max-relmse", "--z-test"]),
         (&["film", "--help"], &["--frames", "--format", "--video"]),

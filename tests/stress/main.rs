@@ -20,6 +20,7 @@ mod pass_costs;
 mod rays;
 mod silhouettes;
 mod single_edits;
+mod tuning;
 mod views;
 
 use common::context;

@@ -12,7 +12,8 @@ use std::sync::Arc;
 /// A device that looks for such points, or does not.
 fn device(finds_alike: bool) -> Arc<Context> {
     let options = ContextOptions { validation: true, hazard_check: true, ..ContextOptions::default() };
-    Context::new(&ContextOptions { finds_alike: Some(finds_alike), ..options }).unwrap()
+    let tuning = vec![format!("finds_alike={}", u32::from(finds_alike)).parse().unwrap()];
+    Context::new(&ContextOptions { tuning, ..options }).unwrap()
 }
 
 /// Places in the middle half of the scene's bounds, and a direction for each.

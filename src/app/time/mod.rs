@@ -26,7 +26,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::args::{DeviceArgs, SceneArgs, device_label};
+use super::args::{DeviceArgs, SceneArgs};
 use super::numbers::{each_whole, whole};
 use super::output::OutputFile;
 use super::overlap;
@@ -108,7 +108,7 @@ impl Time {
         }
         let context = self.device_args.open()?;
         let copies = bandwidth::measure(&context)?;
-        super::print(&report::header(&device_label(&context), context.driver(), &copies))?;
+        super::print(&report::header(&context, &copies))?;
 
         let (mut all, mut wrong) = (Vec::new(), Vec::new());
         for scene in scenes {

@@ -13,17 +13,19 @@ use super::paper::{self, COLUMNS, LIGHT_COUNTS};
 use super::predict::AssumedRates;
 use super::rates::Rates;
 use super::text::{line, megabytes, milliseconds};
-use crate::gpu::Context;
+use crate::app::args::device_label;
+use crate::gpu::{Context, TuningSource};
 
 /// The lines above all tables.
-pub(super) fn header(device: &str, driver: &str, copies: &CopyRates) -> String {
+pub(super) fn header(context: &Context, copies: &CopyRates) -> String {
     let rates = [
         ("copies ", copies.device),
         ("a kernel ", copies.kernel_texels),
         ("word by word ", copies.kernel_words),
     ];
     let rates = rates.iter().filter_map(|(what, gbps)| gbps.map(|gbps| format!(", {what}{gbps:.1} GB/s")));
-    format!("{device}, {driver}{}\n", rates.collect::<String>())
+    let (device, driver, tuned) = (device_label(context), context.driver(), context.tuned());
+    format!("{device}, {driver}{}\ntuning: {tuned}\n", rates.collect::<String>())
 }
 
 /// The tables of one scene.
@@ -193,6 +195,7 @@ pub(super) fn json(
     let scenes = scenes.iter().map(|timed| scene_json(timed, copies.device, predict));
     json!({
         "device": {"name": context.name(), "driver": context.driver(), "cpu": context.is_cpu()},
+        "tuning": tuning_json(context),
         "version": env!("CARGO_PKG_VERSION"),
         "debug_build": cfg!(debug_assertions),
         "copy_gbps": copies.device,
@@ -200,6 +203,12 @@ pub(super) fn json(
         "kernel_copy_gbps": {"texels": copies.kernel_texels, "words": copies.kernel_words},
         "scenes": scenes.collect::<Vec<_>>(),
     })
+}
+
+fn tuning_json(context: &Context) -> Map<String, Value> {
+    let values = context.tuned().values();
+    let value = |value: u32, source: TuningSource| json!({"value": value, "from": source.name()});
+    values.map(|(choice, number, source)| (choice.name.to_owned(), value(number, source))).collect()
 }
 
 fn scene_json(timed: &Timed, copy_gbps: Option<f64>, predict: Option<&AssumedRates>) -> Value {

@@ -111,6 +111,7 @@ impl WindowState {
         }
         let window = Arc::new(window);
         let (context, surface) = Context::for_window(&args.device_args.context_options(), &window)?;
+        args.device_args.report_tuning(&context);
         let PhysicalSize { width, height } = window.inner_size();
         let mut painter = WindowPainter::new(surface, [width, height], !args.no_vsync)?;
         let picture = painter.add_picture(NO_PICTURE)?;

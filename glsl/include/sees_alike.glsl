@@ -71,9 +71,9 @@ bool is_off_edges(vec3 position, uint triangle) {
     return all(greaterThan(inside * inside, least * least * vec3(dot(a, a), dot(b, b), dot(c, c))));
 }
 
-// Whether sample number `sample_index` of a light, at `u`, is seen from the point of each invocation of
-// a workgroup, which all call it. `side` is NO_SIDE where no neighbour can tell. Points without a ray
-// are not lit.
+// Whether the point of each invocation of a workgroup, which all call it, sees sample number
+// `sample_index` of a light, at `u`. `side` is NO_SIDE where no neighbour can tell. Points without
+// a ray are not lit.
 bool is_lit_in_group(uint shaft, LightSource light, uint sample_index, vec2 u, uint flags, Receiver at, uint side, bool has_ray) {
     uint own = gl_LocalInvocationIndex;
     group_positions[own] = at.position;

@@ -100,11 +100,17 @@ impl Image {
             self.direct.record_batches(rec, buffers, pixels);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        // A map depends on the light alone, as form factors do.
-        let moved = lights.planned_factors(plan);
-        if moved.iter().any(|(light, _)| light.has_silhouettes()) {
+        // Maps depend on the light alone, as form factors do.
+        let mut moved = lights.planned_factors(plan);
+        moved.retain(|(light, _)| light.has_silhouettes());
+        if !moved.is_empty() {
             let mut pass = rec.pass(Silhouettes::STEM);
-            moved.iter().for_each(|&(light, _)| self.silhouettes.record(&mut pass, buffers, light));
+            for (place, &(light, _)) in moved.iter().enumerate() {
+                if place > 0 {
+                    pass.barrier(COMPUTE_TO_TRANSFER);
+                }
+                self.silhouettes.record(&mut pass, buffers, light);
+            }
             drop(pass);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }

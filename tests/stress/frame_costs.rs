@@ -221,3 +221,21 @@ fn frames_trace_and_dispatch_what_their_edit_needs() {
     });
     assert_eq!(forced, moved);
 }
+
+/// Shadow rays of a moved light from pixels, fragments, mixed ones and entry points, if points that
+/// see it alike take one ray: upper limits with 5 % in reserve.
+const COMMON_RAYS: [(&str, u64); 3] = [("box", 26_400), ("atrium", 95_800), ("room", 87_700)];
+
+#[test]
+fn points_that_see_a_light_alike_take_few_rays() {
+    let tuning = vec!["finds_alike=1".parse().unwrap()];
+    let context = Context::new(&ContextOptions { tuning, ..ContextOptions::default() }).unwrap();
+    let above = COMMON_RAYS.iter().filter_map(|&(scene, limit)| {
+        let mut renderer = settled(&context, scene);
+        let (report, _) = edited(&context, &mut renderer, Some(Work::Light(0)));
+        let rays: u64 = report.rays.values().sum();
+        println!("{scene}: {:?}", report.rays);
+        (rays > limit).then(|| format!("{scene}: {rays} rays, {limit} at most"))
+    });
+    assert_eq!(above.collect::<Vec<_>>(), [""; 0]);
+}

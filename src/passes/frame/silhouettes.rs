@@ -68,9 +68,6 @@ impl Silhouettes {
     /// its own commands. The caller records a barrier to transfers before.
     pub fn record(&self, pass: &mut PassScope<'_>, scene: &SceneBuffers, light: OneLight<'_>) {
         let (Some(edges), Some(map)) = (&scene.silhouette_edges, light.silhouettes) else { return };
-        if !light.has_silhouettes() {
-            return;
-        }
         let edge_count = (edges.bytes() / size_of::<SilhouetteEdge>() as u64) as u32;
         pass.fill_zero(map).barrier(TRANSFER_TO_COMPUTE);
         pass.dispatch(

@@ -31,7 +31,7 @@ layout(binding = 5) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 7) buffer LightIrradiance { float light_irradiance[]; };
 layout(binding = 8) uniform usamplerBuffer Silhouettes;
-layout(scalar, binding = 9) buffer RayCounts { uint ray_counts[]; };  // number of rays; initially zero
+layout(scalar, binding = 9) buffer RayCount { uint ray_count[]; };  // number of rays; initially zero
 layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { DirectPush push; };
 
@@ -47,7 +47,6 @@ layout(scalar, push_constant) uniform Push { DirectPush push; };
 #include "include/penumbra.glsl"
 #include "include/silhouettes.glsl"
 #define IS_LIT is_lit_in
-const uint RAY_COUNT = 0u;
 #include "include/sees_alike.glsl"
 
 // Distance of the outer probes from the light's edges, in units of the edges: a lamp may sit in a

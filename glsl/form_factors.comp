@@ -33,7 +33,7 @@ layout(binding = 5) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 7) buffer FormFactors { float form_factors[]; };
 layout(binding = 8) uniform usamplerBuffer Silhouettes;
-layout(scalar, binding = 9) buffer RayCounts { uint ray_counts[]; };
+layout(scalar, binding = 9) buffer RayCount { uint ray_count[]; };  // number of rays; initially zero
 layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { FormFactorsPush push; };
 
@@ -48,7 +48,6 @@ layout(scalar, push_constant) uniform Push { FormFactorsPush push; };
 #include "include/shaft_rays.glsl"
 #include "include/silhouettes.glsl"
 #define IS_LIT is_lit_in
-const uint RAY_COUNT = 2u;
 #include "include/sees_alike.glsl"
 
 void main() {

@@ -32,7 +32,7 @@ layout(binding = 4) uniform usamplerBuffer FragmentSurfaces;
 layout(scalar, binding = 5) readonly buffer EdgeGroups { uint edge_groups[]; };
 layout(scalar, binding = 6) buffer LightIrradiance { float light_irradiance[]; };
 layout(binding = 7) uniform usamplerBuffer Silhouettes;
-layout(scalar, binding = 8) buffer RayCounts { uint ray_counts[]; };
+layout(scalar, binding = 8) buffer RayCount { uint ray_count[]; };  // number of rays; initially zero
 layout(scalar, binding = 9) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
@@ -46,7 +46,6 @@ layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 #include "include/penumbra.glsl"
 #include "include/silhouettes.glsl"
 #define IS_LIT(shaft, position, normal, to_light) is_lit(position, normal, to_light)
-const uint RAY_COUNT = 1u;
 #include "include/sees_alike.glsl"
 
 void main() {

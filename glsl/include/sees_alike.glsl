@@ -1,7 +1,7 @@
 // Shadow rays of the points of a workgroup to the point samples of a light. Points of one triangle
 // that see a sample alike take one ray. Include after silhouettes.glsl and direct.glsl.
-// The including shader binds the texels `Silhouettes` and `uint ray_counts[]`, where it counts its
-// rays at RAY_COUNT, and defines IS_LIT(shaft, position, normal, to_light).
+// The including shader binds the texels `Silhouettes` and the word `ray_count[]`, where it
+// counts its rays, and defines IS_LIT(shaft, position, normal, to_light).
 
 layout(constant_id = 19) const uint FINDS_ALIKE = 0u;  // see src/gpu/tuning.rs
 
@@ -90,7 +90,7 @@ bool is_lit_in_group(uint shaft, LightSource light, uint sample_index, vec2 u, u
         sample_light(light, group_positions[traced], u, to_light);
         group_lit[traced] = IS_LIT(shaft, group_positions[traced], group_normals[traced], to_light);
     }
-    if (own == 0u) atomicAdd(ray_counts[RAY_COUNT], group_ray_count);
+    if (own == 0u) atomicAdd(ray_count[0], group_ray_count);
     barrier();
     return has_ray && group_lit[teller];
 }

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
-use crate::passes::frame::silhouettes::Silhouettes;
 use crate::passes::lattice::{has_sets, pixel_lattice, samples_of_point};
 use crate::types::{
     ADDS, HAS_SILHOUETTES, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource,
@@ -21,6 +20,12 @@ const MAX_BEAMS: u32 = 16;
 /// Beams of the sky at an entry point that may be glossy: four rays each. `glsl/sky_beams.comp`
 /// has the same constant.
 pub(super) const SKY_BEAMS: u32 = 16;
+
+/// Texels of the map of silhouettes around a point, spot or directional light, and around a point
+/// sample of an area light; as in `glsl/include/silhouettes.glsl`.
+const MAP_TEXELS: [u64; 2] = [6 * 512 * 512, 6 * 256 * 256];
+/// Maximum number of point samples of an area light with maps.
+const MAPPED_SAMPLES: u32 = 16;
 
 /// The place of a sky's radiances: octahedral, `side`² values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,9 +154,19 @@ impl<'a> OneLight<'a> {
         self.part_beams() + if self.sky.is_some() { SKY_BEAMS } else { 0 }
     }
 
+    /// Bytes of its maps of silhouettes. Zero if it has several parts or too many samples for maps.
+    pub fn map_bytes(&self) -> u64 {
+        match self.kind {
+            _ if self.part_count != 1 => 0,
+            LIGHT_AREA if self.samples > MAPPED_SAMPLES => 0,
+            LIGHT_AREA => 4 * MAP_TEXELS[1] * u64::from(self.samples),
+            _ => 4 * MAP_TEXELS[0],
+        }
+    }
+
     /// Whether it has maps of silhouettes.
     pub fn has_silhouettes(&self) -> bool {
-        let bytes = Silhouettes::map_bytes(*self);
+        let bytes = self.map_bytes();
         bytes > 0 && self.silhouettes.is_some_and(|maps| maps.bytes() >= bytes)
     }
 

@@ -31,9 +31,9 @@ pub struct SceneBuffers {
     pub light_channels: u32,
     /// Light that surfaces and the sky send to a viewer.
     pub emission: EmissionBuffers,
-    /// Numbers of shadow rays of a frame: from pixels, fragments and entry points. Kernels count
-    /// them if points take common rays.
-    pub ray_counts: Buffer,
+    /// Number of shadow rays of a frame from pixels, from fragments and from entry points, a buffer
+    /// each. Kernels count them if points take common rays.
+    pub ray_counts: [Buffer; 3],
     /// Host-visible flag: [`LOOP_TRUNCATED`](types::LOOP_TRUNCATED) after an invocation with
     /// truncated loops, in kernels without another way to report it.
     pub truncated_loops: Buffer,
@@ -62,6 +62,7 @@ impl SceneBuffers {
             true => nodes,
             false => nodes.with_constant(HAS_REGIONS),
         };
+        let ray_count = || Buffer::storage(context, "ray count", 16);
         Ok(Self {
             nodes: if panes.is_empty() { nodes } else { nodes.with_constant(HAS_PANES) },
             triangles: match scene.opacity.is_empty() {
@@ -74,7 +75,7 @@ impl SceneBuffers {
             textures: TextureBuffers::new(context, texture_coordinates, materials, !panes.is_empty())?,
             emission: EmissionBuffers::new(context, materials, scene.emission.clone())?,
             light_channels: panes::light_channels(panes),
-            ray_counts: Buffer::storage(context, "ray counts", 16)?,
+            ray_counts: [ray_count()?, ray_count()?, ray_count()?],
             truncated_loops: Buffer::host_flag(context, "truncated")?,
         })
     }

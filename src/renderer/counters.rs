@@ -66,8 +66,10 @@ impl FrameCounters {
     }
 
     /// Copies the numbers of shadow rays, after a frame that traced any. Transfers.
-    pub(super) fn copy_rays(&self, rec: &mut Recorder, counts: &Buffer) {
-        rec.copy_to_host(counts, 0, &self.block, RAYS, 3);
+    pub(super) fn copy_rays(&self, rec: &mut Recorder, counts: &[Buffer; 3]) {
+        for (word, count) in (RAYS..).zip(counts) {
+            rec.copy_to_host(count, 0, &self.block, word, 1);
+        }
     }
 
     /// Numbers of shadow rays from pixels, fragments and entry points, in the last frame with any.

@@ -257,7 +257,7 @@ impl Lights {
         };
         if self.has_silhouettes {
             for (index, (source, cache)) in sources.iter().zip(&mut self.caches).take(MAPS).enumerate() {
-                let bytes = Silhouettes::map_bytes(one_light(&self.table, &rows, (index, None), source));
+                let bytes = one_light(&self.table, &rows, (index, None), source).map_bytes();
                 if cache.silhouettes.as_ref().map_or(0, Buffer::bytes) < bytes {
                     cache.silhouettes = Some(Silhouettes::maps(&self.context, bytes)?);
                 }

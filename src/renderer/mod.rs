@@ -246,8 +246,8 @@ impl Renderer {
         let (buffers, materials) = (&world.buffers, &world.buffers.materials);
         let points = &transport.gather.cache_points;
         self.record_uploads(rec, plan);
-        if plan.traces_shadows() {
-            rec.fill_zero(&buffers.ray_counts);
+        if plan.traces_shadows() && self.context.tuning().finds_alike {
+            buffers.ray_counts.iter().for_each(|count| rec.fill_zero(count));
             rec.barrier(TRANSFER_TO_COMPUTE);
         }
         if plan.view {
@@ -302,7 +302,7 @@ impl Renderer {
             rec.barrier(COMPUTE_TO_TRANSFER);
             let needed = &self.transport.record_lists.needed;
             self.counters.record(rec, plan, (&self.splat, &self.image.antialias, needed));
-            if traces {
+            if traces && self.context.tuning().finds_alike {
                 self.counters.copy_rays(rec, &self.world.buffers.ray_counts);
             }
             let near_lights = &self.transport.near_lights;

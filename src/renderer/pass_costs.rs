@@ -13,7 +13,6 @@ use crate::passes::frame::{
     gather::Gather,
     hvds::LightFlux,
     near_field::NearField,
-    silhouettes::Silhouettes,
 };
 use crate::types::PixelSurface;
 use std::collections::BTreeMap;
@@ -57,7 +56,7 @@ impl Sizes {
             pixel_rays: rays(renderer, &traced, pixels, PIXEL_RAYS),
             planned_factors: moved.len() as u64,
             factor_rays: rays(renderer, &moved, transport.form_factors.point_count().into(), FACTOR_RAYS),
-            silhouettes: drawn.map(|(light, _)| edges + Silhouettes::map_bytes(*light)).sum(),
+            silhouettes: drawn.map(|(light, _)| edges + light.map_bytes()).sum(),
             planned_clusters: lights.planned_clusters(plan).len() as u64,
             fragment_count,
             edge_rays,

@@ -146,7 +146,7 @@ impl Direct {
             ("ShaftList", &self.shafts.list),
             ("LightIrradiance", irradiance),
             light.map(),
-            ("RayCounts", &scene.ray_counts),
+            ("RayCount", &scene.ray_counts[0]),
             ("TruncatedLoops", &scene.truncated_loops),
         ];
         for (first_sample, end_sample) in light.spans() {

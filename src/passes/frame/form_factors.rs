@@ -276,7 +276,7 @@ impl FormFactors {
                     ("ShaftList", &self.shafts.list),
                     ("FormFactors", factors),
                     light.map(),
-                    ("RayCounts", &scene.ray_counts),
+                    ("RayCount", &scene.ray_counts[2]),
                     ("TruncatedLoops", &scene.truncated_loops),
                 ];
                 pass.barrier(COMPUTE_TO_INDIRECT);

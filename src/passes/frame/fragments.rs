@@ -176,7 +176,7 @@ impl Fragments {
                 ("EdgeGroups", edges.groups),
                 ("LightIrradiance", irradiance),
                 light.map(),
-                ("RayCounts", &scene.ray_counts),
+                ("RayCount", &scene.ray_counts[1]),
                 ("TruncatedLoops", &scene.truncated_loops),
             ],
         );

@@ -7,14 +7,8 @@ use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, PassScope};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::{LightKernel, OneLight, SceneBuffers};
-use crate::types::{LIGHT_AREA, SilhouetteEdge};
+use crate::types::SilhouetteEdge;
 use std::sync::Arc;
-
-/// Texels of the map of a point, spot or directional light, and of a point sample of an area light;
-/// as in `glsl/include/silhouettes.glsl`.
-const TEXELS: [u64; 2] = [6 * 512 * 512, 6 * 256 * 256];
-/// Maximum number of point samples of an area light with maps.
-const MAX_SAMPLES: u32 = 16;
 
 gpu_struct! {
     pub struct SilhouettesPush {
@@ -44,16 +38,6 @@ impl Silhouettes {
     /// A Vulkan call failed.
     pub fn new(context: &Arc<Context>) -> Result<Self> {
         Ok(Self { kernel: LightKernel::new(context, Self::STEM, &[])? })
-    }
-
-    /// Bytes of the maps of a light. Zero if it has none: it has several parts or too many samples.
-    pub fn map_bytes(light: OneLight<'_>) -> u64 {
-        match light.kind {
-            _ if light.part_count != 1 => 0,
-            LIGHT_AREA if light.samples > MAX_SAMPLES => 0,
-            LIGHT_AREA => 4 * TEXELS[1] * u64::from(light.samples),
-            _ => 4 * TEXELS[0],
-        }
     }
 
     /// Allocates the maps of a light.

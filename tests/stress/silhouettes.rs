@@ -2,11 +2,12 @@
 //! a ray for each point.
 
 use crate::common::assert_silent;
+use crate::dark_sides;
 use crate::determinism::bits;
 use glam::Vec3;
 use lightpaths::gpu::{Context, ContextOptions};
 use lightpaths::renderer::{Renderer, Silent};
-use lightpaths::scene::{LightKind, LoadOptions, Quality, Scene};
+use lightpaths::scene::{LightKind, LoadOptions, Quality, Scene, shapes};
 use std::sync::Arc;
 
 /// A device that looks for such points, or does not.
@@ -83,6 +84,17 @@ const SIZE: &str = "camera.size=[96,72]";
 #[test]
 fn lights_of_common_rays_are_those_of_single_rays() {
     lights_are_the_same(&built_in("box", &[SIZE]), &crate::FEW, 3);
+}
+
+/// Walls of a millimetre that cross others, objects that touch a floor, a screen before a light.
+#[test]
+fn thin_and_touching_surfaces_hide_lights_as_for_single_rays() {
+    let mut scenes: Vec<Scene> = dark_sides::scenes().into_iter().map(|sides| sides.scene).collect();
+    scenes.extend([shapes::thin_wall(), shapes::hidden_light(1.0, 0.2, 0.5)]);
+    for mut scene in scenes {
+        scene.cameras[0].size = [48, 36];
+        lights_are_the_same(&scene, &crate::FEW, 1);
+    }
 }
 
 #[test]

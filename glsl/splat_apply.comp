@@ -1,4 +1,4 @@
-// Splatting, step 4: indirect irradiance at every pixel, each record extrapolated to it by its
+// Splatting, step 3: indirect irradiance at every pixel, each record extrapolated to it by its
 // gradients. [Yue §4; Krivanek] A sparse matrix–vector product, and the only splat step that a
 // light edit under a still camera needs. Deterministic. One invocation = one pixel. In: weights,
 // records. Out: irradiance, W/m².

@@ -1,45 +1,41 @@
-// Splatting, step 3: gives each uncovered pixel the best-fitting record of all. The search skips
-// blocks of records that are further away than the best misfit so far. Deterministic: of equal
-// records the first wins. One workgroup = one pixel. In: uncovered pixels, records, boxes around
-// blocks of records. Out: the pixel's only weight.
+// Splatting, step 2: gives each uncovered pixel the best-fitting record of all. The search skips
+// nodes of the tree whose records cannot fit better than the best so far. Deterministic: of equal
+// records the first wins. One invocation = one pixel. In: uncovered pixels, records, tree of
+// nearest records. Out: the pixel's only weight.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
 #include "include/texels.glsl"
 #include "include/dispatch.glsl"
+#include "include/quirks.glsl"
 #include "include/splat.glsl"
 
-layout(local_size_x_id = 3) in;
+layout(local_size_x = 64) in;
 
 struct SplatNearestPush {
-    uint record_count;
+    uint node_count;
     uint weight_capacity;
 };
 
 layout(binding = 0) uniform usamplerBuffer Pixels;
 layout(binding = 1) uniform usamplerBuffer CachePoints;
-layout(scalar, binding = 2) readonly buffer BlockBoxes { RecordBox block_boxes[]; };
-layout(scalar, binding = 3) readonly buffer WeightRanges { WeightRange weight_ranges[]; };
-layout(scalar, binding = 4) readonly buffer UncoveredPixels { uint uncovered_pixels[]; };  // see splat_tiles
-layout(scalar, binding = 5) writeonly buffer Weights { SplatWeight weights[]; };
+layout(binding = 2) uniform usamplerBuffer NearestNodes;
+layout(binding = 3) uniform usamplerBuffer NearestOrder;  // records, in the order of the leaves
+layout(scalar, binding = 4) readonly buffer WeightRanges { WeightRange weight_ranges[]; };
+layout(scalar, binding = 5) readonly buffer UncoveredPixels { uint uncovered_pixels[]; };  // see splat_weights
+layout(scalar, binding = 6) writeonly buffer Weights { SplatWeight weights[]; };
+layout(scalar, binding = 7) writeonly buffer Tally { SplatTally tally; };
 layout(scalar, push_constant) uniform Push { SplatNearestPush push; };
 
 const uint NONE = 0xffffffffu;
-shared uint least;  // float bits; non-negative floats compare alike as integers
-shared uint first;  // lowest index with that value
+const uint COUNT_BITS = 3u;  // as in src/passes/frame/nearest_records.rs
 
-// Minimum over the workgroup: afterwards `least` and `first` hold the smallest value and the lowest
-// index that has it.
-void find_least(float value, uint index) {
-    barrier();
-    if (gl_LocalInvocationIndex == 0u) least = first = NONE;
-    barrier();
-    atomicMin(least, floatBitsToUint(value));
-    barrier();
-    if (floatBitsToUint(value) == least) atomicMin(first, index);
-    barrier();
-}
+// The best-fitting record so far.
+struct Best {
+    float misfit;
+    uint record;
+};
 
 // Misfit of a record: grows with the distance and the angle, and is at least the distance.
 float misfit(PixelSurface pixel, uint record) {
@@ -47,43 +43,53 @@ float misfit(PixelSurface pixel, uint record) {
     return distance(pixel.position, point.position) * (20.0 - 19.0 * dot(pixel.normal, point.normal));
 }
 
-// A lower bound of the distance, despite rounding.
-float min_distance(vec3 position, RecordBox box) {
-    return 0.9999 * length(max(max(box.low - position, position - box.high), vec3(0.0)));
+uvec4 node_texel(uint node, uint texel) { return texelFetch(NearestNodes, int(4u * node + texel)); }
+
+// The node after another and all below it.
+uint after(uint node) { return node_texel(node, 0u).w; }
+
+// Number of records of a leaf, and above COUNT_BITS the first one's place; zero: no leaf.
+uint records_of(uint node) { return node_texel(node, 1u).w; }
+
+// A lower bound of the misfit of a node's records, despite rounding.
+float min_misfit(PixelSurface pixel, uint node) {
+    vec3 low = numbers(node_texel(node, 0u)).xyz;
+    vec3 high = numbers(node_texel(node, 1u)).xyz;
+    vec3 facing = max(pixel.normal * numbers(node_texel(node, 2u)).xyz, pixel.normal * numbers(node_texel(node, 3u)).xyz);
+    float away = length(max(max(low - pixel.position, pixel.position - high), vec3(0.0)));
+    return 0.9999 * away * (20.0 - 19.0 * min(facing.x + facing.y + facing.z, 1.0));
 }
 
-uint end_of_block(uint block) { return min((block + 1u) * RECORD_BLOCK, push.record_count); }
+void compare_leaf(PixelSurface pixel, uint records, inout Best best) {
+    uint first = records >> COUNT_BITS;
+    for (uint i = first; i < first + (records & (1u << COUNT_BITS) - 1u); ++i) {
+        Best found = Best(0.0, word_at(NearestOrder, i));
+        found.misfit = misfit(pixel, found.record);
+        bool is_better = found.misfit < best.misfit || (found.misfit == best.misfit && found.record < best.record);
+        if (is_better) best = found;
+    }
+}
 
 void main() {
-    uint thread = gl_LocalInvocationIndex;
-    if (flat_workgroup() >= uncovered_pixels[3]) return;
-    uint index = uncovered_pixels[4u + flat_workgroup()];
+    uint number = flat_invocation();
+    if (number >= uncovered_pixels[3]) return;
+    uint index = uncovered_pixels[4u + number];
     PixelSurface pixel = pixel_surface_at(Pixels, index);
-    uint block_count = (push.record_count + RECORD_BLOCK - 1u) / RECORD_BLOCK;
-    // The nearest block gives an upper bound of the misfit.
-    float best = 1e30;
-    uint chosen = NONE;
-    for (uint block = thread; block < block_count; block += gl_WorkGroupSize.x) {
-        float away = min_distance(pixel.position, block_boxes[block]);
-        chosen = away < best ? block : chosen;
-        best = min(away, best);
+    Best best = Best(1e30, NONE);
+    // The leaf behind the better child each time gives an upper bound of the misfit.
+    uint node = 0u;
+    while (records_of(node) == 0u) {
+        uint left = node + 1u;
+        uint right = after(left);
+        node = min_misfit(pixel, left) <= min_misfit(pixel, right) ? left : right;
     }
-    find_least(best, chosen);
-    best = 1e30;
-    for (uint i = first * RECORD_BLOCK + thread; i < end_of_block(first); i += gl_WorkGroupSize.x) best = min(misfit(pixel, i), best);
-    find_least(best, chosen);
-    // Records of all blocks within that bound.
-    float bound = uintBitsToFloat(least);
-    best = 1e30;
-    for (uint block = thread; block < block_count; block += gl_WorkGroupSize.x) {
-        if (min_distance(pixel.position, block_boxes[block]) > bound) continue;
-        for (uint i = block * RECORD_BLOCK; i < end_of_block(block); ++i) {
-            float found = misfit(pixel, i);
-            chosen = found < best ? i : chosen;
-            best = min(found, best);
-        }
+    compare_leaf(pixel, records_of(node), best);
+    for (node = 0u; node < push.node_count;) {
+        bool is_far = min_misfit(pixel, node) > best.misfit;
+        if (!is_far) compare_leaf(pixel, records_of(node), best);
+        node = is_far ? after(node) : node + 1u;
     }
-    find_least(best, chosen);
     uint place = weight_ranges[index].first;
-    if (thread == 0u && place < push.weight_capacity) weights[place] = SplatWeight(first, -1.0);
+    if (place < push.weight_capacity) weights[place] = SplatWeight(best.record, -1.0);
+    if (!loops_completed(push.node_count)) tally.is_truncated = 1u;
 }

@@ -1,4 +1,4 @@
-// Splatting, step 2: the records that serve each pixel, and their weights. [Yue §4, Tabellion] A
+// Splatting, step 1: the records that serve each pixel, and their weights. [Yue §4, Tabellion] A
 // pixel's weights are deterministic, because lists have a fixed order; the position of its
 // segment is not, because workgroups allocate in any order. A pixel keeps up to KEPT weights in
 // registers until their number is known; if it has more, it weighs them again. One workgroup = one
@@ -22,13 +22,13 @@ layout(constant_id = 0) const uint AT_EDGES = 0;  // 1: the pixels are edge poin
 layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(binding = 1) uniform usamplerBuffer Pixels;
 layout(binding = 2) uniform usamplerBuffer CachePoints;
-layout(binding = 3) uniform usamplerBuffer TreeNodes;
-layout(binding = 4) uniform usamplerBuffer RecordLists;  // of each node: the number of its own records, then the records
+layout(binding = 3) uniform usamplerBuffer TreeCells;
+layout(binding = 4) uniform usamplerBuffer RecordLists;  // of each cell: the number of its own records, then these
 layout(scalar, binding = 5) writeonly buffer WeightRanges { WeightRange weight_ranges[]; };  // of each pixel
 layout(scalar, binding = 6) writeonly buffer Weights { SplatWeight weights[]; };
 layout(scalar, binding = 7) buffer Tally { SplatTally tally; };
-// Workgroups along each axis, one an item; the number of items; the items, in any order, because
-// each is handled by itself.
+// Workgroups along each axis, for 64 items each; the number of items; the items, in any order,
+// because each is handled by itself.
 layout(scalar, binding = 8) buffer UncoveredPixels { uint uncovered_pixels[]; };
 layout(scalar, binding = 9) readonly buffer PointGroups { uint point_groups[]; };  // word 3: number of edge points
 
@@ -51,7 +51,7 @@ shared uint tile_first;    // index of the first one
 void list_uncovered(uint pixel) {
     uint place = atomicAdd(uncovered_pixels[3], 1u);
     uncovered_pixels[4u + place] = pixel;
-    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(uncovered_pixels[axis], swizzled(place + 1u)[axis]);
+    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(uncovered_pixels[axis], swizzled((place + 64u) / 64u)[axis]);
 }
 
 // Records with weight at a pixel.
@@ -68,7 +68,7 @@ Served weigh(PixelSurface pixel, vec3 facet, uint root, Tolerance tolerance, uin
     Served served;
     served.count = 0u;
     served.sum = 0.0;
-    for (TreeWalk walk = walk_from(push.grid, root, pixel.position); walk.node != EMPTY;) {
+    for (TreeWalk walk = walk_from(push.grid, root, pixel.position); walk.cell != EMPTY;) {
         uint list = next_list(walk);
         uint end = list == EMPTY ? 0u : list + 1u + word_at(RecordLists, list);
         for (uint i = list + 1u; i < end; ++i) {

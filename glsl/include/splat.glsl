@@ -1,14 +1,5 @@
 // Structs of the splat kernels.
 
-// Consecutive records that share a box; as in src/passes/frame/splat.rs.
-const uint RECORD_BLOCK = 64u;
-
-// The box around a block of records, metres.
-struct RecordBox {
-    vec3 low;
-    vec3 high;
-};
-
 // A record and its weight at a pixel. The weights of a pixel sum to 1, or to -1 if no valid
 // record covers it.
 struct SplatWeight {

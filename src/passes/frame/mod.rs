@@ -18,6 +18,7 @@ pub mod hvds;
 pub mod light_sum;
 pub mod near_field;
 pub mod near_lights;
+pub mod nearest_records;
 pub mod needed_records;
 pub mod path_scan;
 pub mod pixel_colours;

@@ -2,13 +2,14 @@
 //! validity: a record rests in the cells of its size that its sphere meets, if its facet suits the
 //! surface in them. A point asks the cells around it, the largest first. [Yue §4; Ward 1988 §4]
 //! It depends neither on the camera nor on the lights. In: cache points, triangles, metres. Out:
-//! nodes and lists.
+//! cells and lists.
 
 use crate::cpu::records::Tolerance;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
+use crate::passes::frame::nearest_records::NearestRecords;
 use crate::scene::Triangle;
 use crate::types::CachePoint;
 use glam::{DVec3, Vec3};
@@ -22,9 +23,9 @@ gpu_struct! {
         pub low: Vec3,
         /// Cells of the deepest level a metre.
         pub scale: f32,
-        /// Root of the tree of valid records.
+        /// Root cell of the tree of valid records.
         pub valid: u32,
-        /// Root of the tree of relaxed records.
+        /// Root cell of the tree of relaxed records.
         pub relaxed: u32,
     }
 }
@@ -38,19 +39,18 @@ const LEVELS: u32 = 20;
 const PARALLEL_LEVELS: u32 = 2;
 /// Number of triangles of a cell up to which each record is compared with each of them.
 const FEW_TRIANGLES: usize = 32;
-/// A child without records, or without surface.
+/// No children, or no list.
 const EMPTY: u32 = u32::MAX;
-/// Marks a child that is a leaf; the other bits are the index of its list.
-const IS_LEAF: u32 = 1 << 31;
 
 /// The tree on the device: one for valid and one for relaxed records.
 pub struct RecordTree {
     pub(super) grid: TreeGrid,
     pub(super) record_count: u32,
-    /// Of each node: eight children, each a node, a leaf or nothing; the list of its own records.
-    pub(super) nodes: Buffer,
-    /// Of each node or leaf: the number of its own records, then the records.
+    /// Of each cell: the first of its eight children, the list of its own records.
+    pub(super) cells: Buffer,
+    /// Of each cell with records: the number of its own ones, then these.
     pub(super) lists: Buffer,
+    pub(super) nearest: NearestRecords,
 }
 
 impl RecordTree {
@@ -63,18 +63,19 @@ impl RecordTree {
         Ok(Self {
             grid,
             record_count: points.len() as u32,
-            nodes: Buffer::from_slice(context, GrowsWith::GatherRays.named("record tree"), &tree.nodes)?,
+            cells: Buffer::from_slice(context, GrowsWith::GatherRays.named("record tree"), &tree.cells)?,
             lists: Buffer::from_slice(context, GrowsWith::GatherRays.named("record lists"), &tree.lists)?,
+            nearest: NearestRecords::new(context, points)?,
         })
     }
 
-    /// Bytes of nodes and lists.
+    /// Bytes of cells and lists.
     pub fn bytes(&self) -> u64 {
-        self.nodes.bytes() + self.lists.bytes()
+        self.cells.bytes() + self.lists.bytes() + self.nearest.bytes()
     }
 }
 
-/// The tree of valid and the tree of relaxed records, in one list of nodes.
+/// The tree of valid and the tree of relaxed records, in one list of cells.
 fn trees(points: &[CachePoint], triangles: &[Triangle]) -> (TreeGrid, Tree) {
     let root = root_of(points);
     // A cell of the deepest level, and what an f32 of the largest coordinate rounds.
@@ -86,15 +87,16 @@ fn trees(points: &[CachePoint], triangles: &[Triangle]) -> (TreeGrid, Tree) {
         triangles: (0..triangles.len() as u32).collect(),
     };
     let mut tree = Tree::default();
-    let mut roots = [EMPTY; 2];
+    let mut roots = [0; 2];
     // Few pixels need relaxed records, so that long lists cost less than many.
-    for (root_word, (tolerance, few, small)) in
+    for (place, (tolerance, few, small)) in
         roots.iter_mut().zip([(Tolerance::VALID, 8, 0.5), (Tolerance::RELAXED, 64, 1.0)])
     {
         let builder = Builder { points, triangles, facets: &facets, tolerance, few, small, margin };
-        *root_word = builder.make(root, all(), 0, &mut tree);
+        let made = builder.make(root, all(), 0, &mut tree);
+        *place = tree.cells.len() as u32;
+        tree.cells.push(made);
     }
-    tree.nodes.resize(tree.nodes.len().max(1), Node { children: [EMPTY; 8], list: EMPTY });
     tree.lists.resize(tree.lists.len().max(1), 0);
     let grid = TreeGrid {
         low: root.low.as_vec3(),
@@ -142,34 +144,32 @@ struct Items {
     triangles: Vec<u32>,
 }
 
-/// A node as kernels read it.
+/// What kernels read of a cell.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct Node {
-    /// Octants: nodes, leaves, or [`EMPTY`].
-    children: [u32; 8],
+struct TreeCell {
+    /// The first of its eight children, or [`EMPTY`].
+    children: u32,
     /// List of the records that rest here, or [`EMPTY`].
     list: u32,
 }
 
 #[derive(Default)]
 struct Tree {
-    nodes: Vec<Node>,
+    cells: Vec<TreeCell>,
     lists: Vec<u32>,
 }
 
 impl Tree {
-    /// Appends a tree of its own. Returns its root in this tree.
-    fn graft(&mut self, (branch, root): (Self, u32)) -> u32 {
-        let (nodes, lists) = (self.nodes.len() as u32, self.lists.len() as u32);
-        let moved_list = |list: u32| if list == EMPTY { EMPTY } else { list + lists };
-        let moved = |child: u32| if child & IS_LEAF != 0 { moved_list(child) } else { child + nodes };
-        self.nodes.extend(
-            branch
-                .nodes
-                .into_iter()
-                .map(|node| Node { children: node.children.map(moved), list: moved_list(node.list) }),
-        );
+    /// Appends a tree of its own. Returns its root as a cell of this tree.
+    fn graft(&mut self, (branch, root): (Self, TreeCell)) -> TreeCell {
+        let (cells, lists) = (self.cells.len() as u32, self.lists.len() as u32);
+        let moved_by = |index: u32, by: u32| if index == EMPTY { EMPTY } else { index + by };
+        let moved = |cell: TreeCell| TreeCell {
+            children: moved_by(cell.children, cells),
+            list: moved_by(cell.list, lists),
+        };
+        self.cells.extend(branch.cells.into_iter().map(moved));
         self.lists.extend(branch.lists);
         moved(root)
     }
@@ -223,8 +223,9 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// Makes the tree of a cell that is `level` levels below the root. Returns its root.
-    fn make(&self, cell: Cell, items: Items, level: u32, tree: &mut Tree) -> u32 {
+    /// Makes the children of a cell that is `level` levels below the root, and its list. Returns
+    /// what kernels read of it.
+    fn make(&self, cell: Cell, items: Items, level: u32, tree: &mut Tree) -> TreeCell {
         let Items { records, triangles } = items;
         let is_large =
             |&record: &u32| cell.size <= self.small * f64::from(self.points[record as usize].radius);
@@ -235,16 +236,16 @@ impl Builder<'_> {
         };
         let list = tree.list(&own);
         if below.is_empty() {
-            return if list == EMPTY { EMPTY } else { list | IS_LEAF };
+            return TreeCell { children: EMPTY, list };
         }
-        let node = tree.nodes.len();
-        tree.nodes.push(Node { children: [EMPTY; 8], list });
+        let first = tree.cells.len();
+        tree.cells.resize(first + 8, TreeCell { children: EMPTY, list: EMPTY });
         let below = Items { records: below, triangles };
         let fill = |octant: usize, tree: &mut Tree| {
             let child = cell.child(octant);
             self.make(child, self.items_in(child, &below), level + 1, tree)
         };
-        let children: Vec<u32> = if level < PARALLEL_LEVELS {
+        let children: Vec<TreeCell> = if level < PARALLEL_LEVELS {
             let branch = |octant: usize| {
                 let mut branch = Tree::default();
                 let root = fill(octant, &mut branch);
@@ -255,8 +256,8 @@ impl Builder<'_> {
         } else {
             (0..8).map(|octant| fill(octant, tree)).collect()
         };
-        tree.nodes[node].children.copy_from_slice(&children);
-        node as u32
+        tree.cells[first..first + 8].copy_from_slice(&children);
+        TreeCell { children: first as u32, list }
     }
 
     fn items_in(&self, cell: Cell, items: &Items) -> Items {
@@ -320,20 +321,20 @@ mod tests {
     /// Records that a position asks, as kernels do.
     fn asked(grid: TreeGrid, tree: &Tree, root: u32, position: Vec3) -> HashSet<u32> {
         let cell = ((position - grid.low) * grid.scale).as_uvec3();
-        let (mut found, mut node) = (HashSet::new(), root);
+        let (mut found, mut place) = (HashSet::new(), root);
         for bit in (0..=LEVELS).rev() {
-            let list = if node & IS_LEAF == 0 { tree.nodes[node as usize].list } else { node };
+            let TreeCell { children, list } = tree.cells[place as usize];
             if list != EMPTY {
-                let first = (list & !IS_LEAF) as usize;
+                let first = list as usize;
                 found.extend(&tree.lists[first + 1..][..tree.lists[first] as usize]);
             }
-            if node & IS_LEAF != 0 {
+            if children == EMPTY {
                 return found;
             }
-            let [x, y, z] = cell.to_array().map(|axis| (axis >> (bit - 1) & 1) as usize);
-            node = tree.nodes[node as usize].children[x | y << 1 | z << 2];
+            let [x, y, z] = cell.to_array().map(|axis| axis >> (bit - 1) & 1);
+            place = children + (x | y << 1 | z << 2);
         }
-        unreachable!("the deepest level has no nodes")
+        unreachable!("the deepest level has no children")
     }
 
     /// At the origin, and where an f32 resolves two millimetres. Some facets are wide and some are

@@ -5,13 +5,12 @@
 //! The two halves are timed apart: weights change with the view, values with the light.
 
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::frame::record_tree::{RecordTree, TreeGrid};
 use bytemuck::Zeroable;
-use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -45,23 +44,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// The box around a block of records.
-    pub struct RecordBox {
-        /// Lowest corner, metres.
-        pub low: Vec3,
-        pub high: Vec3,
-    }
-}
-
-gpu_struct! {
     /// Push constants of the first step.
-    pub struct SplatBlocksPush {
-        pub record_count: u32,
-    }
-}
-
-gpu_struct! {
-    /// Push constants of the second step.
     pub struct SplatWeightsPush {
         pub grid: TreeGrid,
         pub width: u32,
@@ -73,9 +56,10 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of the third step.
+    /// Push constants of the second step.
     pub struct SplatNearestPush {
-        pub record_count: u32,
+        /// Nodes of the tree of nearest records.
+        pub node_count: u32,
         /// Capacity of the list of weights.
         pub weight_capacity: u32,
     }
@@ -95,26 +79,19 @@ pub const LAYOUTS: &[Layout] = &[
     SplatWeight::LAYOUT,
     WeightRange::LAYOUT,
     SplatTally::LAYOUT,
-    RecordBox::LAYOUT,
-    SplatBlocksPush::LAYOUT,
     SplatWeightsPush::LAYOUT,
     SplatNearestPush::LAYOUT,
     SplatApplyPush::LAYOUT,
 ];
 
-/// Consecutive records that share a box.
-const RECORD_BLOCK: u32 = 64;
-
 /// The pipelines and all lists between records and pixels.
 pub struct Splat {
     pub(super) context: Arc<Context>,
-    blocks: Pipeline,
     nearest: Pipeline,
     apply: Pipeline,
     /// The records that can have weight at a point.
     pub tree: Arc<RecordTree>,
     pub(super) size: [u32; 2],
-    block_boxes: Buffer,
     pub(super) at_pixels: SplatPoints,
     pub(super) at_edges: SplatPoints,
     pub(super) weights: Buffer,
@@ -129,8 +106,8 @@ pub(super) struct SplatPoints {
     pub(super) capacity: u32,
     /// `WeightRange` of each point.
     pub(super) weight_ranges: Buffer,
-    /// Uncovered points without a relaxed record: dispatch size of one workgroup each; their
-    /// number; their indices, in any order.
+    /// Uncovered points without a relaxed record: dispatch size of workgroups of 64; their number;
+    /// their indices, in any order.
     pub(super) uncovered: Buffer,
     /// Indirect irradiance of each point, W/m²; three floats.
     irradiance: Buffer,
@@ -191,21 +168,14 @@ impl Splat {
         // Images of the built-in scenes need at most four weights a pixel. If a view needs more,
         // the list grows and the frame is repeated.
         let weight_capacity = 5 * pixel_count;
-        let block_count = u64::from(tree.record_count.div_ceil(RECORD_BLOCK));
         let of_pixels = |name, bytes: u64| Buffer::storage(context, GrowsWith::Pixels.named(name), bytes);
         let filled = |name| GrowsWith::Pixels.named(name);
         Ok(Self {
             context: context.clone(),
-            blocks: Pipeline::new(context, "splat_blocks", &[])?,
             nearest: Pipeline::new(context, "splat_nearest", &[])?,
             apply: Pipeline::new(context, Self::APPLY_STEM, &[])?,
             tree,
             size,
-            block_boxes: Buffer::storage(
-                context,
-                "record blocks",
-                block_count * size_of::<RecordBox>() as u64,
-            )?,
             at_pixels: SplatPoints::new(context, pixel_count, false)?,
             at_edges: SplatPoints::new(context, edge_points, true)?,
             weights: of_pixels("splat weights", 8 * u64::from(weight_capacity))?,
@@ -234,22 +204,14 @@ impl Splat {
         seen: SeenSurfaces<'_>,
     ) {
         let [width, height] = self.size;
-        let RecordTree { grid, record_count, nodes, lists } = &*self.tree;
+        let RecordTree { grid, record_count, cells, lists, nearest } = &*self.tree;
         let (record_count, weight_capacity) = (*record_count, self.weight_capacity);
         let mut pass = rec.pass(Self::STEM);
-        pass.dispatch(
-            &self.blocks,
-            [record_count.div_ceil(RECORD_BLOCK).max(1), 1, 1],
-            &SplatBlocksPush { record_count },
-            &[
-                ("CachePoints", cache_points),
-                ("BlockBoxes", &self.block_boxes),
-                ("Tally", &self.tally),
-                ("UncoveredPixels", &self.at_pixels.uncovered),
-                ("UncoveredPoints", &self.at_edges.uncovered),
-            ],
-        );
-        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.fill_zero(&self.tally);
+        for points in [&self.at_pixels, &self.at_edges] {
+            pass.upload(&points.uncovered, &[0_u32; 4]);
+        }
+        pass.barrier(TRANSFER_TO_COMPUTE);
         let both = [(&self.at_pixels, seen.pixels), (&self.at_edges, seen.edge_points)];
         for (points, shown) in both {
             let push = SplatWeightsPush { grid: *grid, width, height, record_count, weight_capacity };
@@ -257,7 +219,7 @@ impl Splat {
                 ("Surfaces", surfaces),
                 ("Pixels", shown),
                 ("CachePoints", cache_points),
-                ("TreeNodes", nodes),
+                ("TreeCells", cells),
                 ("RecordLists", lists),
                 ("WeightRanges", &points.weight_ranges),
                 ("Weights", &self.weights),
@@ -282,14 +244,16 @@ impl Splat {
             pass.dispatch_indirect(
                 &self.nearest,
                 (&points.uncovered, 0),
-                &SplatNearestPush { record_count, weight_capacity },
+                &SplatNearestPush { node_count: nearest.node_count, weight_capacity },
                 &[
                     ("Pixels", shown),
                     ("CachePoints", cache_points),
-                    ("BlockBoxes", &self.block_boxes),
+                    ("NearestNodes", &nearest.nodes),
+                    ("NearestOrder", &nearest.order),
                     ("WeightRanges", &points.weight_ranges),
                     ("UncoveredPixels", &points.uncovered),
                     ("Weights", &self.weights),
+                    ("Tally", &self.tally),
                 ],
             );
         }

@@ -26,7 +26,7 @@ layout(binding = 1) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 2) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 3) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(binding = 4) uniform usamplerBuffer EdgeSamples;
-layout(binding = 5) uniform usamplerBuffer SampleFragments;
+layout(binding = 5) uniform usamplerBuffer SampleMasks;
 layout(scalar, binding = 6) readonly buffer FragmentFirsts { uint fragment_firsts[]; };
 layout(binding = 7) uniform usamplerBuffer Fragments;
 layout(scalar, binding = 8) readonly buffer EdgeGroups { uint edge_groups[]; };
@@ -51,8 +51,9 @@ void main() {
     uint pixel = edge_pixels[fragment.edge];
     vec2 corner = vec2(in_rows(pixel, view.width));
     vec3 sum = vec3(0.0);
-    for (uint i = 0u; i < count; ++i) {
-        if (fragment_of(SampleFragments, fragment.edge * count + i) != own) continue;
+    Members members = members_of(SampleMasks, fragment.edge, count, own);
+    for (uint k = 0u; k < samples_of(fragment); ++k) {
+        uint i = next_of(SampleMasks, members);
         uint side = word_at(EdgeSamples, fragment.edge * count + i);
         sum += colour_through(view, corner + place_in_pixel(i, pixel), side >> 1).xyz;
     }

@@ -43,9 +43,7 @@ void main() {
     if (place == 0u) {
         uint edge_count = edge_marks[64u * tiles_around(size)];
         edge_numbers[push.pixel_count] = edge_count;
-        uint invocations = edge_count * (samples_per_edge(edge_count, push.capacity) / OWN_SAMPLES);
         edge_groups[3] = edge_count;
-        put_groups(4u, (invocations + 63u) / 64u);
         put_groups(8u, (edge_count + 63u) / 64u);
         // A view without edges has no fragments, and no workgroup that counts them.
         put_fragments(push.pixel_count, 0u, GROUP_POINTS);

@@ -42,7 +42,7 @@ void main() {
     uint count = samples_per_edge(edge_numbers[view.width * view.height], push.capacity);
     uvec2 number = in_rows(flat_invocation(), max(count, 1u));  // of the sample in its pixel, of the pixel in the list
     if (count == 0u || number.y >= dense_edges[3]) return;
-    uint edge = dense_edges[4u + number.y];
+    uint edge = dense_edges[DENSE_HEADER + number.y];
     uint pixel = edge_pixels[edge];
     vec2 point = vec2(in_rows(pixel, view.width)) + place_in_pixel(number.x, pixel);
     edge_samples[edge * count + number.x] = seen_through(view, point).side;

@@ -1,8 +1,8 @@
 // Antialiasing, step 4: the triangles that camera rays through an edge pixel may meet. Triangles
 // behind one that fills the pixel are left out. Lists the pixels with too many. The list is
 // unordered, because each pixel is sampled by itself. One invocation = one edge pixel. In: edge
-// pixels, triangles of their tiles. Out: their triangles; the list, its length, size of a dispatch
-// over its samples; initially zero.
+// pixels, triangles of their tiles. Out: their triangles; the list, its length, sizes of dispatches
+// over its samples and its pixels; initially zero.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -101,7 +101,10 @@ void main() {
     if (most > 0u) edge_triangles[first] = is_dense ? TOO_MANY : kept;
     if (!is_dense) return;
     uint place = atomicAdd(dense_edges[3], 1u);
-    dense_edges[4u + place] = edge;
+    dense_edges[DENSE_HEADER + place] = edge;
     uint samples = samples_per_edge(edge_count, push.capacity);
-    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(dense_edges[axis], swizzled(((place + 1u) * samples + 63u) / 64u)[axis]);
+    for (uint axis = 0u; axis < 3u; ++axis) {
+        atomicMax(dense_edges[axis], swizzled(((place + 1u) * samples + 63u) / 64u)[axis]);
+        atomicMax(dense_edges[4u + axis], swizzled((place + 64u) / 64u)[axis]);
+    }
 }

@@ -39,7 +39,7 @@ layout(binding = 3) uniform usamplerBuffer Lights;
 layout(scalar, binding = 4) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 5) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(binding = 6) uniform usamplerBuffer EdgeSamples;
-layout(binding = 7) uniform usamplerBuffer SampleFragments;
+layout(binding = 7) uniform usamplerBuffer SampleMasks;
 layout(scalar, binding = 8) readonly buffer FragmentFirsts { uint fragment_firsts[]; };
 layout(binding = 9) uniform usamplerBuffer Fragments;
 layout(scalar, binding = 10) readonly buffer ShadowGroups { uint shadow_groups[]; };
@@ -61,9 +61,9 @@ layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 shared vec2 sums[64];
 
 // The light at samples of a fragment, from number `first` of these on, and its square; each
-// invocation takes every LANES-th. `next` is the sample of the pixel to look at next, `passed` the
-// number of the fragment's samples before it.
-vec2 sum_of_samples(Fragment fragment, uint own, uint count, uint first, uint end, inout uint next, inout uint passed) {
+// invocation takes every LANES-th. `taken` is the number of samples that are no longer in
+// `members`.
+vec2 sum_of_samples(Fragment fragment, uint count, uint first, uint end, inout Members members, inout uint taken) {
     View view = push.view;
     uint pixel = edge_pixels[fragment.edge];
     vec2 corner = vec2(in_rows(pixel, view.width));
@@ -71,8 +71,8 @@ vec2 sum_of_samples(Fragment fragment, uint own, uint count, uint first, uint en
     uint end_sample = end_of_kind(push.first_sample, push.end_sample);
     vec2 sum = vec2(0.0);
     for (uint k = first + gl_LocalInvocationIndex % LANES; k < end; k += LANES) {
-        while (passed <= k && next < count) passed += uint(fragment_of(SampleFragments, fragment.edge * count + next++) == own);
-        uint number = next - 1u;
+        uint number = 0u;
+        for (; taken <= k; ++taken) number = next_of(SampleMasks, members);
         PixelSurface found = seen_on(view, corner + place_in_pixel(number, pixel), word_at(EdgeSamples, fragment.edge * count + number));
         Receiver at = receiver_of(found);
         LightSource light = seen_from_point(whole_light, number, push.sample_step);
@@ -102,13 +102,13 @@ void main() {
     Fragment fragment = fragment_at(Fragments, index);
     uint own = index - fragment_firsts[fragment.edge];
     uint members = place < listed ? min(samples_of(fragment), push.capacity.light_samples) : 0u;
-    uint next = 0u;
-    uint passed = 0u;
-    vec2 sum = sum_of_lanes(sum_of_samples(fragment, own, count, 0u, members, next, passed));
+    Members left = members_of(SampleMasks, fragment.edge, count, own);
+    uint taken = 0u;
+    vec2 sum = sum_of_lanes(sum_of_samples(fragment, count, 0u, members, left, taken));
     float mean = sum.x / float(max(members, 1u));
     bool varies = sum.y / float(max(members, 1u)) - mean * mean > uintBitsToFloat(SPREAD) * mean * mean;
     uint all = varies ? samples_of(fragment) : members;
-    sum += sum_of_lanes(sum_of_samples(fragment, own, count, members, all, next, passed));
+    sum += sum_of_lanes(sum_of_samples(fragment, count, members, all, left, taken));
     if (!loops_completed(push.view.width)) truncated_loops[0] = LOOP_TRUNCATED;
     if (gl_LocalInvocationIndex % LANES != 0u || place >= listed) return;
     float before = is_first(push.flags, push.first_sample) ? 0.0 : light_irradiance[pixel_count + index];

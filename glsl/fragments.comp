@@ -37,7 +37,7 @@ layout(binding = 3) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 4) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 5) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(binding = 6) uniform usamplerBuffer EdgeSamples;
-layout(binding = 7) uniform usamplerBuffer SampleFragments;
+layout(binding = 7) uniform usamplerBuffer SampleMasks;  // a texel: those of each fragment
 layout(scalar, binding = 8) readonly buffer FragmentFirsts { uint fragment_firsts[]; };
 layout(scalar, binding = 9) writeonly buffer Fragments { Fragment fragments[]; };
 layout(scalar, binding = 10) writeonly buffer FragmentSurfaces { PixelSurface fragment_surfaces[]; };
@@ -65,19 +65,22 @@ void main() {
     uint count = samples_per_edge(edge_count, push.capacity);
     uint pixel = edge_pixels[edge];
     vec2 corner = vec2(in_rows(pixel, size.x));
+    uvec2 flips = flips_of(pixel);
     vec2 middles[MAX_FRAGMENTS];
     uint members[MAX_FRAGMENTS];
     for (uint k = 0u; k < MAX_FRAGMENTS; ++k) {
         middles[k] = vec2(0.0);
         members[k] = 0u;
     }
-    for (uint i = 0u; i < count; ++i) {
-        uint own = fragment_of(SampleFragments, edge * count + i);
-        vec2 place = place_in_pixel(i, pixel);
-        for (uint k = 0u; k < MAX_FRAGMENTS; ++k) {
-            middles[k] += own == k ? place : vec2(0.0);
-            members[k] += uint(own == k);
+    uint masks_each = masks_of(count);
+    for (uint word = 0u; word < masks_each; ++word) {
+        uvec4 masks = texelFetch(SampleMasks, int(edge * masks_each + word));
+        uvec2 fractions = flips ^ sobol_2d(word * MASKED);
+        for (uint i = 0u; i < MASKED; ++i) {
+            vec2 place = unit_floats(fractions ^ sobol_2d(i));
+            for (uint k = 0u; k < MAX_FRAGMENTS; ++k) middles[k] += (masks[k] & 1u << i) != 0u ? place : vec2(0.0);
         }
+        for (uint k = 0u; k < MAX_FRAGMENTS; ++k) members[k] += bitCount(masks[k]);
     }
     uint nearest[MAX_FRAGMENTS];  // sample to the middle
     float apart2[MAX_FRAGMENTS];  // its squared distance
@@ -86,41 +89,61 @@ void main() {
         nearest[k] = 0u;
         apart2[k] = 1e30;
     }
-    for (uint i = 0u; i < count; ++i) {
-        uint own = fragment_of(SampleFragments, edge * count + i);
-        vec2 place = place_in_pixel(i, pixel);
-        for (uint k = 0u; k < MAX_FRAGMENTS; ++k) {
-            vec2 apart = place - middles[k];
-            bool is_nearer = own == k && dot(apart, apart) < apart2[k];
-            apart2[k] = is_nearer ? dot(apart, apart) : apart2[k];
-            nearest[k] = is_nearer ? i : nearest[k];
-        }
-    }
-
-    vec3 normals[MAX_FRAGMENTS];
-    float own_normals[MAX_FRAGMENTS];
-    for (uint k = 0u; k < MAX_FRAGMENTS; ++k) {
-        normals[k] = vec3(0.0);
-        own_normals[k] = 0.0;
-    }
-    for (uint i = 0u; i < count / COVERAGE; ++i) {
-        uint own = fragment_of(SampleFragments, edge * count + i);
-        if (own == NO_FRAGMENT) continue;
-        vec3 normal = seen_on(view, corner + place_in_pixel(i, pixel), word_at(EdgeSamples, edge * count + i)).normal;
-        for (uint k = 0u; k < MAX_FRAGMENTS; ++k) {
-            float weight = own == k ? 1.0 : 0.0;
-            normals[k] += weight * normal;
-            own_normals[k] += weight;
+    for (uint word = 0u; word < masks_each; ++word) {
+        uvec4 masks = texelFetch(SampleMasks, int(edge * masks_each + word));
+        uvec2 fractions = flips ^ sobol_2d(word * MASKED);
+        for (uint i = 0u; i < MASKED; ++i) {
+            vec2 place = unit_floats(fractions ^ sobol_2d(i));
+            for (uint k = 0u; k < MAX_FRAGMENTS; ++k) {
+                vec2 apart = place - middles[k];
+                bool is_nearer = (masks[k] & 1u << i) != 0u && dot(apart, apart) < apart2[k];
+                apart2[k] = is_nearer ? dot(apart, apart) : apart2[k];
+                nearest[k] = is_nearer ? word * MASKED + i : nearest[k];
+            }
         }
     }
 
     uint first = fragment_firsts[edge];
     uint own_count = fragment_firsts[edge + 1u] - first;
+    PixelSurface shown[MAX_FRAGMENTS];
+    vec3 facets[MAX_FRAGMENTS];
+    bool varies = false;  // the normal of a fragment
     for (uint k = 0u; k < own_count; ++k) {
-        PixelSurface found = seen_on(view, corner + place_in_pixel(nearest[k], pixel), word_at(EdgeSamples, edge * count + nearest[k]));
-        vec3 facet = facing_normal(found.side);
+        shown[k] = seen_on(view, corner + place_in_pixel(nearest[k], pixel), word_at(EdgeSamples, edge * count + nearest[k]));
+        facets[k] = facing_normal(shown[k].side);
+        varies = varies || dot(shown[k].normal, facets[k]) < FLAT;
+    }
+    // Samples over which the normals are averaged.
+    uint averaged = count / COVERAGE;
+    for (uint i = 0u; i < averaged; ++i) {
+        uint side = word_at(EdgeSamples, edge * count + i);
+        uint own = fragment_of(SampleMasks, edge * masks_each, i);
+        for (uint k = 0u; k < MAX_FRAGMENTS; ++k) varies = varies || (own == k && side != shown[k].side);
+    }
+    if_any (varies) {
+        vec3 normals[MAX_FRAGMENTS];
+        float weights[MAX_FRAGMENTS];
+        for (uint k = 0u; k < MAX_FRAGMENTS; ++k) {
+            normals[k] = vec3(0.0);
+            weights[k] = 0.0;
+        }
+        for (uint i = 0u; i < averaged; ++i) {
+            uint own = fragment_of(SampleMasks, edge * masks_each, i);
+            if (own == MAX_FRAGMENTS) continue;
+            vec3 normal = seen_on(view, corner + place_in_pixel(i, pixel), word_at(EdgeSamples, edge * count + i)).normal;
+            for (uint k = 0u; k < MAX_FRAGMENTS; ++k) {
+                float weight = own == k ? 1.0 : 0.0;
+                normals[k] += weight * normal;
+                weights[k] += weight;
+            }
+        }
         // A light's mean cosine is that with the mean normal, whose length is below one.
-        if (own_normals[k] > 0.0) found.normal = normals[k] / own_normals[k];
+        for (uint k = 0u; k < own_count; ++k) shown[k].normal = weights[k] > 0.0 ? normals[k] / weights[k] : shown[k].normal;
+    }
+
+    for (uint k = 0u; k < own_count; ++k) {
+        PixelSurface found = shown[k];
+        vec3 facet = facets[k];
         float least = 1e30;
         uint place = 4u;
         uint alike = 0u;

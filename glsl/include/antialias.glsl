@@ -1,11 +1,40 @@
 // Antialiasing: edge pixels are averaged over samples spread over their area; any other pixel shows
 // its centre. Samples of a pixel that see one surface are a fragment. Light is found for fragments.
 
-// A sample is the side that it sees, or NO_SIDE, and half a byte of a further list: its fragment,
-// or NO_FRAGMENT.
-const uint NO_FRAGMENT = 15u;
+// Samples whose fragments share a texel: a mask of them for each fragment of the pixel.
+const uint MASKED = 32u;
 
-uint fragment_of(usamplerBuffer list, uint edge_sample) { return word_at(list, edge_sample >> 3) >> 4u * (edge_sample & 7u) & 15u; }
+uint masks_of(uint samples) { return (samples + MASKED - 1u) / MASKED; }
+
+// Fragment of sample `number` of a pixel, or MAX_FRAGMENTS. `first` is the first texel of the pixel.
+uint fragment_of(usamplerBuffer masks, uint first, uint number) {
+    uvec4 members = texelFetch(masks, int(first + number / MASKED)) >> number % MASKED & 1u;
+    return members.x != 0u ? 0u : members.y != 0u ? 1u : members.z != 0u ? 2u : members.w != 0u ? 3u : 4u;
+}
+
+// The samples of a fragment, in order.
+struct Members {
+    uint first;     // texel of the pixel
+    uint fragment;  // number in its pixel
+    uint word;      // of the sample that comes next, or before
+    uint mask;      // of those that come next in that word
+};
+
+Members members_of(usamplerBuffer masks, uint edge, uint count, uint fragment) {
+    uint first = edge * masks_of(count);
+    return Members(first, fragment, 0u, texelFetch(masks, int(first))[fragment]);
+}
+
+// The next sample; a fragment has as many as it says.
+uint next_of(usamplerBuffer masks, inout Members members) {
+    while (members.mask == 0u) {
+        ++members.word;
+        members.mask = texelFetch(masks, int(members.first + members.word))[members.fragment];
+    }
+    uint lowest = findLSB(members.mask);
+    members.mask &= members.mask - 1u;
+    return members.word * MASKED + lowest;
+}
 
 // What an edge pixel shows of one surface; its point has the same index in the list of surfaces.
 struct Fragment {
@@ -46,20 +75,20 @@ const uint COVERAGE = 4u;
 // Fragments of each edge pixel within the capacity.
 uint fragments_per_edge(uint edge_count, EdgeCapacity capacity) { return min(MAX_FRAGMENTS, capacity.fragments / max(edge_count, 1u)); }
 
-// Samples of an edge pixel that one invocation finds.
-const uint OWN_SAMPLES = 8u;
+// The number of samples of an edge pixel is a multiple of this.
+const uint SAMPLE_STEP = 8u;
 
-const uint MAX_SAMPLES = 256u;  // of a pixel; a multiple of OWN_SAMPLES
+const uint MAX_SAMPLES = 256u;  // of a pixel; a multiple of SAMPLE_STEP
 
-// Samples of an edge pixel if the capacity suffices: a multiple of OWN_SAMPLES.
+// Samples of an edge pixel if the capacity suffices: a multiple of SAMPLE_STEP.
 uint max_samples(EdgeCapacity capacity) {
-    return min(COVERAGE * capacity.light_samples + OWN_SAMPLES - 1u & ~(OWN_SAMPLES - 1u), MAX_SAMPLES);
+    return min(COVERAGE * capacity.light_samples + SAMPLE_STEP - 1u & ~(SAMPLE_STEP - 1u), MAX_SAMPLES);
 }
 
-// Samples of each edge pixel within the capacity, a multiple of OWN_SAMPLES; 0 if a pixel has one
+// Samples of each edge pixel within the capacity, a multiple of SAMPLE_STEP; 0 if a pixel has one
 // fragment, which would give all samples one surface.
 uint samples_per_edge(uint edge_count, EdgeCapacity capacity) {
-    uint count = min(max_samples(capacity), capacity.samples / max(edge_count, 1u) & ~(OWN_SAMPLES - 1u));
+    uint count = min(max_samples(capacity), capacity.samples / max(edge_count, 1u) & ~(SAMPLE_STEP - 1u));
     return fragments_per_edge(edge_count, capacity) < 2u ? 0u : count;
 }
 
@@ -68,6 +97,10 @@ uint samples_per_edge(uint edge_count, EdgeCapacity capacity) {
 const uint TILE_WORDS = 512u;
 const uint EDGE_WORDS = 64u;
 const uint TOO_MANY = 0xffffffffu;
+
+// Words of the list of edge pixels with too many triangles: sizes of dispatches over their samples;
+// their number; over themselves; unused. Then the pixels, in any order.
+const uint DENSE_HEADER = 8u;
 
 // Number of edge pixels with memory for triangles: as many as can have all samples.
 uint edges_in(EdgeCapacity capacity) { return capacity.samples / max(max_samples(capacity), 1u); }

@@ -39,10 +39,37 @@ vec3 edges_at(Projected triangle, vec2 offset) {
     return edges;
 }
 
-bool is_inside(vec3 edges) { return !(any(lessThan(edges, vec3(0.0))) && any(greaterThan(edges, vec3(0.0)))); }
-
 // Depth of the triangle's plane where it has these edge functions.
 float depth_of(Projected triangle, vec3 edges) { return dot(edges, triangle.depths) / (edges.x + edges.y + edges.z); }
+
+// A triangle as samples compare it: its edge functions, which are positive inside if it is in front
+// of the camera; and 1 / depth, which is linear on the image plane, so that no sample divides. The
+// components are at the centre, and along x and y. [Blinn 1992]
+struct Compared {
+    vec3 at_centre;
+    vec3 along_x;
+    vec3 along_y;
+    vec3 inverse_depth;  // along x and y, and at the centre; 0 if the triangle is seen edge-on
+    bool is_back;
+};
+
+Compared compared(Projected triangle) {
+    vec3 a = vec3(triangle.xs.x, triangle.ys.x, triangle.depths.x);
+    vec3 b = vec3(triangle.xs.y, triangle.ys.y, triangle.depths.y);
+    vec3 c = vec3(triangle.xs.z, triangle.ys.z, triangle.depths.z);
+    vec3 normal = cross(b - a, c - a);
+    float volume = dot(normal, a);
+    float turn = volume > 0.0 ? -1.0 : 1.0;
+    vec3 inverse_depth = volume == 0.0 ? vec3(0.0) : normal / volume;
+    return Compared(turn * triangle.at_centre, turn * triangle.along_x, turn * triangle.along_y, inverse_depth, volume > 0.0);
+}
+
+vec3 edges_at(Compared triangle, vec2 offset) {
+    precise vec3 edges = triangle.at_centre + offset.x * triangle.along_x + offset.y * triangle.along_y;
+    return edges;
+}
+
+float inverse_depth_at(Compared triangle, vec2 offset) { return dot(triangle.inverse_depth, vec3(offset, 1.0)); }
 
 // Centre of a pixel on the image plane, and the size of a pixel.
 vec2 centre_of(View view, uvec2 pixel) { return (2.0 * vec2(pixel) + 1.0) / vec2(view.width, view.height) - 1.0; }

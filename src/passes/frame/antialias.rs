@@ -12,11 +12,11 @@ use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::passes::GrowsWith;
 pub use crate::passes::frame::edges::{
     ALIKE, CONTRAST, COVERAGE, EDGE_WORDS, EdgeCapacity, EdgeLightPush, EdgeListPush, EdgeMarkPush,
-    EdgeSamplesPush, Fragment, FragmentMarkPush, LAYOUTS, MAX_FRAGMENTS, MAX_SAMPLES, OWN_SAMPLES, SHADING,
-    SPREAD, ShadowMarkPush, TILE_WORDS, TileTrianglesPush,
+    EdgeSamplesPush, Fragment, FragmentMarkPush, LAYOUTS, MASKED, MAX_FRAGMENTS, MAX_SAMPLES, SAMPLE_STEP,
+    SHADING, SPREAD, ShadowMarkPush, TILE_WORDS, TileTrianglesPush,
 };
 use crate::passes::frame::edges::{
-    EDGE_GROUPS, EdgeView, FRAGMENT_GROUPS, POINT_GROUPS, SAMPLE_GROUPS, contrast, places,
+    EDGE_GROUPS, EdgeView, FRAGMENT_GROUPS, POINT_GROUPS, contrast, places,
 };
 use crate::passes::frame::{fragments::Fragments, light_sum::GROUP_VALUES, prefix_sum::PrefixSum};
 use crate::passes::{LightKernel, OneLight, SceneBuffers};
@@ -51,6 +51,7 @@ pub struct Antialias {
     edge_triangles: Pipeline,
     samples: Pipeline,
     rays: Pipeline,
+    groups: Pipeline,
     shadow_mark: Pipeline,
     shadow_edges: LightKernel,
     prefix_sum: PrefixSum,
@@ -63,8 +64,8 @@ pub struct Antialias {
     in_tiles: Buffer,
     /// The same for edge pixels, [`EDGE_WORDS`] each.
     in_edges: Buffer,
-    /// Size of a dispatch over the samples of edge pixels with more triangles than that; their
-    /// number; these pixels, in any order.
+    /// Edge pixels with more triangles than that: size of a dispatch over their samples, their
+    /// number, size of a dispatch over themselves; the pixels, in any order.
     dense_edges: Buffer,
     /// Pixels at which the most recent light is averaged, in any order: those at shadow edges.
     shadow_pixels: Buffer,
@@ -76,7 +77,7 @@ pub struct Antialias {
     /// Index of each pixel in the list of edge pixels, or [`NO_EDGE`]; then the length
     /// of that list.
     pub numbers: Buffer,
-    /// Sides that the samples see and their fragments, a word each, edge pixel by edge pixel.
+    /// Sides that the samples see, edge pixel by edge pixel.
     pub edge_samples: Buffer,
     /// The fragments of edge pixels.
     pub fragments: Fragments,
@@ -98,6 +99,7 @@ impl Antialias {
         let capacity = Self::capacity(context, size, light_samples);
         let mut no_edges = vec![NO_EDGE; pixel_count as usize];
         no_edges.push(0);
+        let alike = ("ALIKE", ALIKE.to_bits());
         let creases = [("CREASE", CREASE.to_bits()), ("STEP", STEP.to_bits())];
         let words = |name, count: u32| {
             Buffer::storage(context, GrowsWith::Pixels.named(name), 4 * u64::from(count.max(1)))
@@ -108,8 +110,9 @@ impl Antialias {
             list: Pipeline::new(context, "edge_list", &[("GROUP_POINTS", GROUP_VALUES)])?,
             tile_triangles: Pipeline::new(context, "tile_triangles", &[])?,
             edge_triangles: Pipeline::new(context, "edge_triangles", &[])?,
-            samples: Pipeline::new(context, Self::STEM, &[])?,
+            samples: Pipeline::new(context, Self::STEM, &[alike])?,
             rays: Pipeline::new(context, "edge_rays", &[])?,
+            groups: Pipeline::new(context, "edge_groups", &[alike])?,
             shadow_mark: Pipeline::new(context, "shadow_mark", &[])?,
             shadow_edges: LightKernel::new(context, Self::SHADOW_STEM, &[])?,
             prefix_sum: PrefixSum::new(context, places(size))?,
@@ -122,7 +125,7 @@ impl Antialias {
             )?,
             in_tiles: words("triangles in tiles", TILE_WORDS * capacity.tiles)?,
             in_edges: words("triangles in edge pixels", EDGE_WORDS * edges)?,
-            dense_edges: words("dense edge pixels", 4 + pixel_count)?,
+            dense_edges: words("dense edge pixels", DENSE_HEADER + pixel_count)?,
             shadow_pixels: words("shadow pixels", pixel_count)?,
             size,
             smooth_m: f32::INFINITY,
@@ -212,7 +215,10 @@ impl Antialias {
                 ("TileTriangles", &self.in_tiles),
             ],
         );
+        // The marks are read; the numbers of fragments take their place.
+        pass.barrier(COMPUTE_TO_TRANSFER);
         pass.fill_zero(&self.dense_edges);
+        self.fragments.clear(&mut pass);
         pass.barrier(TRANSFER_TO_COMPUTE);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch_indirect(
@@ -229,18 +235,26 @@ impl Antialias {
             ],
         );
         pass.barrier(COMPUTE_TO_INDIRECT);
+        let (masks, firsts) = (&self.fragments.of_samples, &self.fragments.firsts);
+        let of_scene =
+            [("Nodes", &scene.nodes), ("Triangles", &scene.triangles), ("Surfaces", &scene.surfaces)];
+        let of_edges = [("EdgeNumbers", &self.numbers), ("EdgePixels", &self.edge_pixels)];
+        let found = [
+            ("SampleMasks", masks),
+            ("FragmentFirsts", firsts),
+            ("TruncatedLoops", &scene.truncated_loops),
+        ];
         pass.dispatch_indirect(
             &self.samples,
-            (&self.edge_groups, SAMPLE_GROUPS),
+            (&self.edge_groups, EDGE_GROUPS),
             &edges.samples_push(),
             &[
-                ("Triangles", &scene.triangles),
-                ("Surfaces", &scene.surfaces),
-                ("EdgeNumbers", &self.numbers),
-                ("EdgePixels", &self.edge_pixels),
-                ("EdgeTriangles", &self.in_edges),
-                ("EdgeSamples", &self.edge_samples),
-            ],
+                &of_scene[..],
+                &of_edges,
+                &[("EdgeTriangles", &self.in_edges), ("EdgeSamples", &self.edge_samples)],
+                &found,
+            ]
+            .concat(),
         );
         // Both dispatches write samples, each of other pixels.
         pass.barrier(COMPUTE_TO_COMPUTE);
@@ -249,17 +263,30 @@ impl Antialias {
             (&self.dense_edges, 0),
             &edges.samples_push(),
             &[
-                ("Nodes", &scene.nodes),
-                ("Triangles", &scene.triangles),
-                ("Surfaces", &scene.surfaces),
-                ("EdgeNumbers", &self.numbers),
-                ("EdgePixels", &self.edge_pixels),
-                ("DenseEdges", &self.dense_edges),
-                ("EdgeSamples", &self.edge_samples),
-                ("TruncatedLoops", &scene.truncated_loops),
-            ],
+                &of_scene[..],
+                &of_edges,
+                &[
+                    ("DenseEdges", &self.dense_edges),
+                    ("EdgeSamples", &self.edge_samples),
+                    ("TruncatedLoops", &scene.truncated_loops),
+                ],
+            ]
+            .concat(),
         );
-        pass.barrier(COMPUTE_TO_TRANSFER);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.dispatch_indirect(
+            &self.groups,
+            (&self.dense_edges, DENSE_GROUPS),
+            &edges.samples_push(),
+            &[
+                &of_scene[..],
+                &of_edges,
+                &[("DenseEdges", &self.dense_edges), ("EdgeSamples", &self.edge_samples)],
+                &found,
+            ]
+            .concat(),
+        );
+        pass.barrier(COMPUTE_TO_COMPUTE);
         self.fragments.record(&mut pass, &edges);
     }
 
@@ -388,8 +415,12 @@ impl Antialias {
 
 /// Samples of an edge pixel if the capacity suffices.
 fn max_samples(light_samples: u32) -> u32 {
-    (COVERAGE * light_samples).next_multiple_of(OWN_SAMPLES).min(MAX_SAMPLES)
+    (COVERAGE * light_samples).next_multiple_of(SAMPLE_STEP).min(MAX_SAMPLES)
 }
 
+/// Words before the list of edge pixels with too many triangles; as in `glsl/include/antialias.glsl`.
+const DENSE_HEADER: u32 = 8;
+/// Byte offset there of the size of a dispatch over these pixels.
+const DENSE_GROUPS: u64 = 16;
 /// Words of a list's dispatch sizes and counts.
 const GROUP_WORDS: u64 = 20;

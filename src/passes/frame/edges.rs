@@ -25,10 +25,9 @@ pub const ALIKE: f32 = 1.0;
 /// A mixed fragment takes all its samples if the variance of the light among the first ones exceeds
 /// this times their squared mean.
 pub const SPREAD: f32 = 3.0;
-// Byte offsets of dispatch sizes: for workgroups of 64 invocations that find samples, of 64 edge
-// pixels, of values of light (pixels, then fragments), and of 64 fragments. In the list of a
-// light, offset 0 is the size for workgroups of four averaged pixels.
-pub(super) const SAMPLE_GROUPS: u64 = 16;
+// Byte offsets of dispatch sizes: for workgroups of 64 edge pixels, of values of light (pixels, then
+// fragments), and of 64 fragments. In the list of a light, offset 0 is the size for workgroups of
+// four averaged pixels.
 pub(super) const EDGE_GROUPS: u64 = 32;
 pub(super) const POINT_GROUPS: u64 = 48;
 pub(super) const FRAGMENT_GROUPS: u64 = 64;
@@ -36,8 +35,10 @@ pub(super) const FRAGMENT_GROUPS: u64 = 64;
 /// Samples of an edge pixel for each sample of a light in one of its fragments: more of them cost
 /// only at a move of the camera. `glsl/include/antialias.glsl` has the same constant.
 pub const COVERAGE: u32 = 4;
-/// The number of samples of an edge pixel is a multiple of this, which one invocation finds.
-pub const OWN_SAMPLES: u32 = 8;
+/// The number of samples of an edge pixel is a multiple of this.
+pub const SAMPLE_STEP: u32 = 8;
+/// Samples whose fragments share a texel: a mask of them for each fragment of the pixel.
+pub const MASKED: u32 = 32;
 /// Maximum number of samples of an edge pixel.
 pub const MAX_SAMPLES: u32 = 256;
 /// Maximum number of fragments of an edge pixel.
@@ -98,7 +99,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `edge_triangles`, `edge_samples`, `edge_rays`, `fragment_groups` and
+    /// Push constants of `edge_triangles`, `edge_samples`, `edge_rays`, `edge_groups` and
     /// `fragments`, in which a pixel may be small beside the cells of the hierarchy.
     pub struct EdgeSamplesPush {
         pub view: View,

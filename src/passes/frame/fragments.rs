@@ -4,12 +4,12 @@
 //! per-light irradiance buffers. Out: fragments; their light.
 
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, TRANSFER_TO_COMPUTE};
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline};
 use crate::passes::GrowsWith;
 use crate::passes::frame::edges::{
     ALIKE, EDGE_GROUPS, EdgeCapacity, EdgeListPush, EdgeView, FRAGMENT_GROUPS, Fragment, FragmentMarkPush,
-    SPREAD, contrast,
+    MASKED, SAMPLE_STEP, SPREAD, contrast,
 };
 use crate::passes::frame::{light_sum::GROUP_VALUES, prefix_sum::PrefixSum};
 use crate::passes::{LightKernel, OneLight};
@@ -21,7 +21,6 @@ const MIXED_GROUPS: u64 = 32;
 
 /// The pipelines and the fragments of a camera.
 pub struct Fragments {
-    groups: Pipeline,
     make: Pipeline,
     links: Pipeline,
     direct: LightKernel,
@@ -34,7 +33,7 @@ pub struct Fragments {
     /// Index of the first fragment of each edge pixel; then their number. While edges are found,
     /// the buffer holds the prefix sum of the edge marks in tile order.
     pub firsts: Buffer,
-    /// The fragment of each sample, half a byte each; `NO_FRAGMENT` if it sees nothing.
+    /// For [`MASKED`] samples of a pixel each, a mask of those of each of its fragments.
     pub of_samples: Buffer,
     /// `Fragment`s, edge pixel by edge pixel.
     pub list: Buffer,
@@ -58,7 +57,6 @@ impl Fragments {
         };
         let count = capacity.fragments.max(1);
         Ok(Self {
-            groups: Pipeline::new(context, "fragment_groups", &[alike])?,
             make: Pipeline::new(context, "fragments", &[alike, ("GROUP_POINTS", GROUP_VALUES)])?,
             links: Pipeline::new(context, "fragment_links", &[alike])?,
             direct: LightKernel::new(context, "fragment_direct", &[])?,
@@ -67,11 +65,7 @@ impl Fragments {
             prefix_sum: PrefixSum::new(context, places.max(count))?,
             mixed: stored("mixed fragments", count + 1, size_of::<u32>())?,
             firsts: stored("first fragments", places + 1, size_of::<u32>())?,
-            of_samples: stored(
-                "fragments of samples",
-                capacity.samples.div_ceil(8).max(1),
-                size_of::<u32>(),
-            )?,
+            of_samples: stored("fragments of samples", masks(places, capacity), size_of::<[u32; 4]>())?,
             list: stored("fragments", count, size_of::<Fragment>())?,
             surfaces: stored("fragment surfaces", count, size_of::<PixelSurface>())?,
             edge_points: stored("edge points", capacity.points.max(1), size_of::<PixelSurface>())?,
@@ -83,36 +77,23 @@ impl Fragments {
         })
     }
 
-    /// Groups the samples of edge pixels into fragments. Records into an open pass with barriers
-    /// between its own dispatches. The caller records a barrier before.
+    /// Sets what the numbers of fragments and points are counted in to zero. Transfers.
+    pub(super) fn clear(&self, pass: &mut PassScope<'_>) {
+        pass.fill_zero(&self.firsts);
+        pass.fill_zero(&self.mixed);
+        // A view without fragments has no workgroup that counts their points.
+        pass.fill_zero(&self.point_groups);
+    }
+
+    /// Makes the fragments of the edge pixels, whose samples and numbers of fragments are known.
+    /// Records into an open pass with barriers between its own dispatches. The caller records a
+    /// barrier before.
     pub(super) fn record(&self, pass: &mut PassScope<'_>, edges: &EdgeView<'_>) {
         let EdgeView { scene, view, pixels, .. } = *edges;
         let pixel_count = view.width * view.height;
         let of_scene =
             [("Nodes", &scene.nodes), ("Triangles", &scene.triangles), ("Surfaces", &scene.surfaces)];
         let places = edges.places();
-        pass.fill_zero(&self.firsts);
-        pass.fill_zero(&self.mixed);
-        // A view without fragments has no workgroup that counts their points.
-        pass.fill_zero(&self.point_groups);
-        pass.barrier(TRANSFER_TO_COMPUTE);
-        pass.dispatch_indirect(
-            &self.groups,
-            (edges.groups, EDGE_GROUPS),
-            &edges.samples_push(),
-            &with(
-                of_scene,
-                &[
-                    ("EdgeNumbers", edges.numbers),
-                    ("EdgePixels", edges.edge_pixels),
-                    ("EdgeSamples", edges.samples),
-                    ("SampleFragments", &self.of_samples),
-                    ("FragmentFirsts", &self.firsts),
-                    ("TruncatedLoops", &scene.truncated_loops),
-                ],
-            ),
-        );
-        pass.barrier(COMPUTE_TO_COMPUTE);
         self.prefix_sum.record(pass, &self.firsts, places);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch_indirect(
@@ -126,7 +107,7 @@ impl Fragments {
                     ("EdgeNumbers", edges.numbers),
                     ("EdgePixels", edges.edge_pixels),
                     ("EdgeSamples", edges.samples),
-                    ("SampleFragments", &self.of_samples),
+                    ("SampleMasks", &self.of_samples),
                     ("FragmentFirsts", &self.firsts),
                     ("Fragments", &self.list),
                     ("FragmentSurfaces", &self.surfaces),
@@ -225,7 +206,7 @@ impl Fragments {
                 ("EdgeNumbers", edges.numbers),
                 ("EdgePixels", edges.edge_pixels),
                 ("EdgeSamples", edges.samples),
-                ("SampleFragments", &self.of_samples),
+                ("SampleMasks", &self.of_samples),
                 ("FragmentFirsts", &self.firsts),
                 ("Fragments", &self.list),
                 ("ShadowGroups", groups),
@@ -242,6 +223,13 @@ impl Fragments {
             pass.dispatch_indirect(self.samples.of(part), (groups, MIXED_GROUPS), &push, &bindings);
         }
     }
+}
+
+/// Capacity for masks. Pixels have fewer samples where there are too many edges.
+fn masks(places: u32, capacity: EdgeCapacity) -> u32 {
+    let pixels = places.min(capacity.samples / SAMPLE_STEP);
+    // Samples whose number is no multiple of MASKED need up to 64 / 40 as many.
+    pixels.max((u64::from(capacity.samples) * 8 / (5 * u64::from(MASKED))) as u32).max(1)
 }
 
 /// Bindings of the scene, then others.

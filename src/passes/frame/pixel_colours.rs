@@ -119,7 +119,7 @@ impl PixelColours {
                 ("EdgeNumbers", &antialias.numbers),
                 ("EdgePixels", &antialias.edge_pixels),
                 ("EdgeSamples", &antialias.edge_samples),
-                ("SampleFragments", &antialias.fragments.of_samples),
+                ("SampleMasks", &antialias.fragments.of_samples),
                 ("FragmentFirsts", &antialias.fragments.firsts),
                 ("Fragments", &antialias.fragments.list),
                 ("EdgeGroups", antialias.fragment_groups().0),

@@ -52,7 +52,7 @@ layout(scalar, push_constant) uniform Push { FormFactorsPush push; };
 
 void main() {
     uint workgroup = flat_workgroup();
-    uint batch = batch_of(OPENS_NODES == 0u ? push.first_batch + workgroup : workgroup);
+    uint batch = batch_of(STARTS_AT == AT_NODES ? workgroup : push.first_batch + workgroup);
     uint index = (batch - push.first_batch) * BATCH + gl_LocalInvocationIndex;
     if (batch == NO_BATCH || batch < push.first_batch) return;
     bool is_point = index < push.point_count;

@@ -6,7 +6,7 @@ const uint MASKED = 32u;
 
 uint masks_of(uint samples) { return (samples + MASKED - 1u) / MASKED; }
 
-// Fragment of sample `number` of a pixel, or MAX_FRAGMENTS. `first` is the first texel of the pixel.
+// Fragment of sample `number` of a pixel, or MAX_FRAGMENTS. `first` is the pixel's first texel.
 uint fragment_of(usamplerBuffer masks, uint first, uint number) {
     uvec4 members = texelFetch(masks, int(first + number / MASKED)) >> number % MASKED & 1u;
     return members.x != 0u ? 0u : members.y != 0u ? 1u : members.z != 0u ? 2u : members.w != 0u ? 3u : 4u;
@@ -16,8 +16,8 @@ uint fragment_of(usamplerBuffer masks, uint first, uint number) {
 struct Members {
     uint first;     // texel of the pixel
     uint fragment;  // number in its pixel
-    uint word;      // of the sample that comes next, or before
-    uint mask;      // of those that come next in that word
+    uint word;      // of the next sample, or one before it
+    uint mask;      // of those in that word that come next
 };
 
 Members members_of(usamplerBuffer masks, uint edge, uint count, uint fragment) {

@@ -1,6 +1,6 @@
-// Groups the samples of an edge pixel into fragments. A sample joins the fragment whose first sample
-// it resembles most, if the material is the same and no edge is between both; else it begins a
-// fragment. Samples on one side of a triangle stay together. If the fragments run out, a sample
+// Groups the samples of an edge pixel into fragments. A sample joins the fragment whose first
+// sample it resembles most, if the material is the same and no edge is between both; else it begins
+// a fragment. Samples on one side of a triangle stay together. If the fragments run out, a sample
 // joins the most similar one. Include after alike.glsl and primary.glsl.
 
 const uint KNOWN = 8u;  // sides whose fragment is kept in mind

@@ -4,20 +4,27 @@
 //
 // A kernel runs twice, because the lanes of a CPU execute all code that one of them needs. The
 // first run tests triangles and skips batches with nodes. The second run takes the list of skipped
-// batches and traverses the tree.
+// batches and traverses the tree. Without shafts it runs once, and rays start from the root: on a
+// GPU, the nodes of a shaft, opened one after another, cost more than they save its rays.
 
-layout(constant_id = 13) const uint OPENS_NODES = 0u;
+layout(constant_id = 13) const uint STARTS_AT = 0u;
+// As in src/passes/frame/shafts.rs.
+const uint AT_TRIANGLES = 0u;
+const uint AT_NODES = 1u;
+const uint AT_ROOT = 2u;
 
 const uint NO_BATCH = 0xffffffffu;
 
 // The batch that a workgroup takes.
 uint batch_of(uint workgroup) {
-    if (OPENS_NODES == 0u) return (word_at(ShaftRoots, workgroup * SHAFT_WORDS) >> 16) == 0u ? workgroup : NO_BATCH;
+    if (STARTS_AT == AT_ROOT) return workgroup;
+    if (STARTS_AT == AT_TRIANGLES) return (word_at(ShaftRoots, workgroup * SHAFT_WORDS) >> 16) == 0u ? workgroup : NO_BATCH;
     return workgroup < shaft_list[3] ? shaft_list[4u + workgroup] : NO_BATCH;
 }
 
 // As is_lit, for a point of the shaft's batch.
 bool is_lit_in(uint shaft, vec3 position, vec3 normal, LightSample light) {
+    if (STARTS_AT == AT_ROOT) return is_lit(position, normal, light);
     Ray ray = shadow_ray(position, normal, light);
     Shear shear = shear_along(without_zeros(ray.direction));
     Hit hit = Hit(ray.t_max, 0u, vec3(0.0));
@@ -26,7 +33,7 @@ bool is_lit_in(uint shaft, vec3 position, vec3 normal, LightSample light) {
     bool is_hidden = false;
     for (uint i = 0u; i < (counts & 0xffffu) && !is_hidden; ++i) is_hidden = intersect_triangle(word_at(ShaftRoots, first + i), ray.origin, shear, hit);
     uint nodes = counts >> 16;
-    if (OPENS_NODES == 0u || is_hidden || nodes == 0u) return !is_hidden;
+    if (STARTS_AT == AT_TRIANGLES || is_hidden || nodes == 0u) return !is_hidden;
     // Nodes are stored at the end.
     uint last = first + MAX_ROOTS - 1u;
     return !trace_from(word_at(ShaftRoots, last), ShaftRoots, last + 1u - nodes, nodes - 1u, ray, true, hit);

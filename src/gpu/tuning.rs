@@ -25,6 +25,8 @@ pub struct Tuning {
     pub record_lanes: u32,
     /// Points of one triangle that see a light alike take one shadow ray.
     pub finds_alike: bool,
+    /// Shadow rays of pixels and entry points start from the roots of a shaft.
+    pub shafts: bool,
 }
 
 /// Tuning of a class of devices, within the device's limits.
@@ -40,6 +42,7 @@ struct Class {
     scan_group: Option<u32>,
     record_lanes: u32,
     finds_alike: bool,
+    shafts: bool,
 }
 
 const CLASSES: [Class; 2] = [
@@ -59,9 +62,11 @@ const CLASSES: [Class; 2] = [
         scan_group: None,
         record_lanes: 1,
         finds_alike: false,
+        shafts: true,
     },
     // A GPU distributes workgroups one by one, hides the latency of one subgroup behind others, and
-    // loads adjacent data at once. It waits for the memory that rays read.
+    // loads adjacent data at once. It waits for the memory that rays read. An invocation that
+    // opens the nodes of a shaft one by one waits longer than its rays do without.
     Class {
         kind: None,
         strip: u32::MAX,
@@ -70,6 +75,7 @@ const CLASSES: [Class; 2] = [
         scan_group: Some(256),
         record_lanes: RECORD_GROUP,
         finds_alike: true,
+        shafts: false,
     },
 ];
 
@@ -89,6 +95,7 @@ impl Tuning {
             scan_group: class.scan_group.unwrap_or(limits.subgroup_size),
             record_lanes: class.record_lanes,
             finds_alike: class.finds_alike,
+            shafts: class.shafts,
         }
     }
 
@@ -133,12 +140,19 @@ pub struct Choice {
 }
 
 /// All choices, in the order in which `lightpaths tune` measures them.
-pub static CHOICES: [Choice; 6] = [
+pub static CHOICES: [Choice; 7] = [
     Choice {
         name: "finds_alike",
         values: &[0, 1],
         get: |tuning| u32::from(tuning.finds_alike),
         set: |tuning, value| tuning.finds_alike = value == 1,
+        fits: |_, _| true,
+    },
+    Choice {
+        name: "shafts",
+        values: &[0, 1],
+        get: |tuning| u32::from(tuning.shafts),
+        set: |tuning, value| tuning.shafts = value == 1,
         fits: |_, _| true,
     },
     // At least as many as the sums of a record (`glsl/gather.comp`), or one.
@@ -353,13 +367,24 @@ mod tests {
     #[test]
     fn each_kind_has_its_class_and_limits_bound_it() {
         let tuning = |kind, limits| {
-            let Tuning { strip, slices, waiting_group, scan_group, record_lanes, finds_alike } =
+            let Tuning { strip, slices, waiting_group, scan_group, record_lanes, finds_alike, shafts } =
                 Tuning::from_device(kind, &limits, 6);
-            [strip, slices, waiting_group, scan_group, record_lanes, u32::from(finds_alike)]
+            [
+                strip,
+                slices,
+                waiting_group,
+                scan_group,
+                record_lanes,
+                u32::from(finds_alike),
+                u32::from(shafts),
+            ]
         };
-        assert_eq!(tuning(CPU, limits()), [16, 6, 8, 8, 1, 0]);
-        assert_eq!(tuning("discrete GPU", limits()), [65535, 1, 64, 256, 64, 1]);
-        assert_eq!(tuning(CPU, Limits { workgroup_count: [10, 65535, 3], ..limits() }), [10, 3, 8, 8, 1, 0]);
+        assert_eq!(tuning(CPU, limits()), [16, 6, 8, 8, 1, 0, 1]);
+        assert_eq!(tuning("discrete GPU", limits()), [65535, 1, 64, 256, 64, 1, 0]);
+        assert_eq!(
+            tuning(CPU, Limits { workgroup_count: [10, 65535, 3], ..limits() }),
+            [10, 3, 8, 8, 1, 0, 1]
+        );
     }
 
     /// Each workgroup occurs once. There is less than a row of all slices in excess, and each layer
@@ -387,7 +412,7 @@ mod tests {
             }
         }
         for (text, words) in [
-            ("", "one of finds_alike, record_lanes, waiting_group, scan_group, strip, slices"),
+            ("", "one of finds_alike, shafts, record_lanes, waiting_group, scan_group, strip, slices"),
             ("lanes=8", "one of finds_alike"),
             ("record_lanes", "record_lanes takes 1, 8, 16, 32, 64"),
             ("record_lanes=4", "record_lanes takes 1, 8, 16, 32, 64"),

@@ -186,6 +186,14 @@ impl<'a> OneLight<'a> {
     }
 }
 
+/// Makes something for each kind of light, in the order of their numbers.
+///
+/// # Errors
+/// One was not made.
+pub(super) fn for_kinds<T>(make: impl Fn(u32) -> Result<T>) -> Result<[T; 4]> {
+    Ok([make(LIGHT_POINT)?, make(LIGHT_SPOT)?, make(LIGHT_AREA)?, make(LIGHT_DIRECTIONAL)?])
+}
+
 /// A kernel for one light, specialised to each kind of light: see `glsl/include/light_kind.glsl`.
 pub struct LightKernel([Pipeline; 4]);
 
@@ -196,12 +204,7 @@ impl LightKernel {
     /// A Vulkan call failed.
     pub fn new(context: &Arc<Context>, stem: &'static str, constants: &[(&str, u32)]) -> Result<Self> {
         let of_kind = |kind| Pipeline::new(context, stem, &[constants, &[("LIGHT_KIND", kind)]].concat());
-        Ok(Self([
-            of_kind(LIGHT_POINT)?,
-            of_kind(LIGHT_SPOT)?,
-            of_kind(LIGHT_AREA)?,
-            of_kind(LIGHT_DIRECTIONAL)?,
-        ]))
+        Ok(Self(for_kinds(of_kind)?))
     }
 
     /// The kernel for a light. Panics if there is no such kind.

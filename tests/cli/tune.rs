@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use std::process::Output;
 use tempfile::TempDir;
 
-const CHOICES: [&str; 6] = ["finds_alike", "record_lanes", "waiting_group", "scan_group", "strip", "slices"];
+const CHOICES: [&str; 7] =
+    ["finds_alike", "shafts", "record_lanes", "waiting_group", "scan_group", "strip", "slices"];
 
 /// A folder with the cube, and another for stored tuning.
 struct World {
@@ -145,7 +146,7 @@ fn choices_that_are_not_measured_keep_their_stored_values() {
 fn wrong_arguments_name_what_is_allowed() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, words) in [
-        (&["render", "-o", "a.exr", "--tune", "lanes=8"][..], &["lanes=8", "finds_alike, record_lanes"][..]),
+        (&["render", "-o", "a.exr", "--tune", "lanes=8"][..], &["lanes=8", "finds_alike, shafts, record_lanes"][..]),
         (&["time", "--tune", "record_lanes=3"], &["record_lanes takes 1, 8, 16, 32, 64"]),
         (&["tune", "--choice", "lanes"], &["lanes", "expected one of finds_alike"]),
         (&["tune", "--reset", "--dry-run"], &["--reset", "--dry-run"]),

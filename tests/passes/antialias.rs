@@ -11,7 +11,7 @@ use lightpaths::cpu::primary::seen_through;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::antialias::{
-    Antialias, COVERAGE, CREASE, EdgeCapacity, Fragment, NO_EDGE, SHADING, STEP,
+    Antialias, COVERAGE, CREASE, EdgeCapacity, Fragment, MASKED, MAX_FRAGMENTS, NO_EDGE, SHADING, STEP,
 };
 use lightpaths::passes::frame::direct::Direct;
 use lightpaths::passes::frame::pixel_colours::PixelColours;
@@ -163,10 +163,17 @@ impl Frame {
 
     /// Samples of the edges of geometry: the side and the fragment of each.
     pub(crate) fn samples(&self) -> Vec<(u32, usize)> {
-        let count = (self.edge_count() * self.samples_per_edge(self.edge_count())) as usize;
-        let sides: Vec<u32> = self.antialias.edge_samples.read_range(0, count).unwrap();
-        let words: Vec<u32> = self.antialias.fragments.of_samples.read_range(0, count / 8).unwrap();
-        let own = |index: usize| (words[index / 8] >> (4 * (index % 8)) & 15) as usize;
+        let (edges, count) = (self.edge_count() as usize, self.samples_per_edge(self.edge_count()) as usize);
+        let words = count.div_ceil(MASKED as usize);
+        let sides: Vec<u32> = self.antialias.edge_samples.read_range(0, edges * count).unwrap();
+        let masks: Vec<[u32; 4]> = self.antialias.fragments.of_samples.read_range(0, edges * words).unwrap();
+        let own = |index: usize| {
+            let (edge, number) = (index / count, index % count);
+            let masks = masks[edge * words + number / MASKED as usize];
+            let bits = masks.map(|mask| mask >> (number % MASKED as usize) & 1);
+            assert!(bits.iter().sum::<u32>() <= 1, "sample {number} of edge {edge} is of several fragments");
+            bits.iter().position(|&bit| bit != 0).unwrap_or(MAX_FRAGMENTS as usize)
+        };
         sides.into_iter().enumerate().map(|(index, side)| (side, own(index))).collect()
     }
 

@@ -15,9 +15,7 @@ pub use crate::passes::frame::edges::{
     EdgeSamplesPush, Fragment, FragmentMarkPush, LAYOUTS, MASKED, MAX_FRAGMENTS, MAX_SAMPLES, SAMPLE_STEP,
     SHADING, SPREAD, ShadowMarkPush, TILE_WORDS, TileTrianglesPush,
 };
-use crate::passes::frame::edges::{
-    EDGE_GROUPS, EdgeView, FRAGMENT_GROUPS, POINT_GROUPS, contrast, places,
-};
+use crate::passes::frame::edges::{EDGE_GROUPS, EdgeView, FRAGMENT_GROUPS, POINT_GROUPS, contrast, places};
 use crate::passes::frame::{fragments::Fragments, light_sum::GROUP_VALUES, prefix_sum::PrefixSum};
 use crate::passes::{LightKernel, OneLight, SceneBuffers};
 use crate::types::{PixelSurface, View};
@@ -220,7 +218,6 @@ impl Antialias {
         pass.fill_zero(&self.dense_edges);
         self.fragments.clear(&mut pass);
         pass.barrier(TRANSFER_TO_COMPUTE);
-        pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch_indirect(
             &self.edge_triangles,
             (&self.edge_groups, EDGE_GROUPS),
@@ -239,11 +236,8 @@ impl Antialias {
         let of_scene =
             [("Nodes", &scene.nodes), ("Triangles", &scene.triangles), ("Surfaces", &scene.surfaces)];
         let of_edges = [("EdgeNumbers", &self.numbers), ("EdgePixels", &self.edge_pixels)];
-        let found = [
-            ("SampleMasks", masks),
-            ("FragmentFirsts", firsts),
-            ("TruncatedLoops", &scene.truncated_loops),
-        ];
+        let found =
+            [("SampleMasks", masks), ("FragmentFirsts", firsts), ("TruncatedLoops", &scene.truncated_loops)];
         pass.dispatch_indirect(
             &self.samples,
             (&self.edge_groups, EDGE_GROUPS),
@@ -418,7 +412,7 @@ fn max_samples(light_samples: u32) -> u32 {
     (COVERAGE * light_samples).next_multiple_of(SAMPLE_STEP).min(MAX_SAMPLES)
 }
 
-/// Words before the list of edge pixels with too many triangles; as in `glsl/include/antialias.glsl`.
+/// Words before the list of pixels with too many triangles; `glsl/include/antialias.glsl` has them.
 const DENSE_HEADER: u32 = 8;
 /// Byte offset there of the size of a dispatch over these pixels.
 const DENSE_GROUPS: u64 = 16;

@@ -3,7 +3,7 @@
 //! share a shaft to the light.
 
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};
+use crate::gpu::barrier::COMPUTE_TO_TRANSFER;
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
@@ -135,7 +135,9 @@ impl Direct {
         irradiance: &Buffer,
     ) {
         let width = self.size[0];
-        self.shafts.record(pass, scene, light);
+        if self.kernel.has_shafts(light) {
+            self.shafts.record(pass, scene, light);
+        }
         let bindings = [
             ("Nodes", &scene.nodes),
             ("Triangles", &scene.triangles),
@@ -158,10 +160,8 @@ impl Direct {
                 end_sample,
                 flags: light.flags(),
             };
-            pass.barrier(COMPUTE_TO_INDIRECT);
-            pass.dispatch(self.kernel.shallow(light), [self.shafts.point_count(), 1, 1], &push, &bindings);
-            pass.barrier(COMPUTE_TO_COMPUTE);
-            pass.dispatch_indirect(self.kernel.deep(light), (&self.shafts.list, 0), &push, &bindings);
+            let points = (&self.shafts, self.shafts.point_count());
+            self.kernel.record(pass, light, points, &push, &bindings);
         }
     }
 

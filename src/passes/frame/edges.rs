@@ -25,9 +25,9 @@ pub const ALIKE: f32 = 1.0;
 /// A mixed fragment takes all its samples if the variance of the light among the first ones exceeds
 /// this times their squared mean.
 pub const SPREAD: f32 = 3.0;
-// Byte offsets of dispatch sizes: for workgroups of 64 edge pixels, of values of light (pixels, then
-// fragments), and of 64 fragments. In the list of a light, offset 0 is the size for workgroups of
-// four averaged pixels.
+// Byte offsets of dispatch sizes: for workgroups of 64 edge pixels, of values of light (pixels,
+// then fragments), and of 64 fragments. In the list of a light, offset 0 is the size for workgroups
+// of four averaged pixels.
 pub(super) const EDGE_GROUPS: u64 = 32;
 pub(super) const POINT_GROUPS: u64 = 48;
 pub(super) const FRAGMENT_GROUPS: u64 = 64;

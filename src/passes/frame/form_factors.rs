@@ -5,7 +5,7 @@
 //! of an area light share a colour, and so one list of form factors.
 
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_TRANSFER};
 use crate::gpu::{Buffer, Chunk, Context, PassScope, Pipeline, Recorder, SplitBuffer};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
@@ -252,7 +252,9 @@ impl FormFactors {
         light: OneLight<'_>,
         factors: &Buffer,
     ) {
-        self.shafts.record(pass, scene, light);
+        if self.kernel.has_shafts(light) {
+            self.shafts.record(pass, scene, light);
+        }
         for (first_sample, end_sample) in light.spans() {
             for (chunk, first_batch) in self.chunks() {
                 let (first_point, point_count) = (chunk.items.start, chunk.items.len() as u32);
@@ -279,10 +281,7 @@ impl FormFactors {
                     ("RayCount", &scene.ray_counts[2]),
                     ("TruncatedLoops", &scene.truncated_loops),
                 ];
-                pass.barrier(COMPUTE_TO_INDIRECT);
-                pass.dispatch(self.kernel.shallow(light), [point_count, 1, 1], &push, &bindings);
-                pass.barrier(COMPUTE_TO_COMPUTE);
-                pass.dispatch_indirect(self.kernel.deep(light), (&self.shafts.list, 0), &push, &bindings);
+                self.kernel.record(pass, light, (&self.shafts, point_count), &push, &bindings);
             }
         }
     }

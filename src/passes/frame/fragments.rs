@@ -86,8 +86,7 @@ impl Fragments {
     }
 
     /// Makes the fragments of the edge pixels, whose samples and numbers of fragments are known.
-    /// Records into an open pass with barriers between its own dispatches. The caller records a
-    /// barrier before.
+    /// Records into an open pass with barriers between its own dispatches.
     pub(super) fn record(&self, pass: &mut PassScope<'_>, edges: &EdgeView<'_>) {
         let EdgeView { scene, view, pixels, .. } = *edges;
         let pixel_count = view.width * view.height;

@@ -31,8 +31,8 @@ struct Node {
     /// The node after this one and all below it.
     next: u32,
     high: Vec3,
-    /// Number of records of a leaf, and in the bits above the first one's place in the order; zero:
-    /// no leaf.
+    /// Number of records of a leaf, and in the bits above it the first one's place in the order.
+    /// Zero if the node is no leaf.
     records: u32,
     /// Lowest components of the normals.
     normal_low: Vec3,
@@ -65,8 +65,8 @@ impl NearestRecords {
     }
 }
 
-/// Adds the tree of some records, whose first one is at a place in the order of all. Sorts them
-/// into leaves.
+/// Adds the tree of some records and sorts them into its leaves. The first one is at a place in the
+/// order of all.
 fn add(points: &[CachePoint], records: &mut [u32], place: usize, nodes: &mut Vec<Node>) {
     let point = |&record: &u32| &points[record as usize];
     let bounds = |of: fn(&CachePoint) -> Vec3| {

@@ -4,10 +4,13 @@
 //! handful of triangles instead of traversing the tree.
 
 use crate::error::Result;
-use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::{LightKernel, OneLight, SceneBuffers};
+use crate::passes::one_light::for_kinds;
+use crate::passes::{OneLight, SceneBuffers};
+use crate::types::LIGHT_AREA;
+use bytemuck::Pod;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -16,6 +19,11 @@ pub const BATCH: u32 = 64;
 /// Words of a shaft: the numbers of its triangles (bits 0–15) and nodes (16–31); triangles; and
 /// from the end backwards, nodes.
 pub const SHAFT_WORDS: u32 = 16;
+
+// What a run of a kernel starts its rays from; as in `glsl/include/shaft_rays.glsl`.
+const AT_TRIANGLES: u32 = 0;
+const AT_NODES: u32 = 1;
+const AT_ROOT: u32 = 2;
 
 gpu_struct! {
     /// The origins of a batch's shadow rays.
@@ -56,31 +64,65 @@ pub struct Shafts {
     batch_count: u32,
 }
 
-/// A kernel that traces the shadow rays of batches, one workgroup a batch: first the batches whose
-/// shafts hold only triangles, then the others.
-pub struct ShaftKernel {
-    shallow: LightKernel,
-    deep: LightKernel,
+/// A kernel that traces the shadow rays of batches, one workgroup a batch, for each kind of light.
+pub struct ShaftKernel([Kernel; 4]);
+
+enum Kernel {
+    /// First the batches whose shafts hold only triangles, then the others.
+    FromShafts { shallow: Pipeline, deep: Pipeline },
+    /// All batches, without shafts.
+    FromRoot(Pipeline),
 }
 
 impl ShaftKernel {
-    /// Creates the two pipelines of the shader with that stem.
+    /// Creates the pipelines of the shader with that stem.
     ///
     /// # Errors
     /// A Vulkan call failed.
     pub fn new(context: &Arc<Context>, stem: &'static str) -> Result<Self> {
-        let with = |opens_nodes| LightKernel::new(context, stem, &[("OPENS_NODES", opens_nodes)]);
-        Ok(Self { shallow: with(0)?, deep: with(1)? })
+        let of_kind = |kind| {
+            let starts_at =
+                |start| Pipeline::new(context, stem, &[("STARTS_AT", start), ("LIGHT_KIND", kind)]);
+            // A shaft tells which points have no penumbra, and so spares the probes of area lights.
+            Ok(if context.tuning().shafts || kind == LIGHT_AREA {
+                Kernel::FromShafts { shallow: starts_at(AT_TRIANGLES)?, deep: starts_at(AT_NODES)? }
+            } else {
+                Kernel::FromRoot(starts_at(AT_ROOT)?)
+            })
+        };
+        Ok(Self(for_kinds(of_kind)?))
     }
 
-    /// The kernel for all batches; it skips batches with nodes.
-    pub fn shallow(&self, light: OneLight<'_>) -> &Pipeline {
-        self.shallow.of(light)
+    fn of(&self, light: OneLight<'_>) -> &Kernel {
+        &self.0[light.kind as usize]
     }
 
-    /// The kernel for the listed batches; [`Shafts::list`] starts with its dispatch size.
-    pub fn deep(&self, light: OneLight<'_>) -> &Pipeline {
-        self.deep.of(light)
+    /// Whether the rays to a light start from the roots of shafts.
+    pub fn has_shafts(&self, light: OneLight<'_>) -> bool {
+        matches!(self.of(light), Kernel::FromShafts { .. })
+    }
+
+    /// Traces the rays of `point_count` points in batches, whose shafts are known if there are any.
+    /// Records into an open pass with barriers before and between its own dispatches.
+    pub fn record<P: Pod>(
+        &self,
+        pass: &mut PassScope<'_>,
+        light: OneLight<'_>,
+        (shafts, point_count): (&Shafts, u32),
+        push: &P,
+        bindings: &[(&str, &Buffer)],
+    ) {
+        pass.barrier(COMPUTE_TO_INDIRECT);
+        match self.of(light) {
+            Kernel::FromShafts { shallow, deep } => {
+                pass.dispatch(shallow, [point_count, 1, 1], push, bindings);
+                pass.barrier(COMPUTE_TO_COMPUTE);
+                pass.dispatch_indirect(deep, (&shafts.list, 0), push, bindings);
+            }
+            Kernel::FromRoot(kernel) => {
+                pass.dispatch(kernel, [point_count, 1, 1], push, bindings);
+            }
+        }
     }
 }
 
@@ -110,23 +152,11 @@ impl Shafts {
     }
 
     /// Finds the roots of all batches for a light. Records into an open pass. The caller records a
-    /// barrier to transfers between two lights, and one to indirect dispatches before rays start
-    /// from the roots.
+    /// barrier to transfers between two lights.
     pub fn record(&self, pass: &mut PassScope<'_>, scene: &SceneBuffers, light: OneLight<'_>) {
         pass.fill_zero(&self.list).barrier(TRANSFER_TO_COMPUTE);
-        pass.dispatch(&self.pipeline, [self.batch_count, 1, 1], &push(light), &self.bindings(scene, light));
-    }
-
-    /// As [`Self::record`]; `groups` holds the number of workgroups, of 64 batches each.
-    pub fn record_counted(
-        &self,
-        pass: &mut PassScope<'_>,
-        scene: &SceneBuffers,
-        light: OneLight<'_>,
-        groups: (&Buffer, u64),
-    ) {
-        pass.fill_zero(&self.list).barrier(TRANSFER_TO_COMPUTE);
-        pass.dispatch_indirect(&self.pipeline, groups, &push(light), &self.bindings(scene, light));
+        let push = ShaftsPush { light: light.row, traces_all: u32::from(light.traces_all) };
+        pass.dispatch(&self.pipeline, [self.batch_count, 1, 1], &push, &self.bindings(scene, light));
     }
 
     fn bindings<'a>(
@@ -143,8 +173,4 @@ impl Shafts {
             ("ShaftList", &self.list),
         ]
     }
-}
-
-fn push(light: OneLight<'_>) -> ShaftsPush {
-    ShaftsPush { light: light.row, traces_all: u32::from(light.traces_all) }
 }

@@ -146,7 +146,10 @@ fn choices_that_are_not_measured_keep_their_stored_values() {
 fn wrong_arguments_name_what_is_allowed() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, words) in [
-        (&["render", "-o", "a.exr", "--tune", "lanes=8"][..], &["lanes=8", "finds_alike, shafts, record_lanes"][..]),
+        (
+            &["render", "-o", "a.exr", "--tune", "lanes=8"][..],
+            &["lanes=8", "finds_alike, shafts, record_lanes"][..],
+        ),
         (&["time", "--tune", "record_lanes=3"], &["record_lanes takes 1, 8, 16, 32, 64"]),
         (&["tune", "--choice", "lanes"], &["lanes", "expected one of finds_alike"]),
         (&["tune", "--reset", "--dry-run"], &["--reset", "--dry-run"]),

@@ -42,8 +42,22 @@ layout(scalar, push_constant) uniform Push { ClearancePush push; };
 #include "include/bvh.glsl"
 #include "include/gather.glsl"
 
+// Rays that find every hit, however far, to tell whether a candidate is in a solid: the nearest hit
+// alone may be of another solid there.
+const uint PROBES = 8u;
+
 shared float nearest[gl_WorkGroupSize.x];
 shared uint nearest_ray[gl_WorkGroupSize.x];
+shared int inner_hits[gl_WorkGroupSize.x];  // of probes, less other ones
+
+// Ray `number` of all, so that any first ones are spread over the hemisphere. The number of rays,
+// 4·k², has no factor of 11.
+uint spread(uint number) { return number * 11u % (RINGS * SECTORS); }
+
+bool is_inner(Hit hit, vec3 direction) {
+    Surface surface = surface_at(hit.triangle);
+    return !side_is_active(surface.sides, dot(surface.normal, direction) > 0.0);
+}
 
 void main() {
     uint index = flat_workgroup();
@@ -61,20 +75,26 @@ void main() {
 
     float closest = push.scene_size;
     uint closest_ray = NO_TARGET;
-    for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
+    int inner = 0;
+    for (uint number = gl_LocalInvocationIndex; number < RINGS * SECTORS; number += gl_WorkGroupSize.x) {
+        uint ray = spread(number);
         vec3 local = stratum_direction(stratum_of(ray), name, push.seed);
         Hit hit;
-        if (local.z > 0.1736 && trace(Ray(origin, frame * local, closest), false, hit)) {
-            closest = hit.t;
-            closest_ray = ray;
+        bool is_probe = number < PROBES;
+        if (local.z > 0.1736 && trace(Ray(origin, frame * local, is_probe ? push.scene_size : closest), false, hit)) {
+            if (is_probe) inner += is_inner(hit, frame * local) ? 1 : -1;
+            closest_ray = hit.t < closest ? ray : closest_ray;
+            closest = min(hit.t, closest);
         }
     }
     if (!loops_completed(push.candidate_count)) closest = UNKNOWN;
     nearest[gl_LocalInvocationIndex] = closest;
     nearest_ray[gl_LocalInvocationIndex] = closest_ray;
+    inner_hits[gl_LocalInvocationIndex] = inner;
     for (uint stride = gl_WorkGroupSize.x / 2u; stride > 0u; stride /= 2u) {
         barrier();
         uint other = gl_LocalInvocationIndex + stride;
+        if (gl_LocalInvocationIndex < stride) inner_hits[gl_LocalInvocationIndex] += inner_hits[other];
         if (gl_LocalInvocationIndex < stride && nearest[other] < nearest[gl_LocalInvocationIndex]) {
             nearest[gl_LocalInvocationIndex] = nearest[other];
             nearest_ray[gl_LocalInvocationIndex] = nearest_ray[other];
@@ -90,9 +110,9 @@ void main() {
         // A standing wall or a covering surface: the view of the scene changes behind either.
         bool back = dot(plane, direction) > 0.0;
         if (dot(back ? -plane : plane, point.normal) < 0.7071 && distance != 0.0) occluder = plane / distance;
-        // The nearest hit of a candidate inside a solid is an inner side, which takes no
-        // part in transport.
-        if (!side_is_active(surface_at(hit.triangle).sides, back)) nearest[0] = INTERIOR;
+        // The nearest hit of a candidate in a solid, or most of its hits, are inner sides, which
+        // take no part in transport.
+        if (inner_hits[0] > 0 || is_inner(hit, direction)) nearest[0] = INTERIOR;
     }
     if (nearest[0] == UNKNOWN || !loops_completed(push.candidate_count)) clearances[index] = Clearance(UNKNOWN, vec3(0.0));
     else clearances[index] = Clearance(nearest[0], occluder);

@@ -120,15 +120,11 @@ impl Tracing<'_> {
     /// Distance to the nearest hit of a point's hemisphere, at most `far`, without rays within 10°
     /// of the tangent plane, and the nearest occluder plane; mirrors `clearance`.
     pub fn clearance(&self, point: &CachePoint, far: f32) -> (f64, DVec3) {
-        let [x, y, z] = point.position.to_array().map(f32::to_bits);
-        let name = hash_pair(x, hash_pair(y, hash_pair(z, point.side)));
-        let normal = self.geometry.normal(point.side);
-        let origin = self.geometry.offset_origin(point.position, normal);
         let mut nearest = (f64::from(far), DVec3::ZERO);
         for ray in 0..self.strata.rays() {
-            let local = self.strata.direction(ray, name, self.seed);
-            let hit = self.geometry.closest(origin, frame(point.normal) * local);
-            let Some(hit) = hit.filter(|hit| local.z > 0.1736 && hit.t < nearest.0) else { continue };
+            let Some((hit, _)) = self.clearance_hit(point, ray).filter(|(hit, _)| hit.t < nearest.0) else {
+                continue;
+            };
             let plane = self.geometry.surfaces[hit.triangle as usize].normal.as_dvec3();
             let distance = plane.dot(hit.position - point.position.as_dvec3());
             let facing = if distance > 0.0 { -plane } else { plane };
@@ -136,6 +132,35 @@ impl Tracing<'_> {
             nearest = (hit.t, if is_alike || distance == 0.0 { DVec3::ZERO } else { plane / distance });
         }
         nearest
+    }
+
+    /// Whether a point is in a solid: its nearest hit is on an inner side, or most hits of its
+    /// probes are. Hits count up to `far`. Mirrors `clearance`.
+    pub fn is_in_solid(&self, point: &CachePoint, far: f32) -> bool {
+        let count = self.strata.rays();
+        let hits = |rays: std::ops::Range<u32>| {
+            rays.filter_map(|number| self.clearance_hit(point, number * 11 % count))
+                .filter(|(hit, _)| hit.t < f64::from(far))
+        };
+        let is_inner = |(hit, direction): &(Hit, DVec3)| {
+            let surface = &self.geometry.surfaces[hit.triangle as usize];
+            !surface.side_is_active(surface.normal.as_dvec3().dot(*direction) > 0.0)
+        };
+        let nearest = hits(0..count).min_by(|a, b| a.0.t.total_cmp(&b.0.t));
+        let probes: Vec<bool> = hits(0..count.min(8)).map(|found| is_inner(&found)).collect();
+        let inner = probes.iter().filter(|&&is_inner| is_inner).count();
+        2 * inner > probes.len() || nearest.is_some_and(|found| is_inner(&found))
+    }
+
+    /// Hit and direction of a ray of a clearance, unless it is within 10° of the tangent plane.
+    fn clearance_hit(&self, point: &CachePoint, ray: u32) -> Option<(Hit, DVec3)> {
+        let [x, y, z] = point.position.to_array().map(f32::to_bits);
+        let name = hash_pair(x, hash_pair(y, hash_pair(z, point.side)));
+        let origin = self.geometry.offset_origin(point.position, self.geometry.normal(point.side));
+        let local = self.strata.direction(ray, name, self.seed);
+        let direction = frame(point.normal) * local;
+        let hit = self.geometry.closest(origin, direction).filter(|_| local.z > 0.1736)?;
+        Some((hit, direction))
     }
 }
 

@@ -169,3 +169,43 @@ fn clearances_equal_the_reference() {
     }
     assert_silent(&world.context);
 }
+
+/// Two sides in three are inner ones, as if many points were in solids. The nearest hit of some
+/// others is of an active side.
+#[test]
+fn points_in_solids_have_no_clearance() {
+    let mut world = World::room();
+    for (index, surface) in world.surfaces.iter_mut().enumerate().filter(|(index, _)| index % 3 != 0) {
+        surface.deactivate_side(index % 2 == 0);
+        surface.deactivate_side(index % 3 == 1);
+    }
+    let surfaces = Buffer::from_slice(&world.context, "surfaces", &world.surfaces).unwrap();
+    let (count, far) = (200, 10.0);
+    for group in [1, 8, 64] {
+        let points = world.cache_points(&mut Random::new(43), count, 0.1);
+        let candidates = Buffer::from_slice(&world.context, "candidates", &points).unwrap();
+        let clearances = Buffer::from_slice(&world.context, "clearances", &vec![UNTOUCHED; count]).unwrap();
+        world.dispatch(
+            "clearance",
+            &[("RINGS", 4), ("SECTORS", 16), ("local_size_x", group)],
+            |pipeline| count as u32 * pipeline.local_size()[0],
+            &ClearancePush { candidate_count: count as u32, seed: SEED, scene_size: far },
+            &[
+                ("Nodes", &world.buffers.nodes),
+                ("Triangles", &world.buffers.triangles),
+                ("Surfaces", &surfaces),
+                ("Candidates", &candidates),
+                ("Clearances", &clearances),
+            ],
+        );
+        let found: Vec<Clearance> = clearances.read().unwrap();
+        let reference: Vec<bool> =
+            points.iter().map(|point| tracing(&world, 4).is_in_solid(point, far)).collect();
+        let differ =
+            found.iter().zip(&reference).filter(|(found, is)| (found.distance < 0.0) != **is).count();
+        let inner = reference.iter().filter(|&&is| is).count();
+        assert!(differ * 50 <= count, "{differ} of {count} points differ");
+        assert!(inner > 50 && inner < count - 10, "{inner} of {count} points are in a solid");
+    }
+    assert_silent(&world.context);
+}

@@ -15,8 +15,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 gpu_struct! {
     /// Clearance of a candidate.
     pub struct Clearance {
-        /// Distance to the nearest surface that its rays see, metres; negative if that is the
-        /// inside of a solid.
+        /// Distance to the nearest surface that its rays see, metres; negative if that surface, or
+        /// most that they see, is the inside of a solid.
         pub distance: f32,
         /// Plane of that surface, as in `CachePoint`, if it faces 45° or more away from the
         /// candidate's; else zero.

@@ -94,14 +94,19 @@ pub fn unpack_change(word: u32) -> [DVec2; 2] {
     [2f64.powi(MOVEMENT_EXPONENT) * pair(word, 8, word >> 16 & 31), pair(word >> 21, 4, word >> 29)]
 }
 
+/// Two to a power from -1022 to 1023. `powi` is a loop.
+pub const fn power_of_two(exponent: i32) -> f64 {
+    f64::from_bits(((1023 + exponent) as u64) << 52)
+}
+
 /// The two halves of a word, low bits first.
 pub fn unpack(word: u32) -> DVec2 {
     let half = |bits: u32| {
         let (sign, exponent, fraction) = (bits >> 15, bits >> 10 & 31, f64::from(bits & 0x3ff) / 1024.0);
         let size = match exponent {
-            0 => fraction * 2f64.powi(-14),
+            0 => fraction * power_of_two(-14),
             31 => f64::NAN,
-            _ => (1.0 + fraction) * 2f64.powi(exponent as i32 - 15),
+            _ => (1.0 + fraction) * power_of_two(exponent as i32 - 15),
         };
         if sign == 1 { -size } else { size }
     };

@@ -2,7 +2,7 @@
 //! Their interior surface is inactive, because no light reaches it.
 
 use crate::scene::{Scene, Triangle};
-use glam::{DVec3, UVec2, Vec2, Vec3};
+use glam::{DVec3, UVec2, Vec2, Vec3, Vec3Swizzles};
 use std::collections::{HashMap, HashSet};
 
 /// Largest number of columns of the table along x and along z.
@@ -21,8 +21,29 @@ pub struct Solids {
     columns: UVec2,
     /// First index in `listed` of each column, and the end.
     first: Vec<u32>,
-    /// Solid and corner index of each triangle that overlaps a column.
-    listed: Vec<[u32; 2]>,
+    /// The triangles that overlap each column, the highest first.
+    listed: Vec<Listed>,
+}
+
+/// A triangle of a solid, in a column. Most triangles are passed over by their box.
+#[derive(Clone, Copy, Default)]
+struct Listed {
+    /// Box in x and z, metres.
+    low: Vec2,
+    high: Vec2,
+    /// Largest y, metres.
+    top: f32,
+    solid: u32,
+    /// Index of its corners.
+    corners: u32,
+}
+
+impl Listed {
+    fn new(solid: u32, corners: u32, triangle: &Triangle) -> Self {
+        let [low, high] = [Vec3::min, Vec3::max]
+            .map(|bound| triangle.positions.into_iter().reduce(bound).unwrap_or_default());
+        Self { low: low.xz(), high: high.xz(), top: high.y, solid, corners }
+    }
 }
 
 impl Solids {
@@ -83,13 +104,16 @@ impl Solids {
         for column in 1..first.len() {
             first[column] += first[column - 1];
         }
-        let mut listed = vec![[0; 2]; first.last().map_or(0, |&end| end as usize)];
+        let mut listed = vec![Listed::default(); first.last().map_or(0, |&end| end as usize)];
         let mut next = first.clone();
         for (index, (solid, triangle)) in (0..).zip(&of_solids) {
             for column in under(triangle) {
-                listed[next[column] as usize] = [*solid, index];
+                listed[next[column] as usize] = Listed::new(*solid, index, triangle);
                 next[column] += 1;
             }
+        }
+        for ends in first.windows(2) {
+            listed[ends[0] as usize..ends[1] as usize].sort_by(|a, b| b.top.total_cmp(&a.top));
         }
         (solids.first, solids.listed, solids.parts) = (first, listed, parts);
         solids
@@ -126,12 +150,17 @@ impl Solids {
         let column = (column.y * columns.x + column.x) as usize;
         let listed = &self.listed[self.first[column] as usize..self.first[column + 1] as usize];
         let mut left: Vec<(u32, i32)> = Vec::new();
-        for &[solid, triangle] in listed {
-            let turns = passes(self.corners[triangle as usize], point.as_dvec3());
-            match left.iter_mut().find(|found| found.0 == solid) {
+        for Listed { low, high, solid, corners, .. } in
+            listed.iter().take_while(|listed| listed.top >= point.y)
+        {
+            if point.xz().cmplt(*low).any() || point.xz().cmpgt(*high).any() {
+                continue;
+            }
+            let turns = passes(self.corners[*corners as usize], point.as_dvec3());
+            match left.iter_mut().find(|found| found.0 == *solid) {
                 _ if turns == 0 => {}
                 Some(found) => found.1 += turns,
-                None => left.push((solid, turns)),
+                None => left.push((*solid, turns)),
             }
         }
         left

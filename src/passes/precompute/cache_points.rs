@@ -11,7 +11,7 @@ use super::Progress;
 pub use super::budget::RADIUS_RANGE;
 use super::budget::{Demand, spread};
 pub use super::coverage::Placed;
-use super::coverage::{Cover, Neighbourhood, Records};
+use super::coverage::{Cover, Neighbourhood, Records, earlier_covers};
 use super::fragment_points::probed_fragments;
 use super::geometry::Geometry;
 use super::visibility::clearance::{Clearance, ClearanceProbe};
@@ -24,7 +24,7 @@ use crate::types::CachePoint;
 use glam::Vec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, atomic::AtomicU32};
 
 /// Candidates for each expected record.
 const CANDIDATES_PER_RECORD: f64 = 24.0;
@@ -133,7 +133,9 @@ pub fn place(
         }
         let largest = geometry.cell_sizes.max_stretched(low, high, RADIUS_RANGE[1] * unit);
         let mut records = Records::new(&geometry.hvds.grid, largest, largest / (RADIUS_RANGE[1] * unit));
-        let attempt = Attempt { buffers, geometry, probe, neighbourhood, demands, unit, is_last, quality };
+        let hints = demands.iter().map(|_| AtomicU32::new(u32::MAX)).collect();
+        let attempt =
+            Attempt { buffers, geometry, probe, neighbourhood, demands, unit, is_last, quality, hints };
         let placement = attempt.run(&mut records, &mut known, progress)?;
         if placement.is_covering || is_last {
             return Ok(placement);
@@ -173,6 +175,8 @@ struct Attempt<'a> {
     /// No other attempt follows.
     is_last: bool,
     quality: &'a Quality,
+    /// A record that covers some point of each fragment: it most likely covers others, too.
+    hints: Vec<AtomicU32>,
 }
 
 impl Attempt<'_> {
@@ -200,7 +204,7 @@ impl Attempt<'_> {
             if uncovered.len() as f64 <= UNCOVERED_FRACTION * probes.len() as f64 {
                 break;
             }
-            has_room = self.accept(records, known, uncovered, Cover::DENSE)?;
+            has_room = self.accept(records, known, &uncovered, Cover::DENSE)?;
         }
         Ok(Placement {
             points: std::mem::take(&mut records.points),
@@ -228,7 +232,7 @@ impl Attempt<'_> {
             let batch = (first + MIN_BATCH).min(candidates.len().div_ceil(BATCHES)).max(MIN_BATCH);
             let end = candidates.len().min(first + batch);
             let open = self.uncovered(records, &mut candidates[first..end], self.quality.seed, cover);
-            has_room = self.accept(records, known, open, cover)?;
+            has_room = self.accept(records, known, &open, cover)?;
             progress.advance(end as u64);
             first = end;
         }
@@ -292,7 +296,7 @@ impl Attempt<'_> {
         });
         let is_open = |(candidate, point): &(&Candidate, CachePoint)| {
             let fragment = &self.geometry.hvds.fragments[candidate.fragment as usize];
-            !records.cover(point, cover)
+            !records.cover_near(&self.hints[candidate.fragment as usize], point, cover)
                 && (fragment.open == 1.0
                     || !self.geometry.is_interior(point) && !self.geometry.is_hole(point))
         };
@@ -307,43 +311,59 @@ impl Attempt<'_> {
         &self,
         records: &mut Records,
         known: &mut Known,
-        candidates: Vec<CachePoint>,
+        mut candidates: &[CachePoint],
         cover: Cover,
     ) -> Result<bool> {
-        let mut rest = candidates.into_iter();
-        loop {
+        while !candidates.is_empty() {
             // A few at a time: candidates that these cover need no measurement.
-            let open = |candidate: &CachePoint| !records.cover(candidate, cover);
-            let next: Vec<CachePoint> = rest.by_ref().filter(open).take(MEASURED).collect();
-            if next.is_empty() {
-                return Ok(true);
+            let mut open: Vec<CachePoint> = Vec::new();
+            while open.len() < MEASURED && !candidates.is_empty() {
+                let (next, rest) = candidates.split_at(candidates.len().min(MEASURED));
+                let is_open = |candidate: &&CachePoint| !records.cover(candidate, cover);
+                open.par_extend(next.par_iter().filter(is_open));
+                candidates = rest;
             }
-            let is_new = |candidate: &&CachePoint| !known.contains_key(&place_of(candidate));
-            let new: Vec<CachePoint> = next.iter().filter(is_new).copied().collect();
-            let clearances = self.probe.measure(self.buffers, &new, None)?;
-            known.extend(new.iter().map(place_of).zip(clearances));
-            for mut candidate in next {
-                let clearance = known[&place_of(&candidate)];
-                if clearance.distance < 0.0 || records.cover(&candidate, cover) {
+            let placed = self.placed(known, &open)?;
+            let mut is_accepted = vec![false; placed.len()];
+            for (index, covering) in earlier_covers(&placed, cover).iter().enumerate() {
+                if covering.iter().any(|&earlier| is_accepted[earlier as usize]) {
                     continue;
                 }
                 if records.points.len() as u32 >= self.quality.cache_points {
                     return Ok(false);
                 }
-                if self.quality.takes(Measure::OccluderPlanes) {
-                    candidate.occluder = clearance.occluder;
-                }
-                let clearance = match self.quality.takes(Measure::ClearanceBounds) {
-                    true => self.neighbourhood.clamp(&candidate, clearance.distance),
-                    false => clearance.distance,
-                };
-                let sizes = self.geometry.cell_sizes;
-                let bound = |bound: f64| sizes.stretched(candidate.position, bound * self.unit) as f32;
-                let [low, high] = RADIUS_RANGE.map(bound);
-                candidate.radius = (0.5 * clearance).clamp(low, high);
-                let spacing = self.spacing_at(candidate.position) as f32;
-                records.insert(Placed { point: candidate, clearance, spacing });
+                is_accepted[index] = true;
+                records.insert(placed[index]);
             }
         }
+        Ok(true)
+    }
+
+    /// The records that candidates would become, in order, without those in solids.
+    fn placed(&self, known: &mut Known, candidates: &[CachePoint]) -> Result<Vec<Placed>> {
+        let is_new = |candidate: &&CachePoint| !known.contains_key(&place_of(candidate));
+        let new: Vec<CachePoint> = candidates.iter().filter(is_new).copied().collect();
+        let clearances = self.probe.measure(self.buffers, &new, None)?;
+        known.extend(new.iter().map(place_of).zip(clearances));
+        let known = &*known;
+        let measured = candidates.par_iter().map(|candidate| (candidate, known[&place_of(candidate)]));
+        let open = measured.filter(|(_, clearance)| clearance.distance >= 0.0);
+        Ok(open.map(|(candidate, clearance)| self.record(*candidate, clearance)).collect())
+    }
+
+    /// The record at a candidate with that clearance.
+    fn record(&self, mut point: CachePoint, clearance: Clearance) -> Placed {
+        if self.quality.takes(Measure::OccluderPlanes) {
+            point.occluder = clearance.occluder;
+        }
+        let clearance = match self.quality.takes(Measure::ClearanceBounds) {
+            true => self.neighbourhood.clamp(&point, clearance.distance),
+            false => clearance.distance,
+        };
+        let sizes = self.geometry.cell_sizes;
+        let bound = |bound: f64| sizes.stretched(point.position, bound * self.unit) as f32;
+        let [low, high] = RADIUS_RANGE.map(bound);
+        point.radius = (0.5 * clearance).clamp(low, high);
+        Placed { point, clearance, spacing: self.spacing_at(point.position) as f32 }
     }
 }

@@ -8,6 +8,8 @@ use crate::scene::grid::CellGrid;
 use crate::scene::hvds::Hvds;
 use crate::types::CachePoint;
 use glam::{UVec3, Vec3};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// An accepted cache point.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +38,11 @@ impl Cover {
     pub(super) const DENSE: Self = Self { within: Tolerance::VALID, above: COVERED };
     /// Some relaxed record is valid there.
     pub(super) const SPARSE: Self = Self { within: Tolerance::RELAXED, above: 0.0 };
+
+    /// Whether a record covers a point.
+    pub(super) fn holds(self, point: &CachePoint, record: &CachePoint) -> bool {
+        cover_weight(point.position, point.normal, point.facet, record, self.within) > self.above
+    }
 }
 
 /// Clearances measured all over the surface. A record's clearance is at most that of a sample plus
@@ -117,11 +124,38 @@ impl Records {
         self.points.push(placed);
     }
 
-    /// Whether some record covers the point.
-    pub(super) fn cover(&self, point: &CachePoint, Cover { within, above }: Cover) -> bool {
-        self.map.any(point.position, |record| {
-            let record = &self.points[record as usize].point;
-            cover_weight(point.position, point.normal, point.facet, record, within) > above
-        })
+    /// Whether some record covers the point. `hint` is the record to ask first; it becomes the one
+    /// that covers.
+    pub(super) fn cover_near(&self, hint: &AtomicU32, point: &CachePoint, cover: Cover) -> bool {
+        let hinted = self.points.get(hint.load(Relaxed) as usize);
+        if hinted.is_some_and(|record| cover.holds(point, &record.point)) {
+            return true;
+        }
+        let covering =
+            self.map.find(point.position, |record| cover.holds(point, &self.points[record as usize].point));
+        covering.inspect(|&record| hint.store(record, Relaxed)).is_some()
     }
+
+    /// Whether some record covers the point.
+    pub(super) fn cover(&self, point: &CachePoint, cover: Cover) -> bool {
+        self.map.any(point.position, |record| cover.holds(point, &self.points[record as usize].point))
+    }
+}
+
+/// For each of these records, which records before it cover it.
+pub(super) fn earlier_covers(records: &[Placed], cover: Cover) -> Vec<Vec<u32>> {
+    let reach = |placed: &Placed| (placed.point.position, placed.point.radius);
+    let map = Reaches::from_points(&records.iter().map(reach).collect::<Vec<_>>());
+    let covering = |index: usize| {
+        let point = &records[index].point;
+        let mut found = Vec::new();
+        map.any(point.position, |other| {
+            if (other as usize) < index && cover.holds(point, &records[other as usize].point) {
+                found.push(other);
+            }
+            false
+        });
+        found
+    };
+    (0..records.len()).into_par_iter().map(covering).collect()
 }

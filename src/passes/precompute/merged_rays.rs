@@ -5,7 +5,7 @@
 //! rays, a list a cache point; targets.
 
 use super::gather_rays::{Hemisphere, RayDirections, RayTable};
-use crate::cpu::gather::unpack;
+use crate::cpu::gather::{power_of_two, unpack};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::GrowsWith;
@@ -71,7 +71,7 @@ impl MergedRayPacking {
                 run.iter().map(|ray| fraction(ray.2 as usize)).sum::<DVec2>()
             };
             let count = (run.len() - 1) as u32;
-            let movement = |ray: usize| unpack(rays[ray].gradient) * 2f64.powi(-MOVEMENT_EXPONENT);
+            let movement = |ray: usize| unpack(rays[ray].gradient) * power_of_two(-MOVEMENT_EXPONENT);
             let rotation = |ray: usize| self.rotations[ray].as_dvec2() / f64::from(self.rotation_unit);
             let ray = MergedRay {
                 target_index: target_index | count.checked_shl(self.target_bits).unwrap_or(0),
@@ -430,12 +430,27 @@ impl Pair {
     /// Rounds to the nearest number, and clamps to the largest.
     fn pack(self, values: DVec2) -> u32 {
         let most = self.most();
-        let scaled = |value: f64, exponent: i32| (value * 2f64.powi(-exponent)).round_ties_even();
-        let fits = |&exponent: &i32| scaled(values.abs().max_element(), exponent) <= most;
-        let exponent = (0..self.last_exponent()).find(fits).unwrap_or(self.last_exponent());
+        let largest = values.abs().max_element();
+        let fits = |&exponent: &i32| scaled(largest, exponent) <= most;
+        // Smaller exponents cannot fit, because rounding adds at most one half.
+        let first = exponent_of(largest / (most + 0.5)).clamp(0, self.last_exponent());
+        let exponent = (first..self.last_exponent()).find(fits).unwrap_or(self.last_exponent());
         let mantissa = |value: f64| {
             scaled(value, exponent).clamp(-most, most) as i32 as u32 & ((1 << self.mantissa) - 1)
         };
         mantissa(values.x) | mantissa(values.y) << self.mantissa | (exponent as u32) << (2 * self.mantissa)
     }
+}
+
+/// `value` over two to the `exponent`, rounded to the nearest integer.
+fn scaled(value: f64, exponent: i32) -> f64 {
+    let scaled = value * power_of_two(-exponent);
+    // Above 2^51 there are no fractions. Below, the sum has none.
+    const ROUND: f64 = 1.5 * (1_u64 << 52) as f64;
+    if scaled.abs() < (1_u64 << 51) as f64 { scaled + ROUND - ROUND } else { scaled }
+}
+
+/// The largest integer e with 2^e ≤ `value`; -1023 for subnormal numbers and zero.
+fn exponent_of(value: f64) -> i32 {
+    (value.to_bits() >> 52 & 0x7ff) as i32 - 1023
 }

@@ -10,6 +10,9 @@ const LEVELS: u32 = 4;
 /// Maximum number of cells of a level along an axis, if all cells have a list.
 const MAX_CELLS: f32 = 128.0;
 
+/// The same, in all, for each point that is known from the start.
+const CELLS_PER_POINT: f32 = 8.0;
+
 /// Cells that are wider than the reach by this factor hold too many points: such a level has lists
 /// of cells with points alone.
 const WIDE: f32 = 8.0;
@@ -49,9 +52,14 @@ impl Reaches {
     /// An empty map of the box from `low` to `high`, for reaches up to `most`, all in metres. Many
     /// reaches may be smaller than that by a factor of `orders`.
     pub(super) fn new(low: Vec3, high: Vec3, most: f32, orders: f32) -> Self {
+        Self::with_cells(low, high, most, orders, MAX_CELLS)
+    }
+
+    /// As [`Self::new`], with at most so many cells along an axis.
+    fn with_cells(low: Vec3, high: Vec3, most: f32, orders: f32, max_cells: f32) -> Self {
         let most = most.max(f32::MIN_POSITIVE);
         let levels = LEVELS + orders.max(1.0).log2().ceil() as u32;
-        let level = |halvings: u32| Level::new(low, high, most * (-(halvings as f32)).exp2());
+        let level = |halvings: u32| Level::new(low, high, most * (-(halvings as f32)).exp2(), max_cells);
         Self { levels: (0..levels).map(level).collect() }
     }
 
@@ -63,7 +71,9 @@ impl Reaches {
         let mut reaches: Vec<f32> = points.iter().map(|point| point.1).collect();
         reaches.sort_by(f32::total_cmp);
         let typical = reaches.get(reaches.len() / 4).map_or(most, |&reach| reach.max(1e-6 * most));
-        let mut map = Self::new(least.min(high), high, most, most / (2.0 * typical).max(f32::MIN_POSITIVE));
+        let orders = most / (2.0 * typical).max(f32::MIN_POSITIVE);
+        let max_cells = (CELLS_PER_POINT * points.len() as f32).cbrt().clamp(1.0, MAX_CELLS);
+        let mut map = Self::with_cells(least.min(high), high, most, orders, max_cells);
         for (index, &(position, reach)) in (0..).zip(points) {
             map.insert(position, reach, index);
         }
@@ -86,6 +96,16 @@ impl Reaches {
     pub(super) fn any(&self, place: Vec3, mut wanted: impl FnMut(u32) -> bool) -> bool {
         self.levels.iter().any(|level| level.any(place, &mut wanted))
     }
+
+    /// As [`Self::any`]; returns the accepted point.
+    pub(super) fn find(&self, place: Vec3, mut wanted: impl FnMut(u32) -> bool) -> Option<u32> {
+        let mut found = None;
+        self.any(place, |index| {
+            found = wanted(index).then_some(index);
+            found.is_some()
+        });
+        found
+    }
 }
 
 /// Index of a cell in a list of all.
@@ -95,9 +115,9 @@ fn place(cell: UVec3, cells: UVec3) -> usize {
 }
 
 impl Level {
-    fn new(low: Vec3, high: Vec3, most: f32) -> Self {
+    fn new(low: Vec3, high: Vec3, most: f32, max_cells: f32) -> Self {
         let extent = (high - low).max(Vec3::ZERO);
-        let (own, least) = (SLACK * most, extent.max_element() / MAX_CELLS);
+        let (own, least) = (SLACK * most, extent.max_element() / max_cells);
         let is_dense = least <= WIDE * own;
         let cell = if is_dense { own.max(least) } else { own }.max(f32::MIN_POSITIVE);
         let cells = (extent / cell).ceil().as_uvec3().max(UVec3::ONE);

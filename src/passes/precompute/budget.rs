@@ -86,14 +86,20 @@ impl<'a> Demand<'a> {
     }
 }
 
+/// The sum over all demands, with the bits of a sum on one core.
+pub(super) fn total(demands: &[Demand<'_>], records: impl Fn(&Demand<'_>) -> f64 + Sync + Send) -> f64 {
+    let each: Vec<f64> = demands.par_iter().map(records).collect();
+    each.iter().sum()
+}
+
 /// Returns three unit lengths that scale all radii. The first meets the budget in expectation, and
 /// gives flat fragments at least a quarter of it: strong curvature needs many records at any
 /// length, and its expected number is too high. The second is the longest acceptable length, at
 /// which flat fragments take an eighth. The third is for scenes that no length suits: curved
 /// surface is covered sparsely and flat fragments take six tenths.
 pub(super) fn spread(demands: &[Demand<'_>], scene_size: f32, budget: u32) -> [f64; 3] {
-    let curved = |unit: f64| demands.iter().map(|demand| demand.records(unit)).sum::<f64>();
-    let flat = |unit: f64| demands.iter().map(|demand| demand.flat_records(unit)).sum::<f64>();
+    let curved = |unit: f64| total(demands, |demand| demand.records(unit));
+    let flat = |unit: f64| total(demands, |demand| demand.flat_records(unit));
     let length = |expected: &dyn Fn(f64) -> f64, records: f64| {
         let size = f64::from(scene_size);
         let (mut low, mut high) = (1e-7 * size, size);

@@ -9,7 +9,7 @@
 
 use super::Progress;
 pub use super::budget::RADIUS_RANGE;
-use super::budget::{Demand, spread};
+use super::budget::{Demand, spread, total};
 pub use super::coverage::Placed;
 use super::coverage::{Cover, Neighbourhood, Records, earlier_covers};
 use super::fragment_points::probed_fragments;
@@ -122,8 +122,7 @@ pub fn place(
     let neighbourhood = &Neighbourhood::new(geometry.hvds, samples, clearances);
     let demands = &Demand::of_fragment(geometry, &size_field.clearances_of(geometry, geometry.hvds));
     let [mut unit, largest, sparse] = spread(demands, geometry.scene_size, budget);
-    let mut is_last =
-        demands.iter().map(|demand| demand.records(largest)).sum::<f64>() > HOPELESS * f64::from(budget);
+    let mut is_last = total(demands, |demand| demand.records(largest)) > HOPELESS * f64::from(budget);
     let first = unit;
     let mut known = HashMap::new();
     let (low, high) = geometry.hvds.grid.bounds();

@@ -124,8 +124,8 @@ impl Records {
         self.points.push(placed);
     }
 
-    /// Whether some record covers the point. `hint` is the record to ask first; it becomes the one
-    /// that covers.
+    /// Whether some record covers the point. The record `hint` is asked first; the one that covers
+    /// becomes the hint.
     pub(super) fn cover_near(&self, hint: &AtomicU32, point: &CachePoint, cover: Cover) -> bool {
         let hinted = self.points.get(hint.load(Relaxed) as usize);
         if hinted.is_some_and(|record| cover.holds(point, &record.point)) {
@@ -158,4 +158,60 @@ pub(super) fn earlier_covers(records: &[Placed], cover: Cover) -> Vec<Vec<u32>> 
         found
     };
     (0..records.len()).into_par_iter().map(covering).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::sampling::hash;
+    use crate::scene::grid::grid;
+
+    fn record(i: u32) -> Placed {
+        let random = |k: u32| hash(hash(i) ^ k) as f32 / u32::MAX as f32;
+        let normal = [Vec3::Y, Vec3::X][i as usize % 2];
+        let position = Vec3::new(random(1), random(2), random(3)) * (Vec3::ONE - normal);
+        let point = CachePoint {
+            position,
+            radius: 0.02 + 0.1 * random(4),
+            normal,
+            side: 0,
+            occluder: Vec3::ZERO,
+            facet: normal,
+            unused: glam::UVec2::ZERO,
+        };
+        Placed { point, clearance: 1.0, spacing: 1.0 }
+    }
+
+    #[test]
+    fn covers_are_those_of_all_pairs() {
+        let records: Vec<Placed> = (0..600).map(record).collect();
+        for cover in [Cover::ANY, Cover::DENSE, Cover::SPARSE] {
+            let mut count = 0;
+            for (index, mut found) in earlier_covers(&records, cover).into_iter().enumerate() {
+                found.sort_unstable();
+                let covers =
+                    |&other: &u32| cover.holds(&records[index].point, &records[other as usize].point);
+                assert_eq!(found, (0..index as u32).filter(covers).collect::<Vec<_>>());
+                count += found.len();
+            }
+            assert!(count > 600, "{count} pairs");
+        }
+    }
+
+    #[test]
+    fn a_hint_changes_no_answer() {
+        let mut records = Records::new(&grid(Vec3::ZERO, Vec3::ONE, 4), 0.2, 8.0);
+        let hint = AtomicU32::new(u32::MAX);
+        let mut covered = 0;
+        for i in 0..2000 {
+            let placed = record(i);
+            let is_covered = records.cover(&placed.point, Cover::DENSE);
+            assert_eq!(records.cover_near(&hint, &placed.point, Cover::DENSE), is_covered);
+            covered += u32::from(is_covered);
+            if i % 8 == 0 {
+                records.insert(placed);
+            }
+        }
+        assert!((200..1800).contains(&covered), "{covered} of 2000");
+    }
 }

@@ -39,7 +39,7 @@ impl MergedRayPacking {
     /// The packing for rays of that hemisphere with these targets, in any order
     /// and with repetitions.
     pub fn new(mut targets: Vec<u32>, hemisphere: Hemisphere) -> Self {
-        targets.sort_unstable();
+        targets.par_sort_unstable();
         targets.dedup();
         let target_bits = u32::BITS - (targets.len() as u32).saturating_sub(1).leading_zeros();
         let max_rays = 1_u64 << (u32::BITS - target_bits);
@@ -293,8 +293,13 @@ impl MergedRays {
     fn add_rows(&mut self, context: &Arc<Context>, rows: &[Vec<Merged>]) -> Result<()> {
         let counts: Vec<u32> = rows.iter().map(|row| row.len() as u32).collect();
         let merged_rays: Vec<MergedRay> = rows.iter().flatten().map(|merged| merged.ray).collect();
-        let words = |word: fn(&Merged) -> u32| rows.iter().flatten().map(word).collect();
-        let kept = [words(|merged| merged.colour), words(|merged| merged.direction)];
+        let words = |is_kept: bool, word: fn(&Merged) -> u32| -> Vec<u32> {
+            rows.iter().filter(|_| is_kept).flatten().map(word).collect()
+        };
+        let kept = [
+            words(self.has_colours, |merged| merged.colour),
+            words(self.has_directions, |merged| merged.direction),
+        ];
         self.add(context, &counts, &merged_rays, kept)
     }
 
@@ -453,4 +458,34 @@ fn scaled(value: f64, exponent: i32) -> f64 {
 /// The largest integer e with 2^e ≤ `value`; -1023 for subnormal numbers and zero.
 fn exponent_of(value: f64) -> i32 {
     (value.to_bits() >> 52 & 0x7ff) as i32 - 1023
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::sampling::hash;
+
+    /// A smaller exponent would keep more bits; numbers close to powers of two decide.
+    #[test]
+    fn pairs_take_the_smallest_exponent_that_fits() {
+        for pair in [MOVEMENT, ROTATION] {
+            for i in 0..40_000 {
+                let size = 2f64.powi((hash(i) % 44) as i32 - 6);
+                let step = f64::from(hash(i ^ 0x9e37) % 9) - 4.0;
+                let value = match i % 3 {
+                    0 => size * f64::from(hash(!i)) / f64::from(u32::MAX),
+                    1 => size * (1.0 + step * f64::EPSILON),
+                    _ => (pair.most() + 0.5) * size * (1.0 + step * f64::EPSILON),
+                };
+                let fits = |exponent: &i32| (value * 2f64.powi(-exponent)).round_ties_even() <= pair.most();
+                let last = pair.last_exponent();
+                let wanted = (0..last).find(fits).unwrap_or(last);
+                let packed = pair.pack(DVec2::new(0.0, -value));
+                assert_eq!((packed >> (2 * pair.mantissa)) as i32, wanted, "{value}");
+                let mantissa = (value * 2f64.powi(-wanted)).round_ties_even().min(pair.most());
+                let bits = packed >> pair.mantissa & ((1 << pair.mantissa) - 1);
+                assert_eq!(bits, -mantissa as i32 as u32 & ((1 << pair.mantissa) - 1), "{value}");
+            }
+        }
+    }
 }

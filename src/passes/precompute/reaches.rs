@@ -55,7 +55,7 @@ impl Reaches {
         Self::with_cells(low, high, most, orders, MAX_CELLS)
     }
 
-    /// As [`Self::new`], with at most so many cells along an axis.
+    /// As [`Self::new`]; `max_cells` is the maximum number of cells of a level along an axis.
     fn with_cells(low: Vec3, high: Vec3, most: f32, orders: f32, max_cells: f32) -> Self {
         let most = most.max(f32::MIN_POSITIVE);
         let levels = LEVELS + orders.max(1.0).log2().ceil() as u32;

@@ -450,7 +450,7 @@ impl Pair {
 /// `value` over two to the `exponent`, rounded to the nearest integer.
 fn scaled(value: f64, exponent: i32) -> f64 {
     let scaled = value * power_of_two(-exponent);
-    // Above 2^51 there are no fractions. Below, the sum has none.
+    // The sum has no fractions. Values from 2^51 on are beyond all pairs and are clamped.
     const ROUND: f64 = 1.5 * (1_u64 << 52) as f64;
     if scaled.abs() < (1_u64 << 51) as f64 { scaled + ROUND - ROUND } else { scaled }
 }

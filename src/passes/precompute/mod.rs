@@ -9,6 +9,7 @@ mod fragment_points;
 pub mod gather_rays;
 pub mod geometry;
 pub mod gloss;
+mod gradient_packing;
 pub mod light_paths;
 pub mod live_clusters;
 pub mod merged_rays;

@@ -47,6 +47,7 @@ layout(scalar, push_constant) uniform Push { SplatWeightsPush push; };
 const uint KEPT = 8u;  // weights of a pixel in registers
 shared uint tile_weights;  // their number
 shared uint tile_first;    // index of the first one
+shared uint tile_weighed;  // records that the tile's pixels weighed
 
 void list_uncovered(uint pixel) {
     uint place = atomicAdd(uncovered_pixels[3], 1u);
@@ -56,6 +57,7 @@ void list_uncovered(uint pixel) {
 
 // Records with weight at a pixel.
 struct Served {
+    uint weighed;  // records, these among them
     uint count;
     float sum;  // of the weights
     SplatWeight kept[KEPT];  // the first ones
@@ -66,11 +68,14 @@ const uint KEEPS = 0xffffffffu;
 
 Served weigh(PixelSurface pixel, vec3 facet, uint root, Tolerance tolerance, uint place, float scale) {
     Served served;
+    served.weighed = 0u;
     served.count = 0u;
     served.sum = 0.0;
     for (TreeWalk walk = walk_from(push.grid, root, pixel.position); walk.cell != EMPTY;) {
         uint list = next_list(walk);
-        uint end = list == EMPTY ? 0u : list + 1u + word_at(RecordLists, list);
+        uint length = list == EMPTY ? 0u : word_at(RecordLists, list);
+        uint end = list + 1u + length;
+        served.weighed += length;
         for (uint i = list + 1u; i < end; ++i) {
             uint record = word_at(RecordLists, i);
             float weight = record_weight(pixel.position, pixel.normal, facet, cache_point_at(CachePoints, record), tolerance);
@@ -86,7 +91,7 @@ Served weigh(PixelSurface pixel, vec3 facet, uint root, Tolerance tolerance, uin
 }
 
 void main() {
-    if (gl_LocalInvocationIndex == 0u) tile_weights = 0u;
+    if (gl_LocalInvocationIndex == 0u) tile_weights = tile_weighed = 0u;
     barrier();
     uvec2 xy = corner_of_tile(flat_workgroup(), 8u, push.width) + place_in_tile(8u);
     bool is_inside = xy.x < push.width && xy.y < push.height;
@@ -109,11 +114,13 @@ void main() {
     uint root = push.grid.valid;
     Served served = weigh(pixel, facet, wants_records ? root : EMPTY, tolerance, KEEPS, 0.0);
     bool is_relaxed = wants_records && served.count == 0u;
+    uint weighed = served.weighed;
     if_any (is_relaxed) {
         tolerance = RELAXED;
         root = push.grid.relaxed;
         served = weigh(pixel, facet, root, tolerance, KEEPS, 0.0);
         served.sum = -served.sum;
+        weighed += served.weighed;
     }
     bool is_uncovered = is_relaxed && served.count == 0u && push.record_count > 0u;
     if (is_uncovered) list_uncovered(index);
@@ -122,8 +129,12 @@ void main() {
     uint capacity = is_uncovered ? 1u : served.count;
     uint first = 0u;
     if (capacity > 0u) first = atomicAdd(tile_weights, capacity);
+    if (weighed > 0u) atomicAdd(tile_weighed, weighed);
     barrier();
-    if (gl_LocalInvocationIndex == 0u) tile_first = atomicAdd(tally.weights, tile_weights);
+    if (gl_LocalInvocationIndex == 0u) {
+        tile_first = atomicAdd(tally.weights, tile_weights);
+        atomicAdd(tally.weighed, tile_weighed);
+    }
     barrier();
     if (!is_inside && AT_EDGES == 0u) return;
     first += tile_first;

@@ -43,6 +43,8 @@ COUNTS = [
     ("fragments, 10³", lambda edit: edit["counts"]["fragments"]),
     ("mixed fragments, 10³", lambda edit: edit["counts"]["mixed_fragments"]),
     ("pixels at shadow edges, 10³", lambda edit: edit["counts"]["shadow_edges"]),
+    ("shadow rays spared, 10³", lambda edit: edit["counts"]["spared_rays"]),
+    ("records weighed, 10³", lambda edit: edit["counts"]["weighed_records"]),
     ("splat weights, 10³", lambda edit: edit["counts"]["splat_weights"]),
     ("records gathered", lambda edit: edit["gathered"]),
     ("MB", lambda edit: edit["bytes"] / 1000),

@@ -1,7 +1,7 @@
 // Shadow rays of the points of a workgroup to the point samples of a light. Points of one triangle
 // that see a sample alike take one ray. Include after silhouettes.glsl and direct.glsl.
-// The including shader binds the texels `Silhouettes` and the word `ray_count[]`, where it
-// counts its rays, and defines IS_LIT(shaft, position, normal, to_light).
+// The including shader binds the texels `Silhouettes` and the words `ray_count[]`, where it counts
+// its rays and those that a neighbour's ray spares, and defines IS_LIT(shaft, position, normal, to_light).
 
 layout(constant_id = 19) const uint FINDS_ALIKE = 0u;  // see src/gpu/tuning.rs
 
@@ -14,6 +14,7 @@ shared vec3 group_normals[64];  // of the surfaces that occlude
 shared uint group_sides[64];
 shared uint group_rays[64];     // invocations whose points take a ray
 shared uint group_ray_count;
+shared uint group_spared_count;
 shared bool group_lit[64];
 
 // Whether a sample of a light sees all of the points or none: no edge is before them, in all the
@@ -79,10 +80,11 @@ bool is_lit_in_group(uint shaft, LightSource light, uint sample_index, vec2 u, u
     group_positions[own] = at.position;
     group_normals[own] = at.normal;
     group_sides[own] = has_ray ? side : NO_SIDE;
-    if (own == 0u) group_ray_count = 0u;
+    if (own == 0u) group_ray_count = group_spared_count = 0u;
     barrier();
     uint teller = teller_of(light, sample_index, flags, at.position, group_sides[own]);
     if (has_ray && teller == own) group_rays[atomicAdd(group_ray_count, 1u)] = own;
+    if (has_ray && teller != own) atomicAdd(group_spared_count, 1u);
     barrier();
     if (own < group_ray_count) {
         uint traced = group_rays[own];
@@ -90,7 +92,10 @@ bool is_lit_in_group(uint shaft, LightSource light, uint sample_index, vec2 u, u
         sample_light(light, group_positions[traced], u, to_light);
         group_lit[traced] = IS_LIT(shaft, group_positions[traced], group_normals[traced], to_light);
     }
-    if (own == 0u) atomicAdd(ray_count[0], group_ray_count);
+    if (own == 0u) {
+        atomicAdd(ray_count[0], group_ray_count);
+        atomicAdd(ray_count[1], group_spared_count);
+    }
     barrier();
     return has_ray && group_lit[teller];
 }

@@ -18,4 +18,5 @@ struct SplatTally {
     uint weights;    // of all pixels
     uint relaxed;  // pixels with relaxed records
     uint is_truncated;  // 1: some invocation had a truncated loop
+    uint weighed;  // records that pixels weighed, with and without weight
 };

@@ -16,7 +16,9 @@ const EDGE_POINTS: u32 = EDGE_PIXELS + 1;
 const FRAGMENTS: u32 = EDGE_POINTS + 1;
 const LISTED: u32 = FRAGMENTS + 1;
 const RAYS: u32 = LISTED + FRAMES as u32;
-const WORDS: u32 = RAYS + 3;
+/// Words of the ray counts of a set of points: rays, and those that a neighbour's ray spares.
+const RAY_WORDS: u32 = 2;
+const WORDS: u32 = RAYS + 3 * RAY_WORDS;
 
 /// Number of frames in flight.
 const FRAMES: u64 = 2;
@@ -67,15 +69,20 @@ impl FrameCounters {
 
     /// Copies the numbers of shadow rays, after a frame that traced any. Transfers.
     pub(super) fn copy_rays(&self, rec: &mut Recorder, counts: &[Buffer; 3]) {
-        for (word, count) in (RAYS..).zip(counts) {
-            rec.copy_to_host(count, 0, &self.block, word, 1);
+        for (word, count) in (RAYS..).step_by(RAY_WORDS as usize).zip(counts) {
+            rec.copy_to_host(count, 0, &self.block, word, RAY_WORDS);
         }
     }
 
     /// Numbers of shadow rays from pixels, fragments and entry points, in the last frame with any.
     /// Zero unless points that see a light alike take common rays.
     pub(super) fn rays(&self) -> [u32; 3] {
-        [0, 1, 2].map(|word| self.block.word(RAYS + word))
+        [0, 1, 2].map(|set| self.block.word(RAYS + RAY_WORDS * set))
+    }
+
+    /// Number of shadow rays that a neighbour's ray spares: those of points that see a light alike.
+    pub(super) fn spared_rays(&self) -> u64 {
+        [0, 1, 2].map(|set| u64::from(self.block.word(RAYS + RAY_WORDS * set + 1))).iter().sum()
     }
 
     /// Lengths of the splat lists, and uncovered pixels.

@@ -132,6 +132,8 @@ impl Renderer {
             edge_points: counters.edge_points().into(),
             mixed_fragments: sum(&|light| lights.mixed_fragments(light)),
             shadow_edges: sum(&|light| lights.shadow_edges(light)),
+            spared_rays: if plan.traces_shadows() { counters.spared_rays() } else { 0 },
+            weighed_records: counters.splat().weighed.into(),
             splat_weights: counters.splat().weights.into(),
         }
     }

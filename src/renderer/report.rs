@@ -86,6 +86,11 @@ pub struct FrameCounts {
     pub mixed_fragments: u64,
     /// Pixels at shadow edges, summed over the same lights.
     pub shadow_edges: u64,
+    /// Shadow rays from points that take a neighbour's instead, because no silhouette is between
+    /// both and the light. Zero unless the device looks for such points.
+    pub spared_rays: u64,
+    /// Records that the pixels of the view weighed.
+    pub weighed_records: u64,
     /// Splat weights of the view: pairs of a pixel and a record.
     pub splat_weights: u64,
 }

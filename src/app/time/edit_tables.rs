@@ -30,6 +30,8 @@ pub(super) fn costs(edits: &[EditCost]) -> String {
     row("edge points", &|edit| edit.counts.edge_points);
     row("mixed fragments", &|edit| edit.counts.mixed_fragments);
     row("shadow edges", &|edit| edit.counts.shadow_edges);
+    row("spared rays", &|edit| edit.counts.spared_rays);
+    row("records weighed", &|edit| edit.counts.weighed_records);
     row("splat weights", &|edit| edit.counts.splat_weights);
     row("gathered", &|edit| edit.gathered.into());
     cells(&mut text, "MB", edits.iter().map(|edit| format!("{:.1}", megabytes(edit.bytes()))));

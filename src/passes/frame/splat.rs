@@ -40,6 +40,8 @@ gpu_struct! {
         pub relaxed: u32,
         /// 1: some invocation had a truncated loop.
         pub is_truncated: u32,
+        /// Records that pixels weighed, with and without weight.
+        pub weighed: u32,
     }
 }
 

@@ -14,19 +14,21 @@ pub struct SplatCounts {
     pub relaxed: u32,
     /// Some invocation had a truncated loop.
     pub is_truncated: bool,
+    /// Records that pixels weighed, with and without weight.
+    pub weighed: u32,
     /// Uncovered pixels that take the nearest record.
     pub uncovered: u32,
 }
 
 impl SplatCounts {
     /// Words of a block that hold the counts.
-    pub const WORDS: u32 = 4;
+    pub const WORDS: u32 = 5;
 
     /// Reads what [`Splat::copy_counts`] has copied to the words from `first` on.
     pub fn read(block: &HostBlock, first: u32) -> Self {
-        let [weights, relaxed, is_truncated, uncovered] =
+        let [weights, relaxed, is_truncated, weighed, uncovered] =
             std::array::from_fn(|word| block.word(first + word as u32));
-        Self { weights, relaxed, is_truncated: is_truncated != 0, uncovered }
+        Self { weights, relaxed, is_truncated: is_truncated != 0, weighed, uncovered }
     }
 }
 
@@ -34,7 +36,7 @@ impl Splat {
     /// Copies the counts of the view to a block that the host reads. Transfers.
     pub fn copy_counts(&self, rec: &mut Recorder, block: &HostBlock, first: u32) {
         rec.copy_to_host(&self.tally, 0, block, first, size_of::<SplatTally>() as u32 / 4);
-        rec.copy_to_host(&self.at_pixels.uncovered, 12, block, first + 3, 1);
+        rec.copy_to_host(&self.at_pixels.uncovered, 12, block, first + SplatCounts::WORDS - 1, 1);
     }
 
     /// Enlarges the list of weights if it was too short for the last view. Returns whether it was:

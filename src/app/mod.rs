@@ -16,6 +16,7 @@ mod capture;
 mod compare;
 #[cfg(feature = "window")]
 mod demo;
+mod estimate;
 mod exposure;
 mod film;
 mod heatmap;

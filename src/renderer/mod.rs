@@ -92,7 +92,7 @@ impl Renderer {
     pub fn new(context: &Arc<Context>, scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
         let (start, mut scene) = (Instant::now(), scene);
         let made = precompute::precompute(context, &mut scene, progress)?;
-        Self::from_precomputed(context, scene, made, start)
+        Self::from_precomputed(context, scene, made, start, progress)
     }
 
     /// Builds the renderer from the results of a precomputation that began at `start`.
@@ -101,7 +101,9 @@ impl Renderer {
         mut scene: Scene,
         made: Precomputed,
         start: Instant,
+        progress: &mut dyn Progress,
     ) -> Result<Self> {
+        progress.stage("tables for frames", 1);
         let reach = seen::paths_to_view(&mut scene, &made)?;
         let (view, is_glossy) = (View::from(&scene.cameras[0]), made.gloss.is_some());
         let mut image = Image::new(context, &made.buffers, view, scene.quality.edge_samples, is_glossy)?;
@@ -132,6 +134,7 @@ impl Renderer {
         };
         renderer.warn_of_few_paths(&reach)?;
         renderer.statistics.end_precomputation("tables for frames", start.elapsed());
+        progress.finish();
         Ok(renderer)
     }
 

@@ -60,13 +60,13 @@ impl Scene {
         let emitting = |material: u32| materials[material as usize].emission != Vec3::ZERO;
         let choose = |own: Option<&Camera>| fit::choose(&triangles, origin, wish, own, emitting);
         source.complete(origin, choose, emits, &mut warnings)?;
+        let mut drafted = source.clone();
+        drafted.choose_preset("draft");
         source.change(&others, options)?;
+        drafted.change(&others, options)?;
 
         let root = &source.root;
-        let quality = match root.get("quality") {
-            Some(node) => Quality::read(&Section::new(&file, "quality", node)?)?,
-            None => Quality::default(),
-        };
+        let (quality, draft) = (source.quality()?, drafted.quality()?);
         let mut lights = read_lights(&file, root, origin)?;
         show_lights(&file, root, &mut lights, &mut materials, (&mut triangles, &mut coordinates))?;
         opacity.add_full(triangles.len() - of_models);
@@ -105,6 +105,7 @@ impl Scene {
             emission: Arc::new(emission),
             cameras,
             quality,
+            draft,
             origin,
             interior_viewpoints: Vec::new(),
             inputs,
@@ -200,6 +201,13 @@ impl Source {
         file.into_iter().collect()
     }
 
+    fn quality(&self) -> Result<Quality> {
+        match self.root.get("quality") {
+            Some(node) => Quality::read(&Section::new(&self.file, "quality", node)?),
+            None => Ok(Quality::default()),
+        }
+    }
+
     fn choose_preset(&mut self, preset: &str) {
         let node = |kind| Node { origin: Origin::Flag("--preset".to_owned()), kind };
         let mut quality = node(Kind::Table(vec![("preset".to_owned(), node(Kind::Text(preset.to_owned())))]));
@@ -235,6 +243,10 @@ impl Source {
                     undefined.push((0, fault.to_string()));
                 }
             }
+            // Its materials stay, because the scene file may change some.
+            if section.flag("hidden")?.unwrap_or(false) {
+                meshes.clear();
+            }
             all.cameras.extend(cameras);
             all.lights.extend(lights);
             // Checked before the next model is read.
@@ -267,12 +279,17 @@ impl Source {
         if let Some(what) = kinds::not_read(name) {
             return Err(section.fault_at("file", format!("{name:?} {what}")));
         }
-        let path = self.file.with_file_name(name);
+        let mut path = self.file.with_file_name(name);
         let is_users =
             self.is_model_only || matches!(section.get("file"), Some(Node { origin: Origin::Flag(_), .. }));
         let (named, beside) = match &self.files {
             // The user's model may lie anywhere, and the files that it names beside it.
             Files::Disk(Some(_)) if is_users => (Files::Disk(None), Files::beside(&path)),
+            // A user's model in a built-in scene.
+            Files::Embedded if is_users => {
+                path = PathBuf::from(name);
+                (Files::Disk(None), Files::beside(&path))
+            }
             files => (files.clone(), files.clone()),
         };
         reading.files = named;

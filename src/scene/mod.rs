@@ -163,6 +163,8 @@ pub struct Scene {
     pub interior_viewpoints: Vec<Vec3>,
     /// Every number of the method that trades time for accuracy.
     pub quality: Quality,
+    /// The same with the numbers of the `draft` preset, for a first picture.
+    pub draft: Quality,
     /// Offset subtracted from all coordinates at load, world metres.
     pub origin: DVec3,
     /// Files on disk that the scene was read from: scene file, models, materials, images. No output

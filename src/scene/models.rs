@@ -110,7 +110,7 @@ pub(super) fn visible(
     warnings: &mut Vec<String>,
 ) -> std::result::Result<Visible, String> {
     let Models { meshes, coverages, .. } = models;
-    let none = "no triangle is left: all materials are hidden, or hole everywhere";
+    let none = "no triangle is left: all models or materials are hidden, or hole everywhere";
     meshes.retain(|mesh| !matches!(coverages[mesh.material as usize], Coverage::Hidden));
     if meshes.is_empty() {
         return Err(none.to_owned());

@@ -63,6 +63,14 @@ impl Setting {
             root.set(section, empty(kind));
         }
         let node = root.get_mut(section).expect("it has just been added");
+        // The number after the last model's adds one.
+        if section == "model"
+            && let Kind::Array(models) = &mut node.kind
+            && path.get(1).is_some_and(|number| *number == models.len().to_string())
+            && ["file", "built_in"].contains(&key.as_str())
+        {
+            models.push(empty(Kind::Table(Vec::new())));
+        }
         if section == "material"
             && let Kind::Array(overrides) = &mut node.kind
             && !overrides.iter().any(|material| is_named(material, &path[1]))

@@ -1,5 +1,7 @@
 //! The actions that keys are bound to.
 
+use std::path::Path;
+
 use super::navigate;
 use super::panels::fresh_light;
 use super::session::Session;
@@ -7,6 +9,7 @@ use super::shortcuts::Action;
 use super::ui_state::{Chosen, Request, UiState, View};
 use super::viewport::Viewport;
 use crate::scene::Camera;
+use crate::scene::save::PlacedModel;
 
 /// Applies one action to the session.
 pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState, viewport: &mut Viewport) {
@@ -76,4 +79,11 @@ fn next_level(view: View, session: &Session) -> View {
         View::Cells(level) => View::Cells((level + 1) % levels.max(1)),
         _ => View::Cells(0),
     }
+}
+
+/// Adds the model of a file where the file puts it.
+pub(super) fn add_model(session: &mut Session, path: &Path) {
+    // Relative paths would count from the scene file.
+    let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    session.document.models.push(PlacedModel::of_file(&path.to_string_lossy()));
 }

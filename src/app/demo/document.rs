@@ -1,8 +1,9 @@
-//! The document: the lights and materials that the user edits. It is a plain value. Panels change
+//! The document: the lights, materials and models that the user edits. It is a plain value. Panels change
 //! it, the session applies it to the renderer, and the history stores copies of it.
 
 use glam::Vec3;
 
+use crate::scene::save::PlacedModel;
 use crate::scene::{Light, Material, Scene};
 
 /// Longest undo history, in edits.
@@ -15,6 +16,8 @@ pub(super) struct Document {
     pub(super) lights: Vec<LightEntry>,
     /// In the scene's order.
     pub(super) materials: Vec<MaterialEdit>,
+    /// In the order of the scene file; models that the user added follow.
+    pub(super) models: Vec<PlacedModel>,
 }
 
 /// A light with an identifier that survives renaming and reordering.
@@ -33,12 +36,13 @@ pub(super) struct MaterialEdit {
 }
 
 impl Document {
-    /// The document of a freshly loaded scene.
-    pub(super) fn from_scene(scene: &Scene) -> Self {
+    /// The document of a freshly loaded scene with these models.
+    pub(super) fn from_scene(scene: &Scene, models: Vec<PlacedModel>) -> Self {
         let entry = |(id, light): (u64, &Light)| LightEntry { id, light: light.clone() };
         Self {
             lights: (0..).zip(&scene.lights).map(entry).collect(),
             materials: scene.materials.iter().map(MaterialEdit::from_material).collect(),
+            models,
         }
     }
 
@@ -179,7 +183,7 @@ mod tests {
 
     fn document() -> Document {
         let edit = MaterialEdit { diffuse: Vec3::splat(0.5), specular: Vec3::ZERO, exponent: 1.0 };
-        let mut document = Document { lights: Vec::new(), materials: vec![edit] };
+        let mut document = Document { lights: Vec::new(), materials: vec![edit], models: Vec::new() };
         document.add(light("lamp"));
         document
     }

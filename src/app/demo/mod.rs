@@ -13,6 +13,8 @@ mod panels;
 mod rebase;
 mod reference;
 mod session;
+#[cfg(test)]
+mod session_tests;
 mod shader_sources;
 mod shortcuts;
 mod stage;

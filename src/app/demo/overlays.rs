@@ -24,6 +24,8 @@ const DEPTH_SLACK: f32 = 0.01;
 /// Data that is read back from the renderer, kept while it is valid.
 #[derive(Default)]
 pub(super) struct Overlays {
+    /// The session's generation.
+    generation: u64,
     cache_points: Vec<CachePoint>,
     /// Depth of each pixel, with the picture's version and size.
     depth: (u64, [u32; 2], Vec<f32>),
@@ -56,6 +58,9 @@ impl Overlays {
             *self = Self::default();
             return Ok(());
         };
+        if self.generation != session.generation {
+            *self = Self { generation: session.generation, ..Self::default() };
+        }
         let painter = ui.painter_at(area);
         match ui_state.view {
             View::CachePoints => {

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::document::{Document, LightEntry, MaterialEdit};
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, LightKind, Scene};
 
 /// The map from lights, materials and positions of one scene to another. Names identify
 /// lights and materials.
@@ -14,6 +14,9 @@ pub(super) struct Rebase {
     beyond: u64,
     /// First-scene material of each material of the second scene.
     materials: Vec<Option<usize>>,
+    /// Lights that are part of the second scene's surface or sky, and whether the first scene lacks
+    /// them.
+    fixed: Vec<(LightEntry, bool)>,
     /// The materials of the second scene.
     edits: Vec<MaterialEdit>,
     /// Offset from positions in the first scene to the second, which has another origin.
@@ -29,6 +32,14 @@ impl Rebase {
         let [from, to] = [before, after]
             .map(|scene| scene.materials.iter().map(|material| material.name.as_str()).collect::<Vec<_>>());
         Self {
+            fixed: (0..)
+                .zip(&after.lights)
+                .filter(|(_, light)| light.kind.is_fixed())
+                .map(|(id, light)| {
+                    let is_new = before.lights.iter().all(|old| old.name != light.name);
+                    (LightEntry { id, light: light.clone() }, is_new)
+                })
+                .collect(),
             lights: (0..).zip(names).map(number).collect(),
             beyond: count,
             materials: same_names(&from, &to),
@@ -37,19 +48,29 @@ impl Rebase {
         }
     }
 
-    /// The document with the same lights, and with the same edits of the materials that the
-    /// second scene has.
+    /// The document with the same lights and models, and with the same edits of the materials that
+    /// the second scene has.
     pub(super) fn document(&self, document: &Document) -> Document {
-        let lights = document.lights.iter().map(|LightEntry { id, light }| {
-            let mut light = light.clone();
+        let lights = document.lights.iter().filter_map(|LightEntry { id, light }| {
+            let (id, mut light) = (self.light(*id), light.clone());
             if let Some(position) = light.kind.position().filter(|_| self.shift != Vec3::ZERO) {
                 light.kind = light.kind.moved_to(position + self.shift);
             }
-            LightEntry { id: self.light(*id), light }
+            if light.kind.is_fixed() {
+                // Its material may have another index, and it is gone with its surface.
+                let (own, _) = self.fixed.iter().find(|(own, _)| own.id == id)?;
+                if let LightKind::Surface { radiance, .. } = light.kind {
+                    light.kind = own.light.kind.with_emission(radiance);
+                }
+            }
+            Some(LightEntry { id, light })
         });
+        let new = self.fixed.iter().filter(|(_, is_new)| *is_new).map(|(entry, _)| entry.clone());
+        let lights = lights.chain(new);
         let edits = self.materials.iter().zip(&self.edits);
         let edits = edits.map(|(from, edit)| from.map_or(*edit, |from| document.materials[from]));
-        Document { lights: lights.collect(), materials: edits.collect() }
+        let models = document.models.clone();
+        Document { lights: lights.collect(), materials: edits.collect(), models }
     }
 
     /// The identifier of a light.
@@ -85,7 +106,11 @@ fn same_names(from: &[&str], to: &[&str]) -> Vec<Option<usize>> {
 mod tests {
     use super::*;
     use crate::app::demo::document::History;
-    use crate::scene::{Light, LightKind, LoadOptions};
+    use crate::scene::{Light, LoadOptions};
+
+    fn of(scene: &Scene) -> Document {
+        Document::from_scene(scene, Vec::new())
+    }
 
     /// A scene of one wall at `x`; `extra` holds its lights and materials.
     fn scene(x: f32, extra: &str) -> Scene {
@@ -122,7 +147,7 @@ mod tests {
         let mut after = scene(0.0, &[lamp("new", 1.5), lamp("c", 3.0), lamp("a", 1.0)].concat());
         after.materials.reverse();
         let rebase = Rebase::new(&before, &after);
-        let mut document = Document::from_scene(&before);
+        let mut document = of(&before);
         document.add(Light { name: "mine".into(), ..before.lights[0].clone() });
         raise(&mut document.lights[0]);
         document.materials[0].diffuse = Vec3::splat(0.125);
@@ -146,9 +171,9 @@ mod tests {
             after.materials.remove(gone);
             let rebase = Rebase::new(&before, &after);
             assert_eq!(rebase.material(gone), None);
-            assert_eq!(rebase.document(&Document::from_scene(&before)), Document::from_scene(&after));
+            assert_eq!(rebase.document(&of(&before)), of(&after));
             let back = Rebase::new(&after, &before);
-            assert_eq!(back.document(&Document::from_scene(&after)), Document::from_scene(&before));
+            assert_eq!(back.document(&of(&after)), of(&before));
         }
         assert_eq!(same_names(&["x", "y", "x"], &["x", "x", "x", "z"]), [Some(0), Some(2), None, None]);
     }
@@ -158,8 +183,8 @@ mod tests {
         let (before, after) = (scene(0.0, &lamp("a", 1.0)), scene(8.0, &lamp("a", 1.0)));
         assert_ne!(before.origin, after.origin);
         let rebase = Rebase::new(&before, &after);
-        let moved = rebase.document(&Document::from_scene(&before));
-        assert_eq!(moved, Document::from_scene(&after), "the light is where it was in the world");
+        let moved = rebase.document(&of(&before));
+        assert_eq!(moved, of(&after), "the light is where it was in the world");
         let camera = rebase.camera(&before.cameras[0]);
         let world = |scene: &Scene, place: Vec3| place.as_dvec3() + scene.origin;
         let was = world(&before, before.cameras[0].position);
@@ -172,7 +197,7 @@ mod tests {
         let before = scene(0.0, &lamp("a", 1.0));
         let after = scene(0.0, &[lamp("b", 1.0), lamp("a", 2.0)].concat());
         let rebase = Rebase::new(&before, &after);
-        let mut document = Document::from_scene(&before);
+        let mut document = of(&before);
         let mut history = History::new(&document);
         let mut steps = vec![document.clone()];
         for albedo in [0.25, 0.125, 0.0625] {
@@ -181,7 +206,7 @@ mod tests {
             steps.push(document.clone());
         }
         history.undo(&mut document);
-        let mut reloaded = Document::from_scene(&after);
+        let mut reloaded = of(&after);
         history.reload(&document, |document| rebase.document(document), &reloaded);
         assert_eq!(history.depths(), [3, 1]);
         assert!(!history.settle(&reloaded), "a reload is a whole step");
@@ -191,28 +216,24 @@ mod tests {
         }
         assert!(!history.undo(&mut reloaded));
         (0..3).for_each(|_| assert!(history.redo(&mut reloaded)));
-        assert_eq!(reloaded, Document::from_scene(&after));
+        assert_eq!(reloaded, of(&after));
         assert!(history.redo(&mut reloaded), "what was taken back before can still be done again");
         assert_eq!(reloaded, rebase.document(&steps[3]));
 
         // An edit under way is a step of its own.
-        let mut document = Document::from_scene(&before);
+        let mut document = of(&before);
         let mut history = History::new(&document);
         raise(&mut document.lights[0]);
-        let mut reloaded = Document::from_scene(&after);
+        let mut reloaded = of(&after);
         history.reload(&document, |document| rebase.document(document), &reloaded);
         assert!(history.undo(&mut reloaded));
         assert_eq!(reloaded, rebase.document(&document));
         assert!(matches!(reloaded.lights[0].light.kind, LightKind::Point { .. }));
 
         // Equal lights and materials make no step.
-        let mut history = History::new(&Document::from_scene(&after));
+        let mut history = History::new(&of(&after));
         let same = Rebase::new(&after, &after);
-        history.reload(
-            &Document::from_scene(&after),
-            |document| same.document(document),
-            &Document::from_scene(&after),
-        );
+        history.reload(&of(&after), |document| same.document(document), &of(&after));
         assert_eq!(history.depths(), [0, 0]);
     }
 }

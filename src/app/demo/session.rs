@@ -6,15 +6,16 @@ use std::time::{Duration, Instant};
 
 use super::document::{Document, History};
 use super::rebase::Rebase;
-use super::stage::{Preparing, Progressed, Ready, Wake};
+use super::stage::{Progressed, Ready, Wake, Worker, record_preview};
 use super::view_request::ViewRequest;
 use super::watch::Watch;
 use crate::app::exposure::Exposure;
 use crate::error::{Error, Result};
 use crate::gpu::window::Verdict;
 use crate::gpu::{Buffer, Context, InFlight, PassTiming, Recorder};
-use crate::renderer::{Columns, FrameReport, Layer, RecordedFrame, Renderer, Store, Work};
-use crate::scene::{Camera, LoadOptions, Scene, save::SceneText};
+use crate::renderer::{Columns, FrameReport, Layer, Preview, RecordedFrame, Renderer, Store, Work};
+use crate::scene::save::{PlacedModel, SceneText};
+use crate::scene::{Camera, LoadOptions, Scene};
 
 /// Frames whose times are kept.
 pub(super) const FRAMES: usize = 200;
@@ -41,8 +42,10 @@ pub(super) struct Cost {
     pub(super) frame_ms: f64,
 }
 
-enum Preparation {
-    Preparing(Box<Preparing>),
+/// What renders the picture.
+enum Stage {
+    Preview(Box<Preview>),
+    /// A draft while the worker traces the light paths of the scene's own settings.
     Ready(Box<Ready>),
 }
 
@@ -53,6 +56,10 @@ pub(super) struct Session {
     pub(super) source: Source,
     /// The scene as it was loaded.
     pub(super) scene: Scene,
+    /// The models of the scene file, without the user's edits.
+    models: Vec<PlacedModel>,
+    /// The models that the scene was loaded with.
+    loaded_models: Vec<PlacedModel>,
     /// Its file, to be saved with edits; or the reason why it cannot be saved.
     pub(super) text: std::result::Result<SceneText, String>,
     pub(super) document: Document,
@@ -83,11 +90,19 @@ pub(super) struct Session {
     pub(super) last: Option<FrameReport>,
     /// A picture size that did not fit the device.
     pub(super) refused_size: Option<[u32; 2]>,
+    /// The pointer is pressed: a model that it moves is loaded when it is released.
+    pub(super) is_held: bool,
     /// The last frame reverted an edit.
     pub(super) has_gone_back: bool,
     /// The last frame needs the light paths of an enclosure.
     needs_precompute: bool,
-    stage: Preparation,
+    stage: Stage,
+    /// Number of renderers that the stage has had.
+    pub(super) generation: u64,
+    /// The picture of a new renderer has not been metered.
+    is_unmetered: bool,
+    /// Traces light paths. `None` once the last renderer is there, or failed.
+    worker: Option<Worker>,
     shown: Option<ViewRequest>,
     /// The frame that is recorded and not submitted.
     recorded: Option<Recorded>,
@@ -113,7 +128,9 @@ impl Session {
         watch: Watch,
         wake: Wake,
     ) -> Result<Self> {
-        let document = Document::from_scene(&scene);
+        let text = SceneText::new(&source.spec, &source.options, &scene);
+        let models = text.as_ref().map_or(Vec::new(), SceneText::models);
+        let document = Document::from_scene(&scene, models.clone());
         let (exposure_stops, unmetered) = match source.exposure {
             Exposure::Stops(stops) => (stops, None),
             Exposure::Auto => (0.0, Some(0.0)),
@@ -137,17 +154,18 @@ impl Session {
             last: None,
             refused_size: None,
             has_gone_back: false,
+            is_held: false,
             needs_precompute: false,
-            stage: Preparation::Preparing(Box::new(Preparing::new(
-                context,
-                &scene,
-                source.store.clone(),
-                &wake,
-            )?)),
+            stage: Stage::Preview(Box::new(Preview::new(context, scene.clone())?)),
+            generation: 0,
+            is_unmetered: false,
+            worker: Some(Worker::start(context, &scene, source.store.clone(), &wake)?),
             shown: None,
             recorded: None,
             in_flight: VecDeque::new(),
-            text: SceneText::new(&source.spec, &source.options, &scene).map_err(|error| error.to_string()),
+            text: text.map_err(|error| error.to_string()),
+            loaded_models: models.clone(),
+            models,
             context: context.clone(),
             wake,
             source,
@@ -155,30 +173,25 @@ impl Session {
         })
     }
 
-    /// The renderer. `None` until the precomputation ends.
+    /// The renderer, which may be a draft's. `None` until it has light paths.
     pub(super) fn renderer(&self) -> Option<&Renderer> {
         match &self.stage {
-            Preparation::Ready(ready) => Some(&ready.renderer),
-            Preparation::Preparing(_) => None,
+            Stage::Ready(ready) => Some(&ready.renderer),
+            Stage::Preview(_) => None,
         }
     }
 
-    /// Progress of the precomputation, and seconds since its start. `None` if it has ended.
-    pub(super) fn progress(&self) -> Option<(Progressed, f64)> {
-        match &self.stage {
-            Preparation::Preparing(preparing) => {
-                Some((preparing.progress()?, preparing.since.elapsed().as_secs_f64()))
-            }
-            Preparation::Ready(_) => None,
-        }
+    /// Progress of the precomputation. `None` if it has ended.
+    pub(super) fn progress(&self) -> Option<Progressed> {
+        Some(self.worker.as_ref()?.progress())
     }
 
     /// The picture as sRGB codes R, G, B, 255, row by row from the top; and its size.
     pub(super) fn picture(&self) -> (&Buffer, [u32; 2]) {
         let size = self.shown.as_ref().map_or(self.camera.size, |shown| shown.camera.size);
         match &self.stage {
-            Preparation::Preparing(preparing) => (preparing.preview.display(), size),
-            Preparation::Ready(ready) => (ready.renderer.display_buffer(), size),
+            Stage::Preview(preview) => (preview.display(), size),
+            Stage::Ready(ready) => (ready.renderer.display_buffer(), size),
         }
     }
 
@@ -188,6 +201,7 @@ impl Session {
         if std::mem::take(&mut self.needs_precompute) {
             self.open_enclosure()?;
         }
+        self.follow_models();
         self.take_renderer()?;
         let requested = self.requested();
         if self.shown.as_ref() == Some(&requested) {
@@ -207,24 +221,33 @@ impl Session {
         Ok(Some(recorder))
     }
 
-    /// Takes the renderer once the precomputation has ended.
+    /// Takes the worker's next renderer, if it is ready.
     fn take_renderer(&mut self) -> Result<()> {
-        let Preparation::Preparing(preparing) = &mut self.stage else { return Ok(()) };
-        match preparing.finished(self.scene.lights.len()) {
-            Ok(Some(ready)) => {
-                let known = self.scene.warnings.len();
-                self.said.append(&mut preparing.said());
-                self.said.extend(ready.renderer.scene().warnings.iter().skip(known).cloned());
-                self.stage = Preparation::Ready(Box::new(ready));
-                self.shown = None;
-                Ok(())
-            }
-            Ok(None) => Ok(()),
+        let Some(worker) = &mut self.worker else { return Ok(()) };
+        // Asked first: a thread that has ended has sent all renderers.
+        let has_ended = worker.has_ended();
+        if let Some(ready) = worker.next(self.scene.lights.len()) {
+            self.said.append(&mut worker.said());
+            // Frames of the renderer before.
+            self.end_frames(0)?;
+            self.recorded = None;
+            let new = ready.renderer.scene().warnings.iter().filter(|line| !self.said.contains(line));
+            let new: Vec<String> = new.cloned().collect();
+            self.said.extend(new);
+            self.stage = Stage::Ready(Box::new(ready));
+            (self.shown, self.is_unmetered) = (None, true);
+            self.generation += 1;
+        }
+        if !has_ended {
+            return Ok(());
+        }
+        match self.worker.take().map_or(Ok(()), Worker::end) {
             Err(error) if error.is_out_of_memory() => {
-                self.alarm(format!("direct light only: {error}"));
+                let light = if self.renderer().is_some() { "a draft" } else { "direct light" };
+                self.alarm(format!("{light} only: {error}"));
                 Ok(())
             }
-            Err(error) => Err(error),
+            ended => ended,
         }
     }
 
@@ -232,12 +255,12 @@ impl Session {
     fn record(&mut self, requested: &ViewRequest) -> Result<Recorder> {
         let before = self.shown.clone();
         match &mut self.stage {
-            Preparation::Preparing(preparing) => {
-                let recorder = preparing.record(requested, &self.scene.materials)?;
+            Stage::Preview(preview) => {
+                let recorder = record_preview(preview, requested, &self.scene.materials)?;
                 self.recorded = Some(Recorded { frame: None, before });
                 Ok(recorder)
             }
-            Preparation::Ready(ready) => {
+            Stage::Ready(ready) => {
                 ready.renderer.set_serialised(self.times_passes);
                 let (recorder, frame, refused) = ready.record(requested, &mut self.document)?;
                 self.needs_precompute = frame.needs_precompute();
@@ -252,7 +275,7 @@ impl Session {
     /// for the device, because a list that is too short shows wrong light.
     pub(super) fn check(&mut self, in_flight: &InFlight) -> Result<Verdict> {
         let Some(recorded) = self.recorded.take() else { return Ok(Verdict::Present) };
-        if let (Preparation::Ready(ready), Some(frame)) = (&mut self.stage, &recorded.frame) {
+        if let (Stage::Ready(ready), Some(frame)) = (&mut self.stage, &recorded.frame) {
             if frame.has_lists() {
                 in_flight.wait()?;
                 match ready.renderer.fits(frame) {
@@ -302,21 +325,21 @@ impl Session {
 
     fn end_frame(&mut self, frame: Option<RecordedFrame>, timings: Vec<PassTiming>) -> Result<()> {
         match (&mut self.stage, frame) {
-            (Preparation::Preparing(preparing), None) => {
-                preparing.preview.end_frame()?;
+            (Stage::Preview(preview), None) => {
+                preview.end_frame()?;
                 // Once, because an exposure that follows the camera flickers.
                 if self.unmetered == Some(0.0) {
-                    let pixels = preparing.preview.radiance()?;
+                    let pixels = preview.radiance()?;
                     self.meter(&pixels);
                 }
                 Ok(())
             }
-            (Preparation::Ready(ready), Some(frame)) => {
+            (Stage::Ready(ready), Some(frame)) => {
                 let report = ready.renderer.end_frame(&frame, timings)?;
-                if self.unmetered.is_some() {
+                if std::mem::take(&mut self.is_unmetered) && self.unmetered.is_some() {
                     let pixels = ready.renderer.layer(Layer::Beauty)?;
                     self.meter(&pixels);
-                    self.unmetered = None;
+                    self.unmetered = self.unmetered.filter(|_| self.worker.is_some());
                 }
                 if self.costs.len() == FRAMES {
                     self.costs.pop_front();
@@ -379,18 +402,18 @@ impl Session {
 
     /// Records the idle work of the renderer. `None` if there is none.
     pub(super) fn record_idle_work(&mut self) -> Result<Option<Recorder>> {
-        let Preparation::Ready(ready) = &mut self.stage else { return Ok(None) };
-        if !ready.is_behind() {
+        if !self.is_behind() {
             return Ok(None);
         }
+        let Stage::Ready(ready) = &mut self.stage else { return Ok(None) };
         let (recorder, frame) = ready.record_idle_work()?;
         self.recorded = Some(Recorded { frame: Some(frame), before: self.shown.clone() });
         Ok(Some(recorder))
     }
 
-    /// Whether [`Self::record_idle_work`] has work.
+    /// Whether [`Self::record_idle_work`] has work. None for a draft, which is soon replaced.
     pub(super) fn is_behind(&self) -> bool {
-        matches!(&self.stage, Preparation::Ready(ready) if ready.is_behind())
+        self.worker.is_none() && matches!(&self.stage, Stage::Ready(ready) if ready.is_behind())
     }
 
     /// Reloads the scene, as one undo step. Returns the conversion of the edits. `None` if the
@@ -407,8 +430,15 @@ impl Session {
         };
         let rebase = Rebase::new(&self.scene, &scene);
         let (document, mut history) = (self.document.clone(), self.history.clone());
+        let file_models = self.models.len();
         self.replace(scene, watch, &rebase)?;
-        history.reload(&document, |document| rebase.document(document), &self.document);
+        let own = self.models.clone();
+        let rebased = |document: &Document| {
+            let mut document = rebase.document(document);
+            document.models = models_of(&own, document.models.split_at(file_models));
+            document
+        };
+        history.reload(&document, rebased, &self.document);
         self.history = history;
         Ok(Some(rebase))
     }
@@ -428,13 +458,49 @@ impl Session {
             return Err(Error::Usage(format!("{} {CHANGED}", self.source.spec)));
         }
         let before = self.source.options.preset.replace(preset.to_owned());
-        let watch = Watch::new(&self.source.spec);
-        let scene = Scene::load(&self.source.spec, &self.source.options);
-        let done = scene.and_then(|scene| self.prepare_again(scene, watch));
+        let done = self.load_models();
         if done.is_err() {
             self.source.options.preset = before;
         }
         done
+    }
+
+    /// The options of the scene with the models of the document.
+    fn options(&self) -> LoadOptions {
+        let mut options = self.source.options.clone();
+        for (number, model) in self.document.models.iter().enumerate() {
+            options.set.extend(model.changes(number, self.models.get(number)));
+        }
+        options
+    }
+
+    /// Loads the scene anew if the document's models are not those of the scene. An edit that cannot
+    /// be loaded is taken back.
+    fn follow_models(&mut self) {
+        if self.is_held || self.document.models == self.loaded_models {
+            return;
+        }
+        let done = match self.is_asked || !self.watch.is_as_read() {
+            true => Err(Error::Usage(format!("{} {CHANGED}", self.source.spec))),
+            false => self.load_models(),
+        };
+        if let Err(error) = done {
+            self.document.models.clone_from(&self.loaded_models);
+            self.history.refuse(&self.document);
+            self.has_gone_back = true;
+            self.alarm(format!("taken back: {error}"));
+        }
+    }
+
+    fn load_models(&mut self) -> Result<()> {
+        let (options, watch) = (self.options(), Watch::new(&self.source.spec));
+        let scene = Scene::load(&self.source.spec, &options)?;
+        let text = SceneText::new(&self.source.spec, &options, &scene).map_err(|error| error.to_string());
+        let models = self.models.clone();
+        self.prepare_again(scene, watch)?;
+        (self.text, self.models) = (text, models);
+        self.loaded_models.clone_from(&self.document.models);
+        Ok(())
     }
 
     /// Prepares another version of the same scene; edits stay. `watch`: its files, taken before
@@ -458,7 +524,7 @@ impl Session {
             return Ok(true);
         }
         self.shown = None;
-        if let Preparation::Ready(ready) = &mut self.stage {
+        if let Stage::Ready(ready) = &mut self.stage {
             ready.renderer.force(Work::Everything);
         }
         Ok(false)
@@ -474,9 +540,10 @@ impl Session {
 
     /// Prepares another version of the open scene.
     pub(super) fn prepare_open(&mut self, scene: Scene) -> Result<()> {
-        let (watch, text) = (self.watch.clone(), self.text.clone());
+        let (watch, text, models) = (self.watch.clone(), self.text.clone(), self.models.clone());
+        let loaded_models = self.loaded_models.clone();
         self.prepare_again(scene, watch)?;
-        self.text = text;
+        (self.text, self.models, self.loaded_models) = (text, models, loaded_models);
         Ok(())
     }
 
@@ -485,6 +552,7 @@ impl Session {
         let next = Self::new(&self.context, self.source.clone(), scene, watch, self.wake.clone())?;
         let before = std::mem::replace(self, next);
         self.camera = rebase.camera(&before.camera);
+        self.generation = before.generation;
         (self.exposure_stops, self.unmetered) = (before.exposure_stops, before.unmetered);
         (self.version, self.alarm, self.times_passes) =
             (before.version, before.alarm.clone(), before.times_passes);
@@ -516,6 +584,19 @@ impl Session {
             weights: self.weights,
         }
     }
+}
+
+/// The models of a scene file, each where the user had it `before`; then those that the user has
+/// `added`.
+fn models_of(own: &[PlacedModel], (before, added): (&[PlacedModel], &[PlacedModel])) -> Vec<PlacedModel> {
+    let mut before = before.to_vec();
+    let mut place = |model: &PlacedModel| {
+        let found = before.iter().position(|old| old.name == model.name && old.matrix == model.matrix);
+        found.map_or_else(|| model.clone(), |place| before.remove(place))
+    };
+    let mut models: Vec<PlacedModel> = own.iter().map(&mut place).collect();
+    models.extend_from_slice(added);
+    models
 }
 
 /// The message if changed files on disk prevent an action.

@@ -1,13 +1,15 @@
-//! The renderers of the window: a preview of direct light, then the full renderer once a thread has
-//! traced the light paths.
+//! The renderers of the window: a preview of direct light, then those whose light paths a thread
+//! traces, for a draft and for the scene's own settings.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::document::{Document, MaterialEdit};
 use super::view_request::ViewRequest;
+use crate::app::estimate::Estimate;
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Recorder};
 use crate::renderer::{Preview, Progress, RecordedFrame, Renderer, Store};
@@ -19,21 +21,14 @@ const BREATH: Duration = Duration::from_millis(100);
 /// Called from any thread when there is a new state to show.
 pub(super) type Wake = Arc<dyn Fn() + Send + Sync>;
 
-/// Progress of the precomputation.
-#[derive(Clone, Default)]
-pub(super) struct Progressed {
-    pub(super) stage: String,
-    pub(super) done: u64,
-    pub(super) total: u64,
-}
-
-/// The stage while a worker traces the light paths.
-pub(super) struct Preparing {
-    /// `None` once its result is taken.
-    worker: Option<JoinHandle<Result<Renderer>>>,
+/// A thread that traces the light paths of a scene: for a draft first, if the scene's own settings
+/// are finer.
+pub(super) struct Worker {
+    /// `None` once its last result is taken.
+    thread: Option<JoinHandle<Result<()>>>,
+    /// Renderers in the order of their accuracy.
+    made: Receiver<Renderer>,
     shared: Arc<Shared>,
-    pub(super) preview: Preview,
-    pub(super) since: Instant,
 }
 
 /// State that window and worker share.
@@ -42,6 +37,14 @@ struct Shared {
     /// Messages of the precompute cache, one line each.
     said: Mutex<Vec<String>>,
     is_cancelled: AtomicBool,
+}
+
+/// Progress of the precomputation.
+#[derive(Clone)]
+pub(super) struct Progressed {
+    pub(super) estimate: Estimate,
+    /// The light paths are those of the draft.
+    pub(super) is_draft: bool,
 }
 
 /// The renderer, and the identifiers of its lights.
@@ -64,12 +67,12 @@ struct Told {
 struct Cancelled;
 
 impl Told {
-    fn tell(&mut self, change: impl FnOnce(&mut Progressed)) {
+    fn tell(&mut self, change: impl FnOnce(&mut Estimate)) {
         if self.shared.is_cancelled.load(Ordering::Relaxed) {
             // Unwinding frees the worker's resources; no thread waits for its result.
             std::panic::resume_unwind(Box::new(Cancelled));
         }
-        change(&mut self.shared.progress.lock().expect("no holder panics"));
+        change(&mut self.shared.progress.lock().expect("no holder panics").estimate);
         if self.wake_up.elapsed() > BREATH {
             self.wake_up = Instant::now();
             (self.wake)();
@@ -79,55 +82,49 @@ impl Told {
 
 impl Progress for Told {
     fn stage(&mut self, name: &str, total: u64) {
-        self.tell(|progress| *progress = Progressed { stage: name.to_owned(), done: 0, total });
+        self.tell(|estimate| estimate.stage(name, total));
     }
 
     fn advance(&mut self, done: u64) {
-        self.tell(|progress| progress.done = done);
+        self.tell(|estimate| estimate.advance(done));
     }
 
     fn finish(&mut self) {
-        self.tell(|progress| progress.done = progress.total);
+        self.tell(Estimate::finish);
     }
 }
 
-impl Preparing {
-    /// Prepares direct light, and starts a thread that traces the light paths or reads them from
-    /// the precompute cache.
-    pub(super) fn new(
+impl Worker {
+    /// Starts the thread. It reads the light paths from the precompute cache if they are there.
+    pub(super) fn start(
         context: &Arc<Context>,
         scene: &Scene,
         store: Option<Store>,
         wake: &Wake,
     ) -> Result<Self> {
-        let preview = Preview::new(context, scene.clone())?;
-        let shared = Arc::new(Shared {
-            progress: Mutex::default(),
-            said: Mutex::default(),
-            is_cancelled: AtomicBool::new(false),
-        });
-        let mut told = Told { shared: shared.clone(), wake: wake.clone(), wake_up: Instant::now() };
-        let (context, scene) = (context.clone(), scene.clone());
-        let work = move || {
-            let shared = told.shared.clone();
-            let mut say = |line: &str| shared.said.lock().expect("no holder panics").push(line.to_owned());
-            let made = match &store {
-                None => Renderer::new(&context, scene, &mut told),
-                Some(store) => Renderer::cached(&context, scene, store, &mut told, &mut say),
-            };
-            (told.wake)();
-            made
+        let progress = Mutex::new(Progressed { estimate: Estimate::begin(), is_draft: false });
+        let said = Mutex::default();
+        let shared = Arc::new(Shared { progress, said, is_cancelled: AtomicBool::new(false) });
+        let told = Told { shared: shared.clone(), wake: wake.clone(), wake_up: Instant::now() };
+        let (sender, made) = mpsc::channel();
+        let work = {
+            let (context, scene) = (context.clone(), scene.clone());
+            move || {
+                let wake = told.wake.clone();
+                let done = trace(&context, scene, store.as_ref(), told, &sender);
+                wake();
+                done
+            }
         };
-        let worker = std::thread::Builder::new().name("precomputation".into()).spawn(work);
-        let worker =
-            worker.map_err(|error| Error::Usage(format!("no thread for the precomputation: {error}")))?;
-        Ok(Self { worker: Some(worker), shared, preview, since: Instant::now() })
+        let thread = std::thread::Builder::new().name("precomputation".into()).spawn(work);
+        let thread =
+            thread.map_err(|error| Error::Usage(format!("no thread for the precomputation: {error}")))?;
+        Ok(Self { thread: Some(thread), made, shared })
     }
 
-    /// Progress of the worker. `None` if it has ended.
-    pub(super) fn progress(&self) -> Option<Progressed> {
-        self.worker.as_ref()?;
-        Some(self.shared.progress.lock().expect("no holder panics").clone())
+    /// Progress of the thread.
+    pub(super) fn progress(&self) -> Progressed {
+        self.shared.progress.lock().expect("no holder panics").clone()
     }
 
     /// Takes the messages of the precompute cache.
@@ -135,38 +132,84 @@ impl Preparing {
         std::mem::take(&mut self.shared.said.lock().expect("no holder panics"))
     }
 
-    /// The renderer, once it is ready. `light_count`: number of lights of the loaded scene.
-    pub(super) fn finished(&mut self, light_count: usize) -> Result<Option<Ready>> {
-        if self.worker.as_ref().is_none_or(|worker| !worker.is_finished()) {
-            return Ok(None);
-        }
-        let Some(worker) = self.worker.take() else { return Ok(None) };
-        let made = worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        Ok(Some(Ready { renderer: made?, ids: (0..light_count as u64).collect(), is_behind: true }))
+    /// The next renderer, if it is ready. `light_count`: number of lights of the loaded scene.
+    pub(super) fn next(&mut self, light_count: usize) -> Option<Ready> {
+        let renderer = self.made.try_iter().last()?;
+        Some(Ready { renderer, ids: (0..light_count as u64).collect(), is_behind: true })
     }
 
-    /// Records a picture of direct light.
-    pub(super) fn record(&mut self, requested: &ViewRequest, materials: &[Material]) -> Result<Recorder> {
-        let lights = requested.document.lights.iter().map(|entry| entry.light.clone()).collect::<Vec<_>>();
-        let mut materials = materials.to_vec();
-        requested.document.apply_materials(&mut materials);
-        // The same clamp as in the full renderer.
-        for material in &mut materials {
-            material.clamp_albedo();
-        }
-        self.preview.record(&requested.camera, &lights, &materials, requested.exposure_stops)
+    /// Whether the thread has ended and [`Self::next`] has no more renderers.
+    pub(super) fn has_ended(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    /// Waits for the thread, and returns its error.
+    pub(super) fn end(mut self) -> Result<()> {
+        let Some(thread) = self.thread.take() else { return Ok(()) };
+        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 }
 
-impl Drop for Preparing {
-    /// The worker uses the device, so it ends before the device is dropped.
+/// Traces the light paths of the draft, unless those of the scene are stored or no slower; then
+/// those of the scene.
+fn trace(
+    context: &Arc<Context>,
+    scene: Scene,
+    store: Option<&Store>,
+    mut told: Told,
+    made: &Sender<Renderer>,
+) -> Result<()> {
+    let shared = told.shared.clone();
+    let is_finer = scene.quality.entry_points > scene.draft.entry_points;
+    let is_stored = match store {
+        Some(store) if is_finer => store.miss(context, &scene)?.is_none(),
+        _ => false,
+    };
+    let begin = |is_draft| {
+        let estimate = Estimate::begin();
+        *shared.progress.lock().expect("no holder panics") = Progressed { estimate, is_draft };
+    };
+    // The window has gone if nobody receives the renderer.
+    let send = |renderer| made.send(renderer).map_err(|_| Error::Usage("the window is closed".to_owned()));
+    if is_finer && !is_stored {
+        begin(true);
+        let draft = Scene { quality: scene.draft.clone(), ..scene.clone() };
+        send(Renderer::new(context, draft, &mut told)?)?;
+        (told.wake)();
+    }
+    begin(false);
+    let mut say = |line: &str| shared.said.lock().expect("no holder panics").push(line.to_owned());
+    send(match store {
+        None => Renderer::new(context, scene, &mut told)?,
+        Some(store) => Renderer::cached(context, scene, store, &mut told, &mut say)?,
+    })
+}
+
+impl Drop for Worker {
+    /// The thread uses the device, so it ends before the device is dropped.
     fn drop(&mut self) {
         self.shared.is_cancelled.store(true, Ordering::Relaxed);
-        if let Some(worker) = self.worker.take() {
-            // The worker was cancelled, or failed with an error that no longer matters.
-            let _ = worker.join();
+        if let Some(thread) = self.thread.take() {
+            // The thread was cancelled, or failed with an error that no longer matters.
+            let _ = thread.join();
         }
     }
+}
+
+/// Records a picture of direct light. `materials`: those of the loaded scene.
+pub(super) fn record_preview(
+    preview: &mut Preview,
+    requested: &ViewRequest,
+    materials: &[Material],
+) -> Result<Recorder> {
+    let lights = requested.document.lights.iter().map(|entry| entry.light.clone()).collect::<Vec<_>>();
+    let mut materials = materials.to_vec();
+    requested.document.apply_materials(&mut materials);
+    // The same clamp as in the full renderer.
+    for material in &mut materials {
+        material.clamp_albedo();
+    }
+    preview.record(&requested.camera, &lights, &materials, requested.exposure_stops)
 }
 
 impl Ready {

@@ -14,7 +14,8 @@ use crate::scene::Scene;
 
 /// Open the window: move lights, edit materials, walk, and see the light follow
 ///
-/// Direct light is shown at once, all light when the light paths are traced. F1 lists the keys.
+/// Direct light is shown at once, then all light as a draft, then with the scene's own settings. F1
+/// lists the keys.
 #[derive(Debug, Args)]
 pub(in crate::app) struct Demo {
     /// A .toml scene file, a .glb, .gltf, .obj, .ply or .stl model, or a built-in scene

@@ -77,6 +77,8 @@ pub(super) struct UiState {
     pub(super) requests: Vec<Request>,
     /// Path for the saved scene and pictures.
     pub(super) save_to: String,
+    /// Path of the model that the user is about to add.
+    pub(super) model_to_add: String,
     /// Scale of all text; 1 is the system's.
     pub(super) text_scale: f32,
     pub(super) is_recording: bool,
@@ -108,6 +110,7 @@ impl UiState {
             place: None,
             requests: Vec::new(),
             save_to: format!("{scene}-edited.toml"),
+            model_to_add: String::new(),
             text_scale: 1.0,
             is_recording: false,
             is_playing: false,

@@ -76,6 +76,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
         interior_viewpoints: _,
         origin: _,
         quality,
+        draft: _,
         name: _,
         inputs: _,
         warnings: _,

@@ -63,10 +63,10 @@ pub(in crate::renderer) fn precompute(
         context, buffers, clusters, &points.buffer, count, hemisphere, hits, seed, progress,
     )?;
 
+    progress.stage("merged rays", 1);
     // What each ray reads: a cluster, a patch of it, or one of its outgoing directions.
     let sources = Sources { reachable: &reachable, hierarchy: &hierarchy, points: &points, paths: &paths, entry_points: &entry_points };
     let targets = Targets::resolve(context, scene, sources, rays, &mut watch)?;
-    progress.finish();
 
     warnings.extend(points.warning(scene).into_iter().chain(targets.warnings(scene, &points)));
     scene.warnings.extend(warnings);

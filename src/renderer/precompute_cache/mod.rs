@@ -53,7 +53,7 @@ impl Renderer {
     ) -> Result<Self> {
         let (start, mut scene) = (Instant::now(), scene);
         let made = store.obtain(context, &mut scene, progress, say)?;
-        Self::from_precomputed(context, scene, made, start)
+        Self::from_precomputed(context, scene, made, start, progress)
     }
 
     /// Traces a scene's light paths and stores them in a file, which is replaced.

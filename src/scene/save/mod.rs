@@ -5,6 +5,7 @@
 //! origin, see `scene/numbers.rs`.
 
 mod edits;
+mod models;
 mod paths;
 mod text;
 
@@ -18,6 +19,7 @@ use super::material::Override;
 use super::value::{Kind, Node, Origin, Section};
 use super::{Camera, Light, LightKind, LoadOptions, Material, Quality, Scene, fit, limits};
 use crate::{Error, Result};
+pub use models::PlacedModel;
 pub use paths::relative_to;
 
 /// A scene's file at the time of loading, to which edits are applied.
@@ -78,6 +80,14 @@ impl SceneText {
         let mut cameras: Vec<usize> = (0..names.len()).collect();
         cameras[..=first].rotate_right(1);
         Ok(Self { source, cameras, materials: scene.materials.clone(), origin: scene.origin })
+    }
+
+    /// The scene's models, in the order of the file.
+    pub fn models(&self) -> Vec<PlacedModel> {
+        match self.source.root.get("model") {
+            Some(Node { kind: Kind::Array(models), .. }) => models.iter().map(PlacedModel::read).collect(),
+            _ => Vec::new(),
+        }
     }
 
     /// The text of the edited scene, to be saved at `to`: models' paths are relative to that.

@@ -3,6 +3,7 @@
 mod help;
 mod lights;
 mod materials;
+mod models;
 mod question;
 mod scene;
 mod timing;
@@ -11,6 +12,7 @@ mod views;
 use egui::{Align, CollapsingHeader, Color32, Layout, RichText, Ui};
 
 use super::session::Session;
+use super::stage::Progressed;
 use super::ui_state::UiState;
 
 pub(super) use help::help;
@@ -60,6 +62,7 @@ pub(super) fn panels(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
         };
         section(ui, "Lights", true, &mut |ui| lights::lights(ui, session, ui_state));
         section(ui, "Material", true, &mut |ui| materials::materials(ui, session, ui_state));
+        section(ui, "Models", false, &mut |ui| models::models(ui, session, ui_state));
         section(ui, "View", true, &mut |ui| views::views(ui, session, ui_state));
         section(ui, "Time", true, &mut |ui| timing::timing(ui, session, ui_state));
         section(ui, "Scene and film", false, &mut |ui| scene::scene(ui, session, ui_state));
@@ -69,11 +72,18 @@ pub(super) fn panels(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
 
 /// Draws the progress of the precomputation.
 fn progress(ui: &mut Ui, session: &Session) {
-    let Some((progress, seconds)) = session.progress() else { return };
-    let fraction = progress.done as f32 / progress.total.max(1) as f32;
-    let text = format!("{} · {seconds:.0} s", progress.stage);
-    ui.add(egui::ProgressBar::new(fraction).text(text).animate(false));
-    ui.small("Direct light only until the light paths are traced.");
+    let Some(Progressed { estimate, is_draft }) = session.progress() else { return };
+    let left = match estimate.left() {
+        left if left.is_empty() => format!("{:.0} s", estimate.elapsed_s()),
+        left => left,
+    };
+    let text = format!("{} · {left}", estimate.words());
+    ui.add(egui::ProgressBar::new(estimate.fraction() as f32).text(text).animate(false));
+    ui.small(match (session.renderer(), is_draft) {
+        (Some(_), _) => "A draft until the light paths of the scene's own settings are traced.",
+        (None, true) => "Direct light only until the light paths of a draft are traced.",
+        (None, false) => "Direct light only until the light paths are traced.",
+    });
 }
 
 /// Draws the notes.

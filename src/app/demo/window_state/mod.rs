@@ -83,6 +83,8 @@ pub(super) struct WindowState {
     is_held: bool,
     is_quiet: bool,
     was_ready: bool,
+    /// The session's generation that was announced last.
+    announced: u64,
     /// A script waits until the window is up to date.
     is_asked_to_settle: bool,
     pub(super) context: Arc<Context>,
@@ -155,6 +157,7 @@ impl WindowState {
             is_held: false,
             is_quiet: args.device_args.is_quiet(),
             was_ready: false,
+            announced: 0,
             is_asked_to_settle: false,
             context,
             window,
@@ -172,6 +175,7 @@ impl WindowState {
         match event {
             WindowEvent::CloseRequested | WindowEvent::Destroyed => return Ok(false),
             WindowEvent::Resized(PhysicalSize { width, height }) => self.painter.resize([*width, *height]),
+            WindowEvent::DroppedFile(path) => actions::add_model(&mut self.session, path),
             WindowEvent::Occluded(is_hidden) => self.is_hidden = *is_hidden,
             WindowEvent::RedrawRequested if !self.is_hidden => return self.draw(),
             _ => (),
@@ -281,6 +285,7 @@ impl WindowState {
         });
         self.tolerate(shown)?;
         self.is_held = egui.input(|input| input.pointer.any_down());
+        self.session.is_held = self.is_held;
         // The changes that a film makes are no edits.
         let is_settled = !self.is_held && !egui.egui_wants_keyboard_input() && self.player.is_none();
         if is_settled && self.session.history.settle(&self.session.document) {
@@ -321,7 +326,15 @@ impl WindowState {
             let soon = Instant::now() + RETRY;
             self.again = Some(self.again.map_or(soon, |again| again.min(soon)));
         }
-        if shown == Shown::Yes && !self.was_ready && self.session.renderer().is_some() {
+        if shown == Shown::Yes && self.session.generation > self.announced {
+            self.announced = self.session.generation;
+            if self.session.progress().is_some() && !self.is_quiet {
+                note("lightpaths: draft");
+            }
+        }
+        self.was_ready &= self.session.progress().is_none();
+        let is_ready = self.session.progress().is_none() && self.session.renderer().is_some();
+        if shown == Shown::Yes && !self.was_ready && is_ready {
             self.was_ready = true;
             if !self.is_quiet {
                 note("lightpaths: ready");

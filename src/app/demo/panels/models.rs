@@ -1,0 +1,36 @@
+//! The list of models: shown or hidden, moved, added.
+
+use egui::{DragValue, TextEdit, Ui};
+
+use super::row;
+use crate::app::demo::actions;
+use crate::app::demo::session::Session;
+use crate::app::demo::ui_state::UiState;
+
+/// Draws a row for each model. Light paths are traced anew once an edit ends.
+pub(super) fn models(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
+    let (low, high) = session.scene.bounds();
+    let speed = 0.002 * (high - low).length();
+    for model in &mut session.document.models {
+        ui.horizontal(|ui| {
+            let mut is_shown = !model.is_hidden;
+            ui.checkbox(&mut is_shown, model.short_name()).on_hover_text("Shown or hidden");
+            model.is_hidden = !is_shown;
+        });
+        row(ui, "Offset", |ui| {
+            for number in model.translation.as_mut() {
+                ui.add(DragValue::new(number).speed(speed).max_decimals(3).update_while_editing(false));
+            }
+        });
+    }
+    row(ui, "Add", |ui| {
+        let path = TextEdit::singleline(&mut ui_state.model_to_add).desired_width(180.0);
+        ui.add(path.hint_text("file, or drop it here"));
+        let is_named = !ui_state.model_to_add.trim().is_empty();
+        if ui.add_enabled(is_named, egui::Button::new("Add").small()).clicked() {
+            let path = std::mem::take(&mut ui_state.model_to_add);
+            actions::add_model(session, std::path::Path::new(path.trim()));
+        }
+    });
+    ui.small("Light paths are traced anew when a model changes.");
+}

@@ -1,0 +1,194 @@
+//! Sessions without a window: drafts, and edits of models.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use glam::DVec3;
+use tempfile::TempDir;
+
+use super::actions;
+use super::files;
+use super::session::{Session, Source};
+use super::watch::Watch;
+use crate::app::exposure::Exposure;
+use crate::gpu::{Context, ContextOptions};
+use crate::renderer::{Renderer, Silent};
+use crate::scene::{LoadOptions, Quality, Scene};
+
+/// A closed cube of two metres.
+const ROOM: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
+f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 4 1 5 8\nf 2 3 7 6\n";
+
+/// A square of half a metre, of an emitting material.
+const PANEL: &str = "mtllib panel.mtl\nusemtl glow\nv 0 1 0\nv 0.5 1 0\nv 0.5 1 0.5\nv 0 1 0.5\nf 1 2 3 4\n";
+const GLOW: &str = "newmtl glow\nKd 0.5 0.5 0.5\nKe 2 2 2\n";
+
+const SCENE: &str = "[[model]]\nfile = \"room.obj\"\n[[model]]\nfile = \"panel.obj\"\n\
+[camera]\nposition = [0, 1, 0.9]\ntarget = [0, 1, 0]\nsize = [48, 48]\n\
+[[light]]\nname = \"lamp\"\nkind = \"point\"\nposition = [0.2, 1.6, 0.1]\nintensity = [0.2, 0.2, 0.2]\n\
+[quality]\nentry_points = 2000\ncache_points = 200\ngather_rays = 16\ncells = 8\n";
+
+fn context() -> Arc<Context> {
+    Context::new(&ContextOptions { validation: true, ..ContextOptions::default() }).unwrap()
+}
+
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in
+        [("s.toml", SCENE), ("room.obj", ROOM), ("panel.obj", PANEL), ("panel.mtl", GLOW), ("cube.obj", ROOM)]
+    {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+fn open(context: &Arc<Context>, file: &Path, change: impl FnOnce(&mut Scene)) -> Session {
+    let spec = file.to_str().unwrap().to_owned();
+    let options = LoadOptions::default();
+    let watch = Watch::new(&spec);
+    let mut scene = Scene::load(&spec, &options).unwrap();
+    change(&mut scene);
+    let source = Source { spec, options, store: None, exposure: Exposure::Stops(0.0) };
+    Session::new(context, source, scene, watch, Arc::new(|| ())).unwrap()
+}
+
+/// Renders until the session is up to date. Returns the pictures of each renderer that it had.
+fn settle(session: &mut Session) -> Vec<Vec<[u8; 4]>> {
+    let mut pictures = Vec::new();
+    let mut generation = session.generation;
+    loop {
+        let commands = session.update().unwrap();
+        let is_still = commands.is_none();
+        if let Some(commands) = commands {
+            session.check(&commands.submit().unwrap()).unwrap();
+        }
+        session.end_frames(0).unwrap();
+        if let Some(renderer) = session.renderer().filter(|_| session.generation > generation) {
+            pictures.push(renderer.display().unwrap());
+            generation = session.generation;
+        }
+        if is_still && session.progress().is_none() {
+            return pictures;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+fn picture(session: &mut Session) -> Vec<[u8; 4]> {
+    settle(session);
+    session.renderer().unwrap().display().unwrap()
+}
+
+fn cold_start(context: &Arc<Context>, scene: Scene) -> Vec<[u8; 4]> {
+    let mut renderer = Renderer::new(context, scene, &mut Silent).unwrap();
+    renderer.frame().unwrap();
+    renderer.display().unwrap()
+}
+
+#[test]
+fn a_draft_comes_before_the_picture_and_each_is_that_of_its_settings() {
+    let (context, folder) = (context(), folder());
+    let file = folder.path().join("s.toml");
+    let draft = |scene: &Scene| Quality { entry_points: 500, cache_points: 50, ..scene.quality.clone() };
+    let mut session = open(&context, &file, |scene| scene.draft = draft(scene));
+    let pictures = settle(&mut session);
+    let scene = Scene::load(file.to_str().unwrap(), &LoadOptions::default()).unwrap();
+    let coarse = Scene { quality: draft(&scene), ..scene.clone() };
+    let expected = [coarse, scene].map(|scene| cold_start(&context, scene));
+    assert!(expected[0] != expected[1], "a draft differs");
+    assert!(pictures == expected, "{} pictures", pictures.len());
+}
+
+/// The picture of what the session would save.
+fn saved(context: &Arc<Context>, session: &mut Session, folder: &Path) -> (String, Vec<[u8; 4]>) {
+    let file = folder.join("saved.toml");
+    files::save_scene(session, file.to_str().unwrap()).unwrap();
+    let scene = Scene::load(file.to_str().unwrap(), &LoadOptions::default()).unwrap();
+    (fs::read_to_string(&file).unwrap(), cold_start(context, scene))
+}
+
+#[test]
+fn models_are_hidden_moved_and_added_like_a_cold_start() {
+    let (context, folder) = (context(), folder());
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    let first = picture(&mut session);
+    let mut shown = vec![first.clone()];
+    let names = |session: &Session| {
+        session.document.lights.iter().map(|entry| entry.light.name.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(names(&session), ["lamp", "glow"]);
+    let edits: [(&dyn Fn(&mut Session), &str, &[&str]); 3] = [
+        (&|session| session.document.models[1].is_hidden = true, "hidden = true", &["lamp"]),
+        (
+            &|session| {
+                session.document.models[1].is_hidden = false;
+                session.document.models[1].translation = DVec3::new(-0.25, 0.5, 0.0);
+            },
+            "translate = [-0.25, 0.5, 0.0]",
+            &["lamp", "glow"],
+        ),
+        (
+            &|session| {
+                actions::add_model(session, &folder.path().join("cube.obj"));
+                session.document.models[2].translation = DVec3::new(0.0, -1.5, -0.5);
+            },
+            "cube.obj",
+            &["lamp", "glow"],
+        ),
+    ];
+    for (edit, line, lights) in edits {
+        edit(&mut session);
+        session.history.settle(&session.document);
+        let now = picture(&mut session);
+        assert_eq!(names(&session), lights, "{line}");
+        let (text, expected) = saved(&context, &mut session, folder.path());
+        assert!(text.contains(line), "{text}");
+        assert!(now == expected, "{line}: not the picture of the saved scene");
+        assert!(!shown.contains(&now), "{line}: nothing changes");
+        shown.push(now);
+    }
+    // A model that cannot be read is taken back, and leaves no step.
+    let steps = session.history.depths();
+    actions::add_model(&mut session, Path::new("none.obj"));
+    session.history.settle(&session.document);
+    assert!(picture(&mut session) == shown[3]);
+    assert_eq!((session.document.models.len(), session.history.depths()), (3, steps));
+    assert!(session.said.last().unwrap().starts_with("taken back: "), "{:?}", session.said);
+    // Undo goes back to each picture.
+    for expected in shown[..3].iter().rev() {
+        session.history.undo(&mut session.document);
+        assert!(picture(&mut session) == *expected);
+    }
+    assert_eq!(names(&session), ["lamp", "glow"]);
+}
+
+#[test]
+fn models_that_move_keep_edits_of_lights_and_materials() {
+    let (context, folder) = (context(), folder());
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    settle(&mut session);
+    session.document.lights[0].light.is_on = false;
+    session.document.materials[0].diffuse = glam::Vec3::new(0.7, 0.2, 0.2);
+    session.history.settle(&session.document);
+    settle(&mut session);
+    session.is_held = true;
+    session.document.models[1].translation.x = -0.25;
+    let generation = session.generation;
+    settle(&mut session);
+    assert_eq!(session.generation, generation, "a model that is held is not loaded");
+    session.is_held = false;
+    session.history.settle(&session.document);
+    let now = picture(&mut session);
+    assert!(!session.document.lights[0].light.is_on && session.document.materials[0].diffuse.x == 0.7);
+    let (_, expected) = saved(&context, &mut session, folder.path());
+    assert!(now == expected, "not the picture of the saved scene");
+    // The file changes under it: the moved model is one step back.
+    fs::write(folder.path().join("s.toml"), SCENE.replace("0.2, 0.2, 0.2", "0.3, 0.3, 0.3")).unwrap();
+    session.reload().unwrap().unwrap();
+    settle(&mut session);
+    assert_eq!(session.document.models[1].translation, DVec3::ZERO);
+    session.history.undo(&mut session.document);
+    assert!(picture(&mut session) == now);
+}

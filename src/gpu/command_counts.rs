@@ -15,6 +15,8 @@ pub struct CommandCounts {
     /// Bytes read back from buffers by a submission that the host waits for. Mapped words that
     /// the host reads after a frame do not count.
     pub read_back_bytes: u64,
+    /// Bytes that submissions copy to host memory, which the host reads without another one.
+    pub host_copy_bytes: u64,
 }
 
 impl Sub for CommandCounts {
@@ -26,6 +28,7 @@ impl Sub for CommandCounts {
             dispatches: self.dispatches - before.dispatches,
             barriers: self.barriers - before.barriers,
             read_back_bytes: self.read_back_bytes - before.read_back_bytes,
+            host_copy_bytes: self.host_copy_bytes - before.host_copy_bytes,
         }
     }
 }

@@ -8,7 +8,7 @@ use super::names::Names;
 use crate::error::Result;
 
 /// Device time of one pass.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PassTiming {
     /// The pass's stem.
     pub name: &'static str,

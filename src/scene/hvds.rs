@@ -14,6 +14,7 @@ use crate::scene::split_planes::{self, CellCluster, Splits, Walls};
 use crate::scene::{Triangle, clip};
 use crate::types;
 use glam::Vec3;
+use rayon::prelude::*;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -314,29 +315,48 @@ fn cut_sides(
     surfaces: &[types::Surface],
     cells: &Cells,
 ) -> (Keyed<f64>, Keyed<Fragment>) {
-    let mut parts = Vec::new();
-    let mut fragments = Vec::new();
-    for (index, (triangle, surface)) in triangles.iter().zip(surfaces).enumerate() {
-        for back in [false, true] {
-            if !surface.side_is_active(back) {
-                continue;
-            }
-            let code = surface.side_code(back);
-            let normal = if back { -surface.normal } else { surface.normal };
-            let pull = (cells.grid.pull * normal).as_dvec3();
-            let pulled = triangle.positions.map(|p| p.as_dvec3() - pull);
-            clip::for_each_cell(pulled, cells, |corner, level, polygon| {
-                let (area_m2, key) = (clip::area(&polygon), cluster_key::key(code, corner, level));
-                parts.push((key, area_m2));
-                if area_m2 > 0.0 {
-                    let corners = polygon.iter().map(|&p| (p + pull).as_vec3()).collect();
+    // Triangles of a task: one may reach many cells.
+    const TASK: usize = 32;
+    let tasks = triangles.par_chunks(TASK).zip(surfaces.par_chunks(TASK)).enumerate();
+    let pieces: Vec<_> = tasks
+        .map(|(task, (triangles, surfaces))| {
+            let (mut parts, mut fragments) = (Vec::new(), Vec::new());
+            for (index, (triangle, surface)) in (TASK * task..).zip(triangles.iter().zip(surfaces)) {
+                for back in [false, true].into_iter().filter(|&back| surface.side_is_active(back)) {
                     let side = 2 * index as u32 + u32::from(back);
-                    fragments.push((key, Fragment { side, cluster: 0, area_m2, open: 1.0, corners }));
+                    cut_side((triangle, surface, back), side, cells, &mut parts, &mut fragments);
                 }
-            });
-        }
+            }
+            (parts, fragments)
+        })
+        .collect();
+    let (mut parts, mut fragments) = (Vec::new(), Vec::new());
+    for (mut more_parts, mut more_fragments) in pieces {
+        parts.append(&mut more_parts);
+        fragments.append(&mut more_fragments);
     }
     (parts, fragments)
+}
+
+fn cut_side(
+    (triangle, surface, back): (&Triangle, &types::Surface, bool),
+    side: u32,
+    cells: &Cells,
+    parts: &mut Keyed<f64>,
+    fragments: &mut Keyed<Fragment>,
+) {
+    let code = surface.side_code(back);
+    let normal = if back { -surface.normal } else { surface.normal };
+    let pull = (cells.grid.pull * normal).as_dvec3();
+    let pulled = triangle.positions.map(|p| p.as_dvec3() - pull);
+    clip::for_each_cell(pulled, cells, |corner, level, polygon| {
+        let (area_m2, key) = (clip::area(&polygon), cluster_key::key(code, corner, level));
+        parts.push((key, area_m2));
+        if area_m2 > 0.0 {
+            let corners = polygon.iter().map(|&p| (p + pull).as_vec3()).collect();
+            fragments.push((key, Fragment { side, cluster: 0, area_m2, open: 1.0, corners }));
+        }
+    });
 }
 
 /// Adds up the areas of equal keys. Keys are sorted and stay sorted.

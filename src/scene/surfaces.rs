@@ -3,6 +3,7 @@
 use crate::scene::{Triangle, grid::cluster_code};
 use crate::types::{self, ROUNDED};
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 impl types::Surface {
     /// Cluster code of a side; mirrors `side_code` in `glsl/include/types.glsl`.
@@ -90,7 +91,7 @@ pub fn sides_that_see_something(triangles: &[Triangle]) -> Vec<[bool; 2]> {
         extremes.iter().any(sees) || triangles.iter().any(|t| t.positions.iter().any(sees))
     };
     triangles
-        .iter()
+        .par_iter()
         .map(|t| {
             let (point, normal) = (t.positions[0].as_dvec3(), t.geometric_normal().as_dvec3());
             [in_front(point, normal), in_front(point, -normal)]
@@ -101,6 +102,7 @@ pub fn sides_that_see_something(triangles: &[Triangle]) -> Vec<[bool; 2]> {
 /// The scene's furthest vertices along the 26 code directions.
 fn extreme_points(triangles: &[Triangle]) -> Vec<Vec3> {
     (0..crate::scene::grid::CODE_COUNT)
+        .into_par_iter()
         .filter_map(|code| {
             let direction = crate::scene::grid::code_direction(code).as_vec3();
             let vertices = triangles.iter().flat_map(|t| t.positions);

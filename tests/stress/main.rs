@@ -17,6 +17,7 @@ mod loop_limit;
 mod measures;
 mod near_lights;
 mod pass_costs;
+mod precompute_costs;
 mod rays;
 mod silhouettes;
 mod single_edits;

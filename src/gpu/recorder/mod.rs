@@ -57,6 +57,7 @@ pub struct Recorder {
     writes_host_flags: bool,
     /// Some copy writes a block that the host reads.
     copies_to_host: bool,
+    host_copy_bytes: u64,
     /// Objects that the commands use. They live until the commands are done, even if the
     /// caller drops them.
     in_use: Vec<Arc<dyn Any>>,
@@ -100,6 +101,7 @@ impl Recorder {
             schedule,
             writes_host_flags: false,
             copies_to_host: false,
+            host_copy_bytes: 0,
             in_use: Vec::new(),
             missing: Vec::new(),
             failure: None,
@@ -149,6 +151,7 @@ impl Recorder {
             counts.submissions += 1;
             counts.dispatches += u64::from(self.dispatches);
             counts.barriers += u64::from(self.barriers);
+            counts.host_copy_bytes += self.host_copy_bytes;
         });
         let submission = self.submission.as_ref().expect("taken only in drop");
         let submitted = submission.submit(&context.device, semaphores, |infos, fence| {

@@ -1,6 +1,7 @@
 //! Transfers: fills, copies, updates.
 
 use std::any::Any;
+use std::ops::Range;
 use std::sync::Arc;
 
 use ash::vk;
@@ -85,10 +86,18 @@ impl Recorder {
         }
     }
 
-    /// Copies the first bytes of a list that the host has written to the start of `to`. A transfer.
+    /// Copies some elements of a list that the host has written to the start of `to`. A transfer.
     /// Panics if one of them is too short.
-    pub fn copy_from_host(&mut self, from: &HostUpload, to: &Buffer, bytes: u64) {
-        self.copy_bytes(&from.buffer, 0, to, 0, bytes);
+    pub fn copy_from_host<T: Pod>(&mut self, from: &HostUpload, elements: Range<u32>, to: &Buffer) {
+        let [first, end] = [elements.start, elements.end].map(|place| bytes_of::<T>(place));
+        self.copy_bytes(&from.buffer, first, to, 0, end - first);
+    }
+
+    /// Copies as many elements from the start of `from` to these places of a block that the host
+    /// reads. A transfer. Panics if one of them is too short.
+    pub fn copy_elements_to_host<T: Pod>(&mut self, from: &Buffer, block: &HostBlock, places: Range<u32>) {
+        let [first, end] = [places.start, places.end].map(|place| (bytes_of::<T>(place) / 4) as u32);
+        self.copy_to_host(from, 0, block, first, end - first);
     }
 
     /// Copies `words` words from a byte offset of `from` to word `to` of a block that the host
@@ -98,6 +107,7 @@ impl Recorder {
         let uses = |_: &Context| vec![transfer(from, false)];
         self.copy_range(from, offset, &block.buffer, 4 * u64::from(to), 4 * u64::from(words), uses);
         self.copies_to_host |= !self.leaves_out;
+        self.host_copy_bytes += 4 * u64::from(words);
     }
 
     /// Keeps a buffer until the commands are done.
@@ -105,6 +115,10 @@ impl Recorder {
     pub(in crate::gpu) fn keep(&mut self, buffer: &Buffer) {
         self.in_use.push(buffer.allocated.clone());
     }
+}
+
+fn bytes_of<T>(count: u32) -> u64 {
+    u64::from(count) * size_of::<T>() as u64
 }
 
 /// How a transfer uses a buffer.

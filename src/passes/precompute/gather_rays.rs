@@ -4,6 +4,7 @@
 use super::{Chunks, Progress};
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::{Error, Result};
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
@@ -12,6 +13,7 @@ use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::{CachePoint, GatherRay, Grid};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -263,12 +265,12 @@ pub fn trace(
     progress.stage("gather rays", u64::from(point_count));
     let mut chunks = Chunks::new(64, point_count.max(1));
     for (first_point, rows, [rays, colours]) in table.buffers(point_count) {
-        chunks.run(rows, |first_row, count| {
-            let push = GatherRaysPush {
+        chunks.run_batches(rows, |first_row, parts| {
+            let push = |part: &Range<u32>| GatherRaysPush {
                 grid: *clusters.grid,
-                first_point: first_point + first_row,
-                first_row,
-                point_count: count,
+                first_point: first_point + first_row + part.start,
+                first_row: first_row + part.start,
+                point_count: part.end - part.start,
                 seed,
                 cluster_bits: packing.cluster_bits,
                 first_sky: packing.number(GatherTarget::Sky(0)),
@@ -276,27 +278,31 @@ pub fn trace(
                 min_distance: packing.min_distance,
             };
             let ((), timings) = context.run(|rec| {
-                rec.pass(STEM).dispatch(
-                    &pipeline,
-                    [count * pipeline.local_size()[0], 1, 1],
-                    &push,
-                    &scene.textures.after([
-                        ("Nodes", &scene.nodes),
-                        ("Triangles", &scene.triangles),
-                        ("Surfaces", &scene.surfaces),
-                        ("Octree", &clusters.octree),
-                        ("CellClusters", &clusters.cell_clusters),
-                        ("ClusterLinks", &clusters.links),
-                        ("UnweightedClusters", &clusters.unweighted),
-                        ("CachePoints", cache_points),
-                        ("GatherRays", rays),
-                        ("RayColours", colours),
-                        ("TruncatedLoops", &scene.truncated_loops),
-                    ]),
-                );
+                for part in parts {
+                    rec.barrier(COMPUTE_TO_COMPUTE);
+                    rec.pass(STEM).dispatch(
+                        &pipeline,
+                        [(part.end - part.start) * pipeline.local_size()[0], 1, 1],
+                        &push(part),
+                        &scene.textures.after([
+                            ("Nodes", &scene.nodes),
+                            ("Triangles", &scene.triangles),
+                            ("Surfaces", &scene.surfaces),
+                            ("Octree", &clusters.octree),
+                            ("CellClusters", &clusters.cell_clusters),
+                            ("ClusterLinks", &clusters.links),
+                            ("UnweightedClusters", &clusters.unweighted),
+                            ("CachePoints", cache_points),
+                            ("GatherRays", rays),
+                            ("RayColours", colours),
+                            ("TruncatedLoops", &scene.truncated_loops),
+                        ]),
+                    );
+                }
             })?;
+            let count = parts.last().map_or(0, |part| part.end);
             progress.advance(u64::from(first_point + first_row + count));
-            Ok(timings[0].ms)
+            Ok(timings)
         })?;
     }
     scene.refuse_truncated_loops(STEM, 0)?;

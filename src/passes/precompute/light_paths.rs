@@ -1,10 +1,10 @@
 //! Light paths from all entry points. [Yue §1] In: entry points. Out: path vertices.
 
 use super::path_orders::{Vertex, WHITE};
-use super::{Chunks, Progress};
+use super::{Chunks, Progress, each_part};
 use crate::error::{Error, Result};
 use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
-use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline};
+use crate::gpu::{Buffer, Context, HostBlock, HostUpload, PassTiming, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::frame::path_scan::PathStep;
@@ -12,6 +12,7 @@ use crate::passes::{ClusterBuffers, SceneBuffers, loop_limit};
 use crate::scene::{CellSizes, Material};
 use crate::types::{Contribution, Grid, LOOP_TRUNCATED, MAY_BE_GLOSSY, PathVertex, Reflectance};
 use glam::Vec3;
+use std::ops::Range;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -116,11 +117,12 @@ pub fn trace(
             )));
         }
         let mut survivors = Vec::new();
-        chunks.run(live.len() as u32, |first, count| {
+        chunks.run_batches(live.len() as u32, |first, parts| {
+            let count = parts.last().map_or(0, |part| part.end);
             let states = &live[first as usize..(first + count) as usize];
-            let ms = walk.round(scene, clusters, states, &mut vertices, &mut survivors)?;
+            let timings = walk.round(scene, clusters, (states, parts), &mut vertices, &mut survivors)?;
             progress.advance(total - (live.len() as u64 - u64::from(first + count)) - survivors.len() as u64);
-            Ok(ms)
+            Ok(timings)
         })?;
         live = survivors;
     }
@@ -147,7 +149,7 @@ pub fn retrace(
     let (mut found, mut live) = (Vec::new(), vec![state]);
     while !live.is_empty() {
         let mut survivors = Vec::new();
-        walk.round(scene, clusters, &live, &mut found, &mut survivors)?;
+        walk.round(scene, clusters, (&live, &[0..1]), &mut found, &mut survivors)?;
         live = survivors;
     }
     let later = found.iter().map(|vertex| (vertex.position, vertex.side));
@@ -222,50 +224,54 @@ impl Walk {
         })
     }
 
-    /// Extends some paths; appends their vertices to `found`, and the paths that continue to
-    /// `survivors`. Returns device milliseconds.
+    /// Extends some paths with a dispatch for each of `parts`; appends their vertices to `found`,
+    /// and the paths that continue to `survivors`. Returns the timings.
     fn round(
         &self,
         scene: &SceneBuffers,
         clusters: &ClusterBuffers,
-        states: &[PathState],
+        (states, parts): (&[PathState], &[Range<u32>]),
         found: &mut Vec<Vertex>,
         survivors: &mut Vec<PathState>,
-    ) -> Result<f64> {
+    ) -> Result<Vec<PassTiming>> {
         self.states_from_host.write(states);
         let (count, vertex_count) = (states.len(), states.len() * STEPS as usize);
-        let words = |count: usize, item: usize| (count * item / 4) as u32;
-        let push = LightPathsPush { grid: self.grid, path_count: states.len() as u32, seed: self.seed };
         let ((), timings) = self.context.run(|rec| {
-            rec.copy_from_host(&self.states_from_host, &self.paths, size_of_val(states) as u64);
-            rec.barrier(TRANSFER_TO_COMPUTE);
-            rec.pass(STEM).dispatch(
-                &self.pipeline,
-                [push.path_count, 1, 1],
-                &push,
-                &scene.textures.after([
-                    ("Nodes", &scene.nodes),
-                    ("Triangles", &scene.triangles),
-                    ("Surfaces", &scene.surfaces),
-                    ("Materials", &self.materials),
-                    ("Octree", &clusters.octree),
-                    ("CellClusters", &clusters.cell_clusters),
-                    ("Guides", &self.guides),
-                    ("Paths", &self.paths),
-                    ("Vertices", &self.vertices),
-                    ("VertexCounts", &self.counts),
-                    ("VertexColours", &self.colours),
-                ]),
-            );
-            rec.barrier(COMPUTE_TO_TRANSFER);
-            let states = words(count, size_of::<PathState>());
-            rec.copy_to_host(&self.paths, 0, &self.states_to_host, 0, states);
-            let vertices = words(vertex_count, size_of::<PathVertex>());
-            rec.copy_to_host(&self.vertices, 0, &self.vertices_to_host, 0, vertices);
-            rec.copy_to_host(&self.counts, 0, &self.counts_to_host, 0, count as u32);
-            if scene.textures.are_used {
-                rec.copy_to_host(&self.colours, 0, &self.colours_to_host, 0, vertex_count as u32);
-            }
+            each_part(rec, parts, |rec, part| {
+                let path_count = part.end - part.start;
+                rec.copy_from_host::<PathState>(&self.states_from_host, part.clone(), &self.paths);
+                rec.barrier(TRANSFER_TO_COMPUTE);
+                rec.pass(STEM).dispatch(
+                    &self.pipeline,
+                    [path_count, 1, 1],
+                    &LightPathsPush { grid: self.grid, path_count, seed: self.seed },
+                    &scene.textures.after([
+                        ("Nodes", &scene.nodes),
+                        ("Triangles", &scene.triangles),
+                        ("Surfaces", &scene.surfaces),
+                        ("Materials", &self.materials),
+                        ("Octree", &clusters.octree),
+                        ("CellClusters", &clusters.cell_clusters),
+                        ("Guides", &self.guides),
+                        ("Paths", &self.paths),
+                        ("Vertices", &self.vertices),
+                        ("VertexCounts", &self.counts),
+                        ("VertexColours", &self.colours),
+                    ]),
+                );
+                rec.barrier(COMPUTE_TO_TRANSFER);
+                let steps = STEPS * part.start..STEPS * part.end;
+                rec.copy_elements_to_host::<PathState>(&self.paths, &self.states_to_host, part.clone());
+                rec.copy_elements_to_host::<PathVertex>(
+                    &self.vertices,
+                    &self.vertices_to_host,
+                    steps.clone(),
+                );
+                rec.copy_elements_to_host::<u32>(&self.counts, &self.counts_to_host, part);
+                if scene.textures.are_used {
+                    rec.copy_elements_to_host::<u32>(&self.colours, &self.colours_to_host, steps);
+                }
+            });
         })?;
         let counts: Vec<u32> = self.counts_to_host.read(count);
         loop_limit::refuse(counts.contains(&LOOP_TRUNCATED), STEM, 0)?;
@@ -281,7 +287,7 @@ impl Walk {
         }
         let after: Vec<PathState> = self.states_to_host.read(count);
         survivors.extend(after.into_iter().filter(|state| state.is_alive == 1));
-        Ok(timings[0].ms)
+        Ok(timings)
     }
 }
 

@@ -20,10 +20,16 @@ mod reaches;
 pub mod visibility;
 
 use crate::error::Result;
+use crate::gpu::barrier::TRANSFER_TO_TRANSFER;
+use crate::gpu::{PassTiming, Recorder};
+use std::ops::Range;
 
 /// Target duration of a dispatch, milliseconds: a fifth of the intended maximum. Items are in
 /// surface order, and beyond a region of cheap items they may take four times as long.
 const DISPATCH_MS: f64 = 10.0;
+
+/// Dispatches of a submission at most. The host is needed once for each submission.
+const DISPATCHES: usize = 8;
 
 /// Stems of the shaders of these passes.
 pub const STEMS: [&str; 6] = [
@@ -84,12 +90,54 @@ impl Chunks {
             let count = self.size.min(total - first);
             let ms = dispatch(first, count)?;
             first += count;
-            // At most doubled at a time: the first dispatch of a kind may include its compilation.
-            self.each_ms = (ms.max(1e-3) / f64::from(count)).max(REMEMBERED * self.each_ms);
-            let ideal = DISPATCH_MS / self.each_ms;
-            self.size = (ideal.min(2.0 * f64::from(self.size)) as u32).clamp(1, self.limit);
+            self.observe(count, ms);
         }
         Ok(())
+    }
+
+    /// As [`Self::run`], with several dispatches a submission, and no more than `limit` items in all
+    /// of them. `submit` takes their items, relative to those that were submitted before, and
+    /// returns a timing for each.
+    ///
+    /// # Errors
+    /// The first failure of a submission.
+    pub fn run_batches(
+        &mut self,
+        total: u32,
+        mut submit: impl FnMut(u32, &[Range<u32>]) -> Result<Vec<PassTiming>>,
+    ) -> Result<()> {
+        let mut first = 0;
+        while first < total {
+            // The duration of the first dispatch is not known.
+            let most = if self.each_ms == 0.0 { 1 } else { DISPATCHES };
+            let items = self.limit.min(total - first);
+            let parts = (0..items).step_by(self.size as usize).take(most);
+            let parts: Vec<Range<u32>> = parts.map(|part| part..items.min(part + self.size)).collect();
+            let timings = submit(first, &parts)?;
+            for (part, timing) in parts.iter().zip(&timings) {
+                self.observe(part.end - part.start, timing.ms);
+            }
+            first += parts.last().map_or(0, |part| part.end);
+        }
+        Ok(())
+    }
+
+    /// Adapts the size to the duration of a dispatch.
+    fn observe(&mut self, count: u32, ms: f64) {
+        // At most doubled at a time: the first dispatch of a kind may include its compilation.
+        self.each_ms = (ms.max(1e-3) / f64::from(count)).max(REMEMBERED * self.each_ms);
+        let ideal = DISPATCH_MS / self.each_ms;
+        self.size = (ideal.min(2.0 * f64::from(self.size)) as u32).clamp(1, self.limit);
+    }
+}
+
+/// Records the parts of a submission, which use the same buffers one after another.
+fn each_part(rec: &mut Recorder, parts: &[Range<u32>], mut record: impl FnMut(&mut Recorder, Range<u32>)) {
+    for (number, part) in parts.iter().enumerate() {
+        if number > 0 {
+            rec.barrier(TRANSFER_TO_TRANSFER);
+        }
+        record(rec, part.clone());
     }
 }
 
@@ -115,6 +163,31 @@ mod tests {
         }
         assert!(longest < 22.4, "{longest} ms of 28 that forgetting costs");
         assert!(dispatches < 64 * 4, "{dispatches} dispatches");
+    }
+
+    #[test]
+    fn batches_hold_all_items_in_order() {
+        let mut chunks = Chunks::new(16, 1000);
+        let (mut next, mut submissions, mut dispatches) = (0, 0, 0);
+        let submit = |first: u32, parts: &[Range<u32>]| {
+            assert!(parts.len() <= DISPATCHES && parts.last().unwrap().end <= 1000);
+            submissions += 1;
+            for part in parts {
+                assert_eq!(first + part.start, next);
+                next = first + part.end;
+            }
+            dispatches += parts.len();
+            let timing = |part: &Range<u32>| PassTiming {
+                ms: 0.05 * f64::from(part.end - part.start),
+                ..PassTiming::default()
+            };
+            Ok(parts.iter().map(timing).collect())
+        };
+        chunks.run_batches(10_007, submit).unwrap();
+        assert_eq!(next, 10_007);
+        // 200 items take 10 ms.
+        assert!((50..60).contains(&dispatches), "{dispatches} dispatches");
+        assert!((7..12).contains(&submissions), "{submissions} submissions");
     }
 
     #[test]

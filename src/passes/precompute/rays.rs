@@ -1,7 +1,7 @@
 //! Closest hits of an explicit list of rays, or any hits of segments. In: origins and directions
 //! (metres). Out: distance and side.
 
-use super::Chunks;
+use super::{Chunks, each_part};
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline, Recorder};
@@ -88,31 +88,34 @@ impl Rays {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn trace_timed(&self, scene: &SceneBuffers, queries: &[RayQuery]) -> Result<(Vec<RayAnswer>, f64)> {
-        let limit = (queries.len() as u32).clamp(1, Self::LIMIT);
+        // Dispatches of a submission share the buffers.
+        let limit = (queries.len() as u32).clamp(1, 2 * Self::LIMIT);
         let asked = Buffer::storage(&self.context, "ray queries", u64::from(limit) * 24)?;
         let answered = Buffer::storage(&self.context, "ray answers", u64::from(limit) * 8)?;
         let from_host = HostUpload::of(&self.context, "ray queries on the host", &asked)?;
         let to_host = HostBlock::of(&self.context, "ray answers on the host", &answered)?;
         let (mut answers, mut device_ms) = (Vec::with_capacity(queries.len()), 0.0);
-        Chunks::new(1 << 14, limit).run(queries.len() as u32, |first, count| {
-            let (first, count) = (first as usize, count as usize);
+        Chunks::new(1 << 14, limit).run_batches(queries.len() as u32, |first, parts| {
+            let (first, count) = (first as usize, parts.last().map_or(0, |part| part.end as usize));
             from_host.write(&queries[first..first + count]);
             let ((), timings) = self.context.run(|rec| {
-                rec.copy_from_host(&from_host, &asked, (count * size_of::<RayQuery>()) as u64);
-                rec.barrier(TRANSFER_TO_COMPUTE);
-                self.record(rec, scene, &asked, &answered, RaysPush { ray_count: count as u32 });
-                rec.barrier(COMPUTE_TO_TRANSFER);
-                rec.copy_to_host(&answered, 0, &to_host, 0, (count * size_of::<RayAnswer>() / 4) as u32);
+                each_part(rec, parts, |rec, part| {
+                    let push = RaysPush { ray_count: part.end - part.start };
+                    rec.copy_from_host::<RayQuery>(&from_host, part.clone(), &asked);
+                    rec.barrier(TRANSFER_TO_COMPUTE);
+                    self.record(rec, scene, &asked, &answered, push);
+                    rec.barrier(COMPUTE_TO_TRANSFER);
+                    rec.copy_elements_to_host::<RayAnswer>(&answered, &to_host, part);
+                });
             })?;
-            let ms = timings[0].ms;
             answers.extend(to_host.read::<RayAnswer>(count));
             loop_limit::refuse(
                 answers[first..].iter().any(|answer| answer.side == LOOP_TRUNCATED),
                 Self::STEM,
                 0,
             )?;
-            device_ms += ms;
-            Ok(ms)
+            device_ms += timings.iter().map(|timing| timing.ms).sum::<f64>();
+            Ok(timings)
         })?;
         Ok((answers, device_ms))
     }

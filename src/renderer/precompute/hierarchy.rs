@@ -57,8 +57,12 @@ impl Cells {
                 exposed_fractions::exposed_fractions(&geometry, reachable.tracer(), &scene.quality)?;
             Ok::<_, Error>(hvds.without_interior(&exposed))
         };
-        let requested = build(scene.quality.cells)?;
-        let finest = build(grid::finest_cells(scene.quality.cells))?;
+        let (requested, finest) = std::thread::scope(|threads| {
+            let requested = threads.spawn(|| build(scene.quality.cells));
+            let finest = build(grid::finest_cells(scene.quality.cells));
+            (requested.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), finest)
+        });
+        let (requested, finest) = (requested?, finest?);
         let gaps = narrow_cavities::find(&reachable.rays, &reachable.buffers, &scene.lights)?;
         Ok(Self { requested, finest, gaps })
     }

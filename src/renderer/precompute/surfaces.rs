@@ -44,14 +44,14 @@ impl Reachable {
         watch.lap("acceleration structure");
 
         progress.stage("surfaces", 1);
-        let solids = match scene.quality.takes(Measure::Solids) {
+        let of_scene = || match scene.quality.takes(Measure::Solids) {
             true => Solids::of_scene(scene),
             false => Solids::none(),
         };
+        let (solids, sees) = rayon::join(of_scene, || surfaces::sides_that_see_something(&scene.triangles));
         let warnings: Vec<String> = lost_lights(&solids, &scene.lights).collect();
         scene.warnings.extend(warnings);
         let rays = Rays::new(context)?;
-        let sees = surfaces::sides_that_see_something(&scene.triangles);
         // A side that sees the sky alone receives its light.
         let is_active = |sees: [bool; 2]| sees.map(|sees| sees || scene.emission.sky.is_some());
         let pairs = scene.triangles.iter().zip(&sees);

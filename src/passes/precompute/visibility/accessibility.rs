@@ -9,9 +9,9 @@ use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::precompute::Chunks;
 use crate::passes::precompute::gather_rays::Hemisphere;
 use crate::passes::precompute::path_orders::Vertex;
+use crate::passes::precompute::{Chunks, each_part};
 use crate::passes::{SceneBuffers, loop_limit};
 use crate::scene::{hvds::Hvds, unweighted::NEARBY};
 use crate::types::{LOOP_TRUNCATED, NO_CLUSTER, OPEN};
@@ -131,30 +131,33 @@ pub fn open_rays(
     let from_host = HostUpload::of(context, "accessibility points on the host", &asked)?;
     let to_host = HostBlock::of(context, "open rays on the host", &answered)?;
     let mut open = Vec::with_capacity(points.len());
-    Chunks::new(1 << 13, limit as u32).run(points.len() as u32, |first, count| {
+    Chunks::new(1 << 13, limit as u32).run_batches(points.len() as u32, |first, parts| {
+        let count = parts.last().map_or(0, |part| part.end);
         from_host.write(&points[first as usize..(first + count) as usize]);
         let ((), timings) = context.run(|rec| {
-            let bytes = u64::from(count) * size_of::<AccessibilityPoint>() as u64;
-            rec.copy_from_host(&from_host, &asked, bytes);
-            rec.barrier(TRANSFER_TO_COMPUTE);
-            rec.pass(STEM).dispatch(
-                &pipeline,
-                [count, 1, 1],
-                &AccessibilityPush { point_count: count, seed, reach },
-                &[
-                    ("Nodes", &scene.nodes),
-                    ("Triangles", &scene.triangles),
-                    ("Surfaces", &scene.surfaces),
-                    ("AccessibilityPoints", &asked),
-                    ("OpenRays", &answered),
-                ],
-            );
-            rec.barrier(COMPUTE_TO_TRANSFER);
-            rec.copy_to_host(&answered, 0, &to_host, 0, count);
+            each_part(rec, parts, |rec, part| {
+                let point_count = part.end - part.start;
+                rec.copy_from_host::<AccessibilityPoint>(&from_host, part.clone(), &asked);
+                rec.barrier(TRANSFER_TO_COMPUTE);
+                rec.pass(STEM).dispatch(
+                    &pipeline,
+                    [point_count, 1, 1],
+                    &AccessibilityPush { point_count, seed, reach },
+                    &[
+                        ("Nodes", &scene.nodes),
+                        ("Triangles", &scene.triangles),
+                        ("Surfaces", &scene.surfaces),
+                        ("AccessibilityPoints", &asked),
+                        ("OpenRays", &answered),
+                    ],
+                );
+                rec.barrier(COMPUTE_TO_TRANSFER);
+                rec.copy_elements_to_host::<u32>(&answered, &to_host, part);
+            });
         })?;
         open.extend(to_host.read::<u32>(count as usize));
         loop_limit::refuse(open[first as usize..].contains(&LOOP_TRUNCATED), STEM, 0)?;
-        Ok(timings[0].ms)
+        Ok(timings)
     })?;
     Ok(open)
 }

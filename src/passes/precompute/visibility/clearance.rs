@@ -6,7 +6,7 @@ use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::precompute::gather_rays::Hemisphere;
-use crate::passes::precompute::{Chunks, Progress};
+use crate::passes::precompute::{Chunks, Progress, each_part};
 use crate::passes::{SceneBuffers, loop_limit};
 use crate::types::CachePoint;
 use glam::Vec3;
@@ -103,35 +103,37 @@ impl ClearanceProbe {
     ) -> Result<Vec<Clearance>> {
         let mut measured = Vec::with_capacity(candidates.len());
         let mut chunks = self.chunks.lock().unwrap_or_else(PoisonError::into_inner);
-        chunks.run(candidates.len() as u32, |first, count| {
+        chunks.run_batches(candidates.len() as u32, |first, parts| {
+            let count = parts.last().map_or(0, |part| part.end);
             self.from_host.write(&candidates[first as usize..(first + count) as usize]);
-            let bytes = |item: usize| u64::from(count) * item as u64;
-            let push = ClearancePush { candidate_count: count, seed: self.seed, scene_size: self.scene_size };
+            let (seed, scene_size) = (self.seed, self.scene_size);
             let ((), timings) = self.context.run(|rec| {
-                rec.copy_from_host(&self.from_host, &self.candidates, bytes(size_of::<CachePoint>()));
-                rec.barrier(TRANSFER_TO_COMPUTE);
-                rec.pass(STEM).dispatch(
-                    &self.pipeline,
-                    [count * self.pipeline.local_size()[0], 1, 1],
-                    &push,
-                    &[
-                        ("Nodes", &scene.nodes),
-                        ("Triangles", &scene.triangles),
-                        ("Surfaces", &scene.surfaces),
-                        ("Candidates", &self.candidates),
-                        ("Clearances", &self.clearances),
-                    ],
-                );
-                rec.barrier(COMPUTE_TO_TRANSFER);
-                let words = (bytes(size_of::<Clearance>()) / 4) as u32;
-                rec.copy_to_host(&self.clearances, 0, &self.to_host, 0, words);
+                each_part(rec, parts, |rec, part| {
+                    let candidate_count = part.end - part.start;
+                    rec.copy_from_host::<CachePoint>(&self.from_host, part.clone(), &self.candidates);
+                    rec.barrier(TRANSFER_TO_COMPUTE);
+                    rec.pass(STEM).dispatch(
+                        &self.pipeline,
+                        [candidate_count * self.pipeline.local_size()[0], 1, 1],
+                        &ClearancePush { candidate_count, seed, scene_size },
+                        &[
+                            ("Nodes", &scene.nodes),
+                            ("Triangles", &scene.triangles),
+                            ("Surfaces", &scene.surfaces),
+                            ("Candidates", &self.candidates),
+                            ("Clearances", &self.clearances),
+                        ],
+                    );
+                    rec.barrier(COMPUTE_TO_TRANSFER);
+                    rec.copy_elements_to_host::<Clearance>(&self.clearances, &self.to_host, part);
+                });
             })?;
             measured.extend(self.to_host.read::<Clearance>(count as usize));
             loop_limit::refuse(measured[first as usize..].iter().any(Clearance::is_unknown), STEM, 0)?;
             if let Some(progress) = &mut progress {
                 progress.advance(u64::from(first + count));
             }
-            Ok(timings[0].ms)
+            Ok(timings)
         })?;
         Ok(measured)
     }

@@ -1,7 +1,8 @@
 // Shadow rays of the points of a workgroup to the point samples of a light. Points of one triangle
 // that see a sample alike take one ray. Include after silhouettes.glsl and direct.glsl.
 // The including shader binds the texels `Silhouettes` and the words `ray_count[]`, where it counts
-// its rays and those that a neighbour's ray spares, and defines IS_LIT(shaft, position, normal, to_light).
+// its rays and the rays that a neighbour's ray replaces. It defines
+// IS_LIT(shaft, position, normal, to_light).
 
 layout(constant_id = 19) const uint FINDS_ALIKE = 0u;  // see src/gpu/tuning.rs
 

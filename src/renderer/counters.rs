@@ -16,7 +16,7 @@ const EDGE_POINTS: u32 = EDGE_PIXELS + 1;
 const FRAGMENTS: u32 = EDGE_POINTS + 1;
 const LISTED: u32 = FRAGMENTS + 1;
 const RAYS: u32 = LISTED + FRAMES as u32;
-/// Words of the ray counts of a set of points: rays, and those that a neighbour's ray spares.
+/// Words of the ray counts of a set of points: rays, and rays that a neighbour's ray replaces.
 const RAY_WORDS: u32 = 2;
 const WORDS: u32 = RAYS + 3 * RAY_WORDS;
 

@@ -18,8 +18,8 @@ fn counts(name: &str, set: &[&str]) -> (CommandCounts, u32) {
     (precomputation, context.pipelines_made())
 }
 
-/// Dispatches adapt to the time that they take, so counts vary with the load of the machine. A quiet
-/// one takes 155.
+/// Dispatches adapt to the time that they take, so counts vary with the load of the machine. A
+/// quiet one takes 155.
 #[test]
 fn a_small_precomputation_has_few_submissions_and_pipelines() {
     let set = ["quality.entry_points=20000", "quality.cache_points=4000", "quality.gather_rays=64"];

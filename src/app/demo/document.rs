@@ -1,5 +1,5 @@
-//! The document: the lights, materials and models that the user edits. It is a plain value. Panels change
-//! it, the session applies it to the renderer, and the history stores copies of it.
+//! The document: the lights, materials and models that the user edits. It is a plain value. Panels
+//! change it, the session applies it to the renderer, and the history stores copies of it.
 
 use glam::Vec3;
 

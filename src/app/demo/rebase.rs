@@ -14,8 +14,7 @@ pub(super) struct Rebase {
     beyond: u64,
     /// First-scene material of each material of the second scene.
     materials: Vec<Option<usize>>,
-    /// Lights that are part of the second scene's surface or sky, and whether the first scene lacks
-    /// them.
+    /// Lights that are part of the second scene's surface or sky, and whether they are new there.
     fixed: Vec<(LightEntry, bool)>,
     /// The materials of the second scene.
     edits: Vec<MaterialEdit>,

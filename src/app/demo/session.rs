@@ -474,8 +474,8 @@ impl Session {
         options
     }
 
-    /// Loads the scene anew if the document's models are not those of the scene. An edit that cannot
-    /// be loaded is taken back.
+    /// Loads the scene anew if its models differ from the document's. An edit that cannot be loaded
+    /// is taken back.
     fn follow_models(&mut self) {
         if self.is_held || self.document.models == self.loaded_models {
             return;
@@ -586,8 +586,7 @@ impl Session {
     }
 }
 
-/// The models of a scene file, each where the user had it `before`; then those that the user has
-/// `added`.
+/// The models of a scene file, each where the user had it `before`; then the `added` models.
 fn models_of(own: &[PlacedModel], (before, added): (&[PlacedModel], &[PlacedModel])) -> Vec<PlacedModel> {
     let mut before = before.to_vec();
     let mut place = |model: &PlacedModel| {

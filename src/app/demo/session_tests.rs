@@ -109,6 +109,9 @@ fn saved(context: &Arc<Context>, session: &mut Session, folder: &Path) -> (Strin
     (fs::read_to_string(&file).unwrap(), cold_start(context, scene))
 }
 
+/// An edit, a line of the scene file that it makes, and the lights afterwards.
+type Edit<'a> = (&'a dyn Fn(&mut Session), &'a str, &'a [&'a str]);
+
 #[test]
 fn models_are_hidden_moved_and_added_like_a_cold_start() {
     let (context, folder) = (context(), folder());
@@ -119,7 +122,7 @@ fn models_are_hidden_moved_and_added_like_a_cold_start() {
         session.document.lights.iter().map(|entry| entry.light.name.clone()).collect::<Vec<_>>()
     };
     assert_eq!(names(&session), ["lamp", "glow"]);
-    let edits: [(&dyn Fn(&mut Session), &str, &[&str]); 3] = [
+    let edits: [Edit<'_>; 3] = [
         (&|session| session.document.models[1].is_hidden = true, "hidden = true", &["lamp"]),
         (
             &|session| {

@@ -21,8 +21,8 @@ const BREATH: Duration = Duration::from_millis(100);
 /// Called from any thread when there is a new state to show.
 pub(super) type Wake = Arc<dyn Fn() + Send + Sync>;
 
-/// A thread that traces the light paths of a scene: for a draft first, if the scene's own settings
-/// are finer.
+/// A thread that traces the light paths of a scene: of a draft first, if the scene's settings are
+/// finer than a draft's.
 pub(super) struct Worker {
     /// `None` once its last result is taken.
     thread: Option<JoinHandle<Result<()>>>,
@@ -169,7 +169,7 @@ fn trace(
         let estimate = Estimate::begin();
         *shared.progress.lock().expect("no holder panics") = Progressed { estimate, is_draft };
     };
-    // The window has gone if nobody receives the renderer.
+    // The window has gone if the renderer has no receiver.
     let send = |renderer| made.send(renderer).map_err(|_| Error::Usage("the window is closed".to_owned()));
     if is_finer && !is_stored {
         begin(true);

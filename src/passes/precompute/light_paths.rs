@@ -149,7 +149,7 @@ pub fn retrace(
     let (mut found, mut live) = (Vec::new(), vec![state]);
     while !live.is_empty() {
         let mut survivors = Vec::new();
-        walk.round(scene, clusters, (&live, &[0..1]), &mut found, &mut survivors)?;
+        walk.round(scene, clusters, (&live, std::slice::from_ref(&(0..1))), &mut found, &mut survivors)?;
         live = survivors;
     }
     let later = found.iter().map(|vertex| (vertex.position, vertex.side));

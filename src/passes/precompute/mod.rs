@@ -95,9 +95,9 @@ impl Chunks {
         Ok(())
     }
 
-    /// As [`Self::run`], with several dispatches a submission, and no more than `limit` items in all
-    /// of them. `submit` takes their items, relative to those that were submitted before, and
-    /// returns a timing for each.
+    /// As [`Self::run`], with several dispatches a submission, which has `limit` items at most.
+    /// `submit` takes the first item of the submission and the items of each dispatch, counted from
+    /// that one. It returns a timing for each dispatch.
     ///
     /// # Errors
     /// The first failure of a submission.

@@ -299,8 +299,8 @@ impl WindowState {
         Ok(output)
     }
 
-    /// Paints panels and picture with the commands that compute it, and presents them. Plans the
-    /// next redraw.
+    /// Paints panels and picture with the commands that compute it, and presents them. Plans when
+    /// to draw next.
     fn paint(&mut self, output: egui::FullOutput, commands: Option<Recorder>) -> Result<Shown> {
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         self.again = delay.and_then(|delay| Instant::now().checked_add(delay));

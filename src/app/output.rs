@@ -23,6 +23,9 @@ impl OutputFile {
     /// # Errors
     /// [`Error::Output`] if the folder is missing or read-only, or if `path` is no regular file.
     pub(super) fn check(path: &Path) -> Result<Self> {
+        if path == Path::new("-") {
+            return Err(Error::output(path, "is no file: pictures and figures go to files; or name it ./-"));
+        }
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let output = Self { path: path.to_owned(), target };
         match fs::metadata(&output.target) {
@@ -151,7 +154,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         OutputFile::check(&folder.path().join("a.png")).unwrap();
         assert!(listing(folder.path()).is_empty());
-        for bad in [folder.path().to_owned(), folder.path().join("missing/a.png")] {
+        for bad in [folder.path().to_owned(), folder.path().join("missing/a.png"), PathBuf::from("-")] {
             assert_eq!(OutputFile::check(&bad).unwrap_err().exit_code(), 2, "{}", bad.display());
         }
     }

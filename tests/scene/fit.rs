@@ -273,3 +273,13 @@ fn the_unit_of_a_model_does_not_matter() {
         assert!(is_in(seen_from(&scene).0 / scale, SIZE), "{scale}");
     }
 }
+
+#[test]
+fn specks_that_are_far_apart_have_a_camera() {
+    let speck = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    for apart in [1e9 * Vec3::Z, 1e6 * Vec3::X, 1e3 * Vec3::Y, 1e7 * Vec3::ONE] {
+        let model = Model(vec![speck.to_vec(), speck.map(|corner| corner + apart).to_vec()]);
+        let (position, forward) = seen_from(&model.load());
+        assert!(position.is_finite() && forward.is_normalized(), "{apart}: {position} {forward}");
+    }
+}

@@ -127,6 +127,16 @@ impl<'a> Demo<'a> {
         })
     }
 
+    /// Whether the process prints a line with that prefix after `mark`, instead of ending.
+    pub fn asks(&self, mark: usize, prefix: &str) -> bool {
+        until(&format!("the end, or line {prefix:?}"), HANG, || {
+            let end = self.try_end();
+            let lines = self.lines.lock().unwrap();
+            let is_said = lines.iter().skip(mark).any(|line| line.text.starts_with(prefix));
+            (is_said || end.is_some()).then_some(is_said)
+        })
+    }
+
     pub fn is_running(&self) -> bool {
         self.try_end().is_none()
     }

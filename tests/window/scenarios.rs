@@ -110,9 +110,16 @@ fn no_complaints(demo: &Demo) {
     }
 }
 
-/// Closes the window and asserts a clean end.
+/// What the window prints if there are unsaved edits.
+pub const ASKS: &str = "lightpaths: unsaved edits";
+
+/// Closes the window without saving and asserts a clean end.
 pub fn close(demo: &Demo) {
+    let mark = demo.mark();
     demo.client().close();
+    if demo.asks(mark, ASKS) {
+        demo.client().tap(&[keys::CONTROL, keys::SHIFT], keys::of('q'));
+    }
     assert_eq!(demo.exit_code(SOON), Some(0));
     no_complaints(demo);
 }
@@ -152,6 +159,40 @@ fn a_material_is_chosen_by_a_click_edited_and_taken_back(demo: &Demo) {
     demo.client().tap(&[keys::CONTROL], keys::of('z'));
     let undone = changed(demo, &after);
     assert_eq!(changed_pixels(&before, &undone, PICTURE, 0), 0, "undone");
+}
+
+#[test]
+fn a_window_with_unsaved_edits_asks_before_it_closes() {
+    let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
+    let demo = open_in(&display, folder.path(), "box");
+    let client = demo.client();
+    let asked = |by: &dyn Fn()| {
+        let mark = demo.mark();
+        by();
+        demo.wait_for_line_since(mark, ASKS, SOON);
+        demo.wait_for_answer();
+        assert!(demo.is_running());
+    };
+    let quit = || client.tap(&[keys::CONTROL], keys::of('q'));
+    // A new light.
+    client.tap(&[], keys::of('l'));
+    asked(&|| client.close());
+    client.tap(&[], keys::ESCAPE);
+    asked(&quit);
+    // Without the edit there is nothing to ask.
+    client.tap(&[keys::CONTROL], keys::of('z'));
+    demo.wait_for_answer();
+    client.tap(&[], keys::of('l'));
+    asked(&quit);
+    client.tap(&[keys::CONTROL], keys::of('s'));
+    until("the saved scene", SOON, || folder.path().join("box-edited.toml").exists().then_some(()));
+    demo.wait_for_answer();
+    quit();
+    assert_eq!(demo.exit_code(SOON), Some(0));
+    let saved = folder.path().join("box-edited.toml");
+    let scene = Scene::load(saved.to_str().unwrap(), &LoadOptions::default()).unwrap();
+    assert_eq!(scene.lights.len(), 2);
+    no_complaints(&demo);
 }
 
 #[test]

@@ -34,6 +34,7 @@ pub(super) enum Action {
     Memory,
     Settled,
     Quit,
+    QuitAnyway,
 }
 
 /// A key, its action and its description.
@@ -52,7 +53,7 @@ const fn command(logical_key: Key, action: Action, text: &'static str) -> Bindin
 }
 
 /// All bindings. A combination stands before the shorter ones that it contains.
-pub(super) const BINDINGS: [Binding; 31] = [
+pub(super) const BINDINGS: [Binding; 32] = [
     key(Key::F1, Action::Help, "Show or hide this list"),
     key(Key::H, Action::Help, "Show or hide this list"),
     key(Key::P, Action::Panels, "Show or hide the panels"),
@@ -87,6 +88,11 @@ pub(super) const BINDINGS: [Binding; 31] = [
     command(Key::Minus, Action::Smaller, "Smaller text"),
     key(Key::V, Action::Vsync, "Wait for the screen, or do not"),
     key(Key::F11, Action::Fullscreen, "Fill the screen, or do not"),
+    Binding {
+        keys: KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Q),
+        action: Action::QuitAnyway,
+        text: "Close the window without saving",
+    },
     command(Key::Q, Action::Quit, "Close the window"),
 ];
 

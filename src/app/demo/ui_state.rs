@@ -44,7 +44,12 @@ pub(super) enum Request {
     Preset(&'static str),
     /// The answer about unsaved edits of a scene that has changed on disk.
     Answer(Answer),
+    /// Closes the window, or asks if there are unsaved edits.
     Quit,
+    /// Closes the window without a question.
+    QuitAnyway,
+    /// Saves the scene, and closes the window if that succeeds.
+    SaveAndQuit,
 }
 
 /// Answers for a scene that has changed on disk and has unsaved edits.
@@ -75,6 +80,8 @@ pub(super) struct UiState {
     /// The clicked position on a surface.
     pub(super) place: Option<Place>,
     pub(super) requests: Vec<Request>,
+    /// The window asks what becomes of unsaved edits before it closes.
+    pub(super) asks_to_close: bool,
     /// Path for the saved scene and pictures.
     pub(super) save_to: String,
     /// Path of the model that the user is about to add.
@@ -109,6 +116,7 @@ impl UiState {
             scale: 1.0,
             place: None,
             requests: Vec::new(),
+            asks_to_close: false,
             save_to: format!("{scene}-edited.toml"),
             model_to_add: String::new(),
             text_scale: 1.0,

@@ -11,6 +11,9 @@ use crate::scene::Camera;
 const FOV_Y: f32 = 40.0;
 /// The picture's half height in half heights of the model.
 const MARGIN: f32 = 1.08;
+/// Depth of the nearest point before the camera at least, in radii of the model: a model may be a
+/// line that points at the camera.
+const NEAR: f32 = 1e-3;
 /// Rays along a side of a candidate's picture.
 const SIDE: usize = 32;
 /// Elevations of the candidates, degrees, with the factor of each one's score. Models are shown
@@ -96,7 +99,7 @@ fn framing(points: &[Vec3], direction: Vec3, up: Up) -> Camera {
         let moved: Vec<(Vec3, f32)> =
             points.iter().map(|&point| (point - middle, (point - middle).dot(direction))).collect();
         distance = moved.iter().fold(1e-3_f32, |distance, (p, depth)| {
-            distance.max(depth + p.dot(right).abs().max(p.dot(above).abs()) / tan)
+            distance.max(depth + (p.dot(right).abs().max(p.dot(above).abs()) / tan).max(NEAR))
         });
         for axis in [right, above] {
             let angles = moved.iter().map(|(p, depth)| p.dot(axis) / (distance - depth));

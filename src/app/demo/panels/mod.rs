@@ -17,7 +17,7 @@ use super::ui_state::UiState;
 
 pub(super) use help::help;
 pub(super) use lights::{AXES, fresh as fresh_light};
-pub(super) use question::question;
+pub(super) use question::questions;
 
 /// Width of the panels when the window opens, points.
 pub(super) const WIDTH: f32 = 310.0;
@@ -62,7 +62,8 @@ pub(super) fn panels(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
         };
         section(ui, "Lights", true, &mut |ui| lights::lights(ui, session, ui_state));
         section(ui, "Material", true, &mut |ui| materials::materials(ui, session, ui_state));
-        section(ui, "Models", false, &mut |ui| models::models(ui, session, ui_state));
+        let has_several = session.document.models.len() > 1;
+        section(ui, "Models", has_several, &mut |ui| models::models(ui, session, ui_state));
         section(ui, "View", true, &mut |ui| views::views(ui, session, ui_state));
         section(ui, "Time", true, &mut |ui| timing::timing(ui, session, ui_state));
         section(ui, "Scene and film", false, &mut |ui| scene::scene(ui, session, ui_state));

@@ -1,41 +1,76 @@
-//! The question that is open while a scene with unsaved edits has changed on disk.
+//! Questions about unsaved edits: the scene has changed on disk, or the window is about to close.
 
-use egui::{Align2, Area, Context, Frame, RichText};
+use egui::{Align2, Area, Context, Frame, Key, RichText};
 
 use super::PALETTE;
 use crate::app::demo::session::Session;
 use crate::app::demo::ui_state::{Answer, Request, UiState};
 
-/// The answers and their explanations.
-const ANSWERS: [(&str, Answer, &str); 3] = [
+/// An answer: button, request and explanation.
+type Choice = (&'static str, Request, &'static str);
+
+/// What to do with a scene that has changed on disk.
+const CHANGED: [Choice; 3] = [
     (
         "Reload (discard my edits)",
-        Answer::Reload,
+        Request::Answer(Answer::Reload),
         "Loads the scene as it is on disk; Ctrl+Z brings your lights and materials back",
     ),
-    ("Keep mine", Answer::KeepMine, "Goes on with your edits; what is on disk stays as it is"),
-    ("Keep both", Answer::KeepBoth, "Saves your edits as another scene beside this one, then loads it again"),
+    (
+        "Keep mine",
+        Request::Answer(Answer::KeepMine),
+        "Goes on with your edits; what is on disk stays as it is",
+    ),
+    (
+        "Keep both",
+        Request::Answer(Answer::KeepBoth),
+        "Saves your edits as another scene beside this one, then loads it again",
+    ),
 ];
 
-/// Draws the question over the upper edge of the picture. The scene can still be viewed,
-/// edited and saved.
-pub(in crate::app::demo) fn question(context: &Context, session: &Session, ui_state: &mut UiState) {
-    if !session.is_asked {
-        return;
+/// What to do before the window closes.
+const CLOSE: [Choice; 2] = [
+    ("Save and close", Request::SaveAndQuit, "Saves the scene to the file of the panel `Scene and film`"),
+    ("Close without saving", Request::QuitAnyway, "Your edits are lost (Ctrl+Shift+Q)"),
+];
+
+/// Draws the question that is open over the upper edge of the picture. The scene can still be
+/// viewed, edited and saved.
+pub(in crate::app::demo) fn questions(context: &Context, session: &Session, ui_state: &mut UiState) {
+    ui_state.asks_to_close &= session.has_unsaved_edits();
+    if ui_state.asks_to_close {
+        let text = format!("{} has unsaved edits.", session.scene.name);
+        let goes_on = ask(context, &text, &CLOSE, Some("Do not close"), ui_state);
+        ui_state.asks_to_close = !goes_on && !context.input(|input| input.key_pressed(Key::Escape));
+    } else if session.is_asked {
+        let text = format!("{} has changed on disk. You have unsaved edits.", session.source.spec);
+        ask(context, &text, &CHANGED, None, ui_state);
     }
+}
+
+/// Draws a question with a button for each choice, and one that goes on without any. Returns
+/// whether the user has pressed that one.
+fn ask(
+    context: &Context,
+    text: &str,
+    choices: &[Choice],
+    goes_on: Option<&str>,
+    ui_state: &mut UiState,
+) -> bool {
     let place = Area::new("question".into()).anchor(Align2::LEFT_TOP, [8.0, 8.0]);
-    place.show(context, |ui| {
+    let shown = place.show(context, |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width(context.content_rect().width() - 32.0);
-            let text = format!("{} has changed on disk. You have unsaved edits.", session.source.spec);
             ui.add(egui::Label::new(RichText::new(text).color(PALETTE[1])).truncate());
             ui.horizontal_wrapped(|ui| {
-                for (name, answer, hint) in ANSWERS {
+                for &(name, request, hint) in choices {
                     if ui.button(name).on_hover_text(hint).clicked() {
-                        ui_state.requests.push(Request::Answer(answer));
+                        ui_state.requests.push(request);
                     }
                 }
-            });
-        });
+                goes_on.is_some_and(|name| ui.button(name).on_hover_text("Esc").clicked())
+            })
+        })
     });
+    shown.inner.inner.inner
 }

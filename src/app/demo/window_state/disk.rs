@@ -139,7 +139,7 @@ impl WindowState {
         self.window.request_redraw();
     }
 
-    fn print(&self, line: &str) {
+    pub(super) fn print(&self, line: &str) {
         if !self.is_quiet {
             note(&format!("lightpaths: {line}"));
         }

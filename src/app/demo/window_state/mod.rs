@@ -82,6 +82,8 @@ pub(super) struct WindowState {
     /// A pointer button is pressed.
     is_held: bool,
     is_quiet: bool,
+    /// The title marks unsaved edits.
+    is_marked: bool,
     was_ready: bool,
     /// The session's generation that was announced last.
     announced: u64,
@@ -156,6 +158,7 @@ impl WindowState {
             is_hidden: false,
             is_held: false,
             is_quiet: args.device_args.is_quiet(),
+            is_marked: false,
             was_ready: false,
             announced: 0,
             is_asked_to_settle: false,
@@ -173,7 +176,11 @@ impl WindowState {
             self.window.request_redraw();
         }
         match event {
-            WindowEvent::CloseRequested | WindowEvent::Destroyed => return Ok(false),
+            WindowEvent::CloseRequested => return Ok(!self.may_close()),
+            WindowEvent::Destroyed => {
+                self.rescue();
+                return Ok(false);
+            }
             WindowEvent::Resized(PhysicalSize { width, height }) => self.painter.resize([*width, *height]),
             WindowEvent::DroppedFile(path) => actions::add_model(&mut self.session, path),
             WindowEvent::Occluded(is_hidden) => self.is_hidden = *is_hidden,
@@ -231,6 +238,7 @@ impl WindowState {
         let followed = self.follow_reference();
         self.tolerate(followed)?;
         let output = self.run_panels()?;
+        self.entitle();
         let commands = self.record_frame()?;
         let is_new = self.shown != self.session.version;
         if is_new {
@@ -281,7 +289,7 @@ impl WindowState {
             shown = self.viewport.show(ui, session, ui_state, overlays, textures);
             panels::help(ui.ctx(), &mut self.ui_state.shows_help);
             panels::alarm(ui.ctx(), &mut self.session);
-            panels::question(ui.ctx(), &self.session, &mut self.ui_state);
+            panels::questions(ui.ctx(), &self.session, &mut self.ui_state);
         });
         self.tolerate(shown)?;
         self.is_held = egui.input(|input| input.pointer.any_down());

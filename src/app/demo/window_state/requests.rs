@@ -15,7 +15,15 @@ impl WindowState {
     /// Returns false if the window must close.
     pub(super) fn fulfil(&mut self, request: Request) -> Result<bool> {
         match request {
-            Request::Quit => return Ok(false),
+            Request::Quit => return Ok(!self.may_close()),
+            Request::QuitAnyway => return Ok(false),
+            Request::SaveAndQuit => match files::save_scene(&mut self.session, &self.ui_state.save_to) {
+                Ok(said) => {
+                    self.tell(said);
+                    return Ok(false);
+                }
+                Err(error) => self.tell_alarm(&error),
+            },
             Request::Vsync => {
                 self.ui_state.vsync = !self.ui_state.vsync;
                 self.painter.set_vsync(self.ui_state.vsync);
@@ -145,6 +153,33 @@ impl WindowState {
             note("lightpaths: settled");
         } else {
             self.window.request_redraw();
+        }
+    }
+
+    /// Whether the window may close: there are no unsaved edits. Else it asks.
+    pub(super) fn may_close(&mut self) -> bool {
+        // The changes that a film makes are no edits.
+        if let Some(player) = self.player.take() {
+            player.end(&mut self.session);
+            self.ui_state.is_playing = false;
+        }
+        if !self.session.has_unsaved_edits() {
+            return true;
+        }
+        if !std::mem::replace(&mut self.ui_state.asks_to_close, true) {
+            self.print("unsaved edits: the window stays open for an answer");
+        }
+        self.window.request_redraw();
+        false
+    }
+
+    /// Marks unsaved edits in the window's title.
+    pub(super) fn entitle(&mut self) {
+        let is_marked = self.session.has_unsaved_edits();
+        if is_marked != self.is_marked {
+            self.is_marked = is_marked;
+            let mark = if is_marked { "• " } else { "" };
+            self.window.set_title(&format!("{mark}{} – lightpaths", self.session.scene.name));
         }
     }
 

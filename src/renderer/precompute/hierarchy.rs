@@ -57,6 +57,7 @@ impl Cells {
                 exposed_fractions::exposed_fractions(&geometry, reachable.tracer(), &scene.quality)?;
             Ok::<_, Error>(hvds.without_interior(&exposed))
         };
+        // Neither needs the other, and parts of each run on one core.
         let (requested, finest) = std::thread::scope(|threads| {
             let requested = threads.spawn(|| build(scene.quality.cells));
             let finest = build(grid::finest_cells(scene.quality.cells));

@@ -1,0 +1,176 @@
+//! Other versions of the session's scene: changed files, presets, shaders and models. Edits stay.
+
+use super::{Session, Source, Stage};
+use crate::app::demo::document::Document;
+use crate::app::demo::rebase::Rebase;
+use crate::app::demo::watch::Watch;
+use crate::error::{Error, Result};
+use crate::renderer::{Renderer, Work};
+use crate::scene::save::{PlacedModel, SceneText};
+use crate::scene::{LoadOptions, Scene};
+
+impl Session {
+    /// Reloads the scene, as one undo step. Returns the conversion of the edits. `None` if the
+    /// scene cannot be read: the session stays, and a note gives the reason.
+    pub(in crate::app::demo) fn reload(&mut self) -> Result<Option<Rebase>> {
+        let Source { spec, options, .. } = self.source.clone();
+        let watch = Watch::new(&spec);
+        let scene = match Scene::load(&spec, &options) {
+            Ok(scene) => scene,
+            Err(error) => {
+                self.said.push(not_loaded(&error));
+                return Ok(None);
+            }
+        };
+        let rebase = Rebase::new(&self.scene, &scene);
+        let (document, mut history) = (self.document.clone(), self.history.clone());
+        let file_models = self.models.len();
+        self.replace(scene, watch, &rebase)?;
+        let own = self.models.clone();
+        let rebased = |document: &Document| {
+            let mut document = rebase.document(document);
+            document.models = models_of(&own, document.models.split_at(file_models));
+            document
+        };
+        history.reload(&document, rebased, &self.document);
+        self.history = history;
+        Ok(Some(rebase))
+    }
+
+    /// Why the scene's current files cannot be loaded. `None` if they can.
+    pub(in crate::app::demo) fn why_unloadable(&self) -> Option<String> {
+        Scene::load(&self.source.spec, &self.source.options).err().map(|error| not_loaded(&error))
+    }
+
+    /// Retraces the light paths with another preset; edits stay.
+    ///
+    /// # Errors
+    /// The files have changed since they were read, which the user decides separately;
+    /// and as [`Scene::load`].
+    pub(in crate::app::demo) fn choose_preset(&mut self, preset: &str) -> Result<()> {
+        if self.is_asked || !self.watch.is_as_read() {
+            return Err(Error::Usage(format!("{} {CHANGED}", self.source.spec)));
+        }
+        let before = self.source.options.preset.replace(preset.to_owned());
+        let done = self.load_models();
+        if done.is_err() {
+            self.source.options.preset = before;
+        }
+        done
+    }
+
+    /// The options of the scene with the models of the document.
+    fn options(&self) -> LoadOptions {
+        let mut options = self.source.options.clone();
+        for (number, model) in self.document.models.iter().enumerate() {
+            options.set.extend(model.changes(number, self.models.get(number)));
+        }
+        options
+    }
+
+    /// Loads the scene anew if its models differ from the document's. An edit that cannot be loaded
+    /// is taken back.
+    pub(super) fn follow_models(&mut self) {
+        if self.is_held || self.document.models == self.loaded_models {
+            return;
+        }
+        let done = match self.is_asked || !self.watch.is_as_read() {
+            true => Err(Error::Usage(format!("{} {CHANGED}", self.source.spec))),
+            false => self.load_models(),
+        };
+        if let Err(error) = done {
+            self.document.models.clone_from(&self.loaded_models);
+            self.history.refuse(&self.document);
+            self.has_gone_back = true;
+            self.alarm(format!("taken back: {error}"));
+        }
+    }
+
+    fn load_models(&mut self) -> Result<()> {
+        let (options, watch) = (self.options(), Watch::new(&self.source.spec));
+        let scene = Scene::load(&self.source.spec, &options)?;
+        let text = SceneText::new(&self.source.spec, &options, &scene).map_err(|error| error.to_string());
+        let models = self.models.clone();
+        self.prepare_again(scene, watch)?;
+        (self.text, self.models) = (text, models);
+        self.loaded_models.clone_from(&self.document.models);
+        Ok(())
+    }
+
+    /// Prepares another version of the same scene; edits stay. `watch`: its files, taken before
+    /// they were read.
+    fn prepare_again(&mut self, scene: Scene, watch: Watch) -> Result<()> {
+        let rebase = Rebase::new(&self.scene, &scene);
+        let (document, saved) = (rebase.document(&self.document), rebase.document(&self.saved));
+        let (mut history, is_asked) = (self.history.clone(), self.is_asked);
+        history.rebase(|document| rebase.document(document));
+        self.replace(scene, watch, &rebase)?;
+        (self.document, self.saved, self.history) = (document, saved, history);
+        self.is_asked = is_asked;
+        Ok(())
+    }
+
+    /// Requests a picture from replaced shaders. Returns whether light paths are traced again,
+    /// because one of the shaders traces them.
+    pub(in crate::app::demo) fn shaders_replaced(&mut self, stems: &[&str]) -> Result<bool> {
+        if stems.iter().any(|stem| Renderer::runs_before_frames(stem)) {
+            self.prepare_open(self.scene.clone())?;
+            return Ok(true);
+        }
+        self.shown = None;
+        if let Stage::Ready(ready) = &mut self.stage {
+            ready.renderer.force(Work::Everything);
+        }
+        Ok(false)
+    }
+
+    /// Prepares the open scene again because the camera and a light are in one enclosure.
+    pub(super) fn open_enclosure(&mut self) -> Result<()> {
+        let mut scene = self.scene.clone();
+        scene.interior_viewpoints.push(self.camera.position);
+        self.said.push("the camera and a light are in one enclosure: light paths are traced again".into());
+        self.prepare_open(scene)
+    }
+
+    /// Prepares another version of the open scene.
+    pub(in crate::app::demo) fn prepare_open(&mut self, scene: Scene) -> Result<()> {
+        let (watch, text, models) = (self.watch.clone(), self.text.clone(), self.models.clone());
+        let loaded_models = self.loaded_models.clone();
+        self.prepare_again(scene, watch)?;
+        (self.text, self.models, self.loaded_models) = (text, models, loaded_models);
+        Ok(())
+    }
+
+    /// Replaces the scene; camera and notes stay.
+    fn replace(&mut self, scene: Scene, watch: Watch, rebase: &Rebase) -> Result<()> {
+        let next = Self::new(&self.context, self.source.clone(), scene, watch, self.wake.clone())?;
+        let before = std::mem::replace(self, next);
+        self.camera = rebase.camera(&before.camera);
+        self.generation = before.generation;
+        (self.exposure_stops, self.unmetered) = (before.exposure_stops, before.unmetered);
+        (self.version, self.alarm, self.times_passes) =
+            (before.version, before.alarm.clone(), before.times_passes);
+        let new = std::mem::replace(&mut self.said, before.said.clone());
+        self.said.extend(new.into_iter().filter(|line| !before.said.contains(line)));
+        Ok(())
+    }
+}
+
+/// The models of a scene file, each where the user had it `before`; then the `added` models.
+fn models_of(own: &[PlacedModel], (before, added): (&[PlacedModel], &[PlacedModel])) -> Vec<PlacedModel> {
+    let mut before = before.to_vec();
+    let mut place = |model: &PlacedModel| {
+        let found = before.iter().position(|old| old.name == model.name && old.matrix == model.matrix);
+        found.map_or_else(|| model.clone(), |place| before.remove(place))
+    };
+    let mut models: Vec<PlacedModel> = own.iter().map(&mut place).collect();
+    models.extend_from_slice(added);
+    models
+}
+
+/// The message if changed files on disk prevent an action.
+pub(in crate::app::demo) const CHANGED: &str = "has changed on disk: load it again or keep yours first";
+
+fn not_loaded(error: &Error) -> String {
+    format!("not loaded again: {error}")
+}

@@ -176,7 +176,7 @@ impl WindowState {
             self.window.request_redraw();
         }
         match event {
-            WindowEvent::CloseRequested => return Ok(!self.may_close()),
+            WindowEvent::CloseRequested => return Ok(!self.close_when_drawn()),
             WindowEvent::Destroyed => {
                 self.rescue();
                 return Ok(false);

@@ -156,6 +156,18 @@ impl WindowState {
         }
     }
 
+    /// Whether the window closes at once. Else the next frame decides: it applies the keys that the
+    /// user pressed before, which may be edits. A hidden window draws no frame, and the second
+    /// request does not wait for one.
+    pub(super) fn close_when_drawn(&mut self) -> bool {
+        if self.is_hidden || self.ui_state.requests.contains(&Request::Quit) {
+            return self.may_close();
+        }
+        self.ui_state.requests.push(Request::Quit);
+        self.window.request_redraw();
+        false
+    }
+
     /// Whether the window may close: there are no unsaved edits. Else it asks.
     pub(super) fn may_close(&mut self) -> bool {
         // The changes that a film makes are no edits.

@@ -49,7 +49,6 @@ pub(in crate::renderer) struct Precomputed {
     pub(in crate::renderer) clearance: f64,
     pub(in crate::renderer) neighbourhoods: Neighbourhoods,
     pub(in crate::renderer) merged_rays: MergedRays,
-    /// `None` if no cluster that is read is partly hidden.
     /// `None` if no material may be glossy.
     pub(in crate::renderer) gloss: Option<GlossTables>,
     pub(in crate::renderer) hemisphere: Hemisphere,

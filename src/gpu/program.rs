@@ -9,7 +9,7 @@ use super::device::Limits;
 use super::names::Names;
 use super::optional::Optional;
 use super::shaders::Shader;
-use super::spirv::{self, Binding, FROM_BINDINGS, Module};
+use super::spirv::{self, Binding, FROM_BINDINGS, Module, dead_branches};
 use super::{Tuning, VkResultExt};
 use crate::error::{Error, Result};
 
@@ -193,7 +193,10 @@ impl Handles {
         shader: &Shader,
         (entries, values): &Specialisation,
     ) -> Result<()> {
-        let (device, stem, words) = (maker.device, shader.stem, shader.words());
+        let (device, stem) = (maker.device, shader.stem);
+        let given: Vec<_> =
+            entries.iter().map(|entry| entry.constant_id).zip(values.iter().copied()).collect();
+        let words = dead_branches::remove(&shader.words(), &given);
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the device and every object in the description are alive.
         let module = unsafe { device.create_shader_module(&info, None) }.vk("vkCreateShaderModule")?;

@@ -4,6 +4,9 @@
 //! The SPIR-V must contain names (no stripping, no optimiser). Panics on an invalid module: modules
 //! are part of the program.
 
+mod code;
+pub(super) mod dead_branches;
+
 use std::collections::HashMap;
 
 /// Access of a shader to a buffer.
@@ -100,52 +103,6 @@ pub struct Module {
     pub has_workgroup_count: bool,
 }
 
-/// Opcodes, decorations, storage classes and modes of the SPIR-V specification.
-mod code {
-    pub(super) const MAGIC: u32 = 0x0723_0203;
-    pub(super) const NAME: u16 = 5;
-    pub(super) const MEMBER_NAME: u16 = 6;
-    pub(super) const EXT_INST_IMPORT: u16 = 11;
-    pub(super) const EXECUTION_MODE: u16 = 16;
-    pub(super) const CAPABILITY: u16 = 17;
-    pub(super) const TYPE_BOOL: u16 = 20;
-    pub(super) const TYPE_INT: u16 = 21;
-    pub(super) const TYPE_FLOAT: u16 = 22;
-    pub(super) const TYPE_VECTOR: u16 = 23;
-    pub(super) const TYPE_MATRIX: u16 = 24;
-    pub(super) const TYPE_ARRAY: u16 = 28;
-    pub(super) const TYPE_RUNTIME_ARRAY: u16 = 29;
-    pub(super) const TYPE_STRUCT: u16 = 30;
-    pub(super) const TYPE_POINTER: u16 = 32;
-    pub(super) const CONSTANT: u16 = 43;
-    pub(super) const SPEC_CONSTANT_TRUE: u16 = 48;
-    pub(super) const SPEC_CONSTANT_FALSE: u16 = 49;
-    pub(super) const SPEC_CONSTANT: u16 = 50;
-    pub(super) const SPEC_CONSTANT_COMPOSITE: u16 = 51;
-    pub(super) const VARIABLE: u16 = 59;
-    pub(super) const DECORATE: u16 = 71;
-    pub(super) const MEMBER_DECORATE: u16 = 72;
-
-    pub(super) const LOCAL_SIZE: u32 = 17;
-
-    pub(super) const SPEC_ID: u32 = 1;
-    pub(super) const BLOCK: u32 = 2;
-    pub(super) const ARRAY_STRIDE: u32 = 6;
-    pub(super) const MATRIX_STRIDE: u32 = 7;
-    pub(super) const BUILT_IN: u32 = 11;
-    pub(super) const NON_WRITABLE: u32 = 24;
-    pub(super) const NON_READABLE: u32 = 25;
-    pub(super) const BINDING: u32 = 33;
-    pub(super) const DESCRIPTOR_SET: u32 = 34;
-    pub(super) const OFFSET: u32 = 35;
-
-    pub(super) const NUM_WORKGROUPS: u32 = 24;
-    pub(super) const WORKGROUP_SIZE: u32 = 25;
-    pub(super) const UNIFORM_CONSTANT: u32 = 0;
-    pub(super) const PUSH_CONSTANT: u32 = 9;
-    pub(super) const STORAGE_BUFFER: u32 = 12;
-}
-
 /// Names of the specialisation constants that are a workgroup's size along x, y and z.
 pub const LOCAL_SIZE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
@@ -170,6 +127,45 @@ pub const FROM_BINDINGS: [&str; 4] = [USE_BUFFER_DEVICE_ADDRESS, HAS_CUTOUTS, HA
 /// Reads the declarations of a module.
 pub fn reflect(words: &[u32]) -> Module {
     Reader::parse(words).module()
+}
+
+/// An instruction with its operands.
+#[derive(Clone, Copy)]
+struct Instruction<'a> {
+    words: &'a [u32],
+}
+
+impl<'a> Instruction<'a> {
+    fn opcode(&self) -> u16 {
+        self.words[0] as u16
+    }
+
+    fn operands(&self) -> &'a [u32] {
+        &self.words[1..]
+    }
+
+    /// Id of the result, for instructions of functions.
+    fn result(&self) -> Option<u32> {
+        match (self.opcode(), self.operands()) {
+            (code::LABEL, &[id]) => Some(id),
+            (opcode, _) if code::WITHOUT_RESULT.contains(&opcode) => None,
+            (_, &[_, id, ..]) => Some(id),
+            _ => None,
+        }
+    }
+}
+
+/// All instructions of a module.
+fn instructions(words: &[u32]) -> impl Iterator<Item = Instruction<'_>> {
+    assert!(words.len() > 5 && words[0] == code::MAGIC, "not a SPIR-V module");
+    let mut rest = &words[5..];
+    std::iter::from_fn(move || {
+        let length = (rest.first()? >> 16) as usize;
+        assert!((1..=rest.len()).contains(&length), "a SPIR-V instruction has a wrong length");
+        let (words, after) = rest.split_at(length);
+        rest = after;
+        Some(Instruction { words })
+    })
 }
 
 enum Type {
@@ -198,14 +194,9 @@ struct Reader {
 
 impl Reader {
     fn parse(words: &[u32]) -> Self {
-        assert!(words.len() > 5 && words[0] == code::MAGIC, "not a SPIR-V module");
         let mut reader = Self::default();
-        let mut rest = &words[5..];
-        while let [first, ..] = rest {
-            let (opcode, length) = (*first as u16, (first >> 16) as usize);
-            assert!((1..=rest.len()).contains(&length), "a SPIR-V instruction has a wrong length");
-            reader.instruction(opcode, &rest[1..length]);
-            rest = &rest[length..];
+        for instruction in instructions(words) {
+            reader.instruction(instruction.opcode(), instruction.operands());
         }
         reader
     }

@@ -1,9 +1,10 @@
 //! Gather targets: what gather rays read where they meet the scene, and its packing. The kernel
 //! `gather_rays` packs the cluster that a ray meets. Later steps list the rays that read something
-//! else, and a table of rays is packed for frames once, when all targets are numbered.
+//! else, and rays are packed for frames when all targets are numbered.
 
 use crate::error::{Error, Result};
 use crate::types::{GatherRay, NO_TARGET};
+use std::borrow::Cow;
 
 /// The light that a gather ray reads. With the material at its hit it is one gather target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -40,10 +41,18 @@ pub struct TargetCounts {
 #[derive(Clone, Copy, Debug)]
 pub struct GatherTargetPacking {
     counts: TargetCounts,
+    materials: usize,
     /// Bits of the target's number; the material index takes the rest.
     pub cluster_bits: u32,
     /// Unit of the gradient, metres.
     pub min_distance: f32,
+}
+
+impl TargetCounts {
+    fn total(&self) -> u64 {
+        let Self { clusters, patches, gloss_bins, sky_side } = *self;
+        [clusters, patches, gloss_bins, sky_side * sky_side].into_iter().map(u64::from).sum()
+    }
 }
 
 impl GatherTargetPacking {
@@ -61,9 +70,7 @@ impl GatherTargetPacking {
     /// # Errors
     /// [`Error::OutOfMemory`] if targets and materials do not fit one word.
     pub fn of_counts(counts: TargetCounts, materials: usize, min_distance: f32) -> Result<Self> {
-        let TargetCounts { clusters, patches, gloss_bins, sky_side } = counts;
-        let total: u64 =
-            [clusters, patches, gloss_bins, sky_side * sky_side].into_iter().map(u64::from).sum();
+        let total = counts.total();
         let cluster_bits = (total + 1).next_power_of_two().ilog2().max(1);
         // One packing is `NO_TARGET`: the topmost material index stays unused.
         if cluster_bits > 31 || materials as u64 >= 1 << (32 - cluster_bits) {
@@ -71,12 +78,17 @@ impl GatherTargetPacking {
                 "{total} clusters and {materials} materials do not fit the 32 bits of a gather ray; lower quality.cells"
             )));
         }
-        Ok(Self { counts, cluster_bits, min_distance })
+        Ok(Self { counts, materials, cluster_bits, min_distance })
     }
 
     /// Side of the sky's octahedral table; 0: rays out of the scene read nothing.
     pub fn sky_side(&self) -> u32 {
         self.counts.sky_side
+    }
+
+    /// Number of targets with each material.
+    pub fn max_targets(&self) -> u64 {
+        self.counts.total() * self.materials as u64
     }
 
     /// Maximum number of clusters that [`Self::new`] accepts with `materials` materials.
@@ -169,17 +181,25 @@ impl GatherTargets {
     }
 
     /// Whether rays as traced are packed like that: they read clusters alone, by the same bits.
-    pub fn are_packed(&self, packing: &GatherTargetPacking) -> bool {
+    fn are_packed(&self, packing: &GatherTargetPacking) -> bool {
         self.readers.is_empty() && self.hits.cluster_bits == packing.cluster_bits
     }
 
     /// Those rays, each with its target packed for frames.
-    pub fn packed(&self, packing: &GatherTargetPacking, first: usize, rays: &[GatherRay]) -> Vec<GatherRay> {
+    pub fn packed<'a>(
+        &self,
+        packing: &GatherTargetPacking,
+        first: usize,
+        rays: &'a [GatherRay],
+    ) -> Cow<'a, [GatherRay]> {
+        if self.are_packed(packing) {
+            return rays.into();
+        }
         let pack = |(ray, target): (&GatherRay, Option<(GatherTarget, u32)>)| GatherRay {
             target: target.map_or(NO_TARGET, |(target, material)| packing.pack(target, material)),
             ..*ray
         };
-        rays.iter().zip(self.of_rays(first, rays)).map(pack).collect()
+        rays.iter().zip(self.of_rays(first, rays)).map(pack).collect::<Vec<_>>().into()
     }
 }
 
@@ -247,14 +267,14 @@ mod tests {
         for (first, end) in (0..5).flat_map(|first| (first..=5).map(move |end| (first, end))) {
             assert_eq!(targets.of_rays(first, &rays[first..end]), expected[first..end]);
             for (ray, packed) in
-                rays[first..end].iter().zip(targets.packed(&packing, first, &rays[first..end]))
+                rays[first..end].iter().zip(targets.packed(&packing, first, &rays[first..end]).iter())
             {
                 assert_eq!(packed.gradient, ray.gradient);
             }
         }
         assert!(GatherTargets::of_hits(hits).are_packed(&hits) && !targets.are_packed(&hits));
-        let packed = targets.packed(&packing, 0, &rays);
-        let unpacked: Vec<_> = packed.iter().map(|ray| packing.unpack(ray.target)).collect();
+        let unpacked: Vec<_> =
+            targets.packed(&packing, 0, &rays).iter().map(|ray| packing.unpack(ray.target)).collect();
         assert_eq!(unpacked, expected);
     }
 }

@@ -9,6 +9,7 @@ use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::passes::GrowsWith;
 use crate::passes::LitScene;
 use crate::passes::frame::{gather::Gather, needed_records::RecordList, splat::SeenSurfaces};
+use crate::passes::gather_targets::GatherTargets;
 use crate::passes::precompute::Silent;
 use crate::passes::precompute::gather_rays::{self, Hemisphere};
 use crate::passes::precompute::merged_rays::MergedRays;
@@ -232,7 +233,8 @@ impl Renderer {
             &mut Silent,
         )?;
         // These rays read clusters, not gloss bins, so glossy reflection is missing.
-        let merged_rays = MergedRays::new(&self.context, rays, hemisphere, None)?;
+        let targets = GatherTargets::of_hits(packing);
+        let merged_rays = MergedRays::new(&self.context, rays, (&targets, &packing), hemisphere, None)?;
         let gather = Gather::new(&self.context, buffer, count, merged_rays, hemisphere, packing, false)?;
         let list = RecordList::all(&self.context, count, gather.merged_rays.records_per_chunk)?;
         self.context.run(|rec| {

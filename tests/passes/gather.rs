@@ -8,7 +8,7 @@ use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::needed_records::RecordList;
-use lightpaths::passes::gather_targets::GatherTargetPacking;
+use lightpaths::passes::gather_targets::{GatherTargetPacking, GatherTargets};
 use lightpaths::passes::precompute::gather_rays::{Hemisphere, RayTable};
 use lightpaths::passes::precompute::merged_rays::{MergedRayPacking, MergedRays};
 use lightpaths::types::{CachePoint, GatherRay, MergedRay, NO_TARGET, Record, Reflectance};
@@ -98,7 +98,7 @@ fn irradiance_and_gradients_equal_the_reference() {
             target_bits: merging.target_bits,
             cluster_bits: packing.cluster_bits,
             min_distance: packing.min_distance,
-            rotation_unit: merging.rotation_unit,
+            rotation_unit: merging.rotation_unit(),
             bins: &[],
         };
         let table = RayTable {
@@ -111,7 +111,8 @@ fn irradiance_and_gradients_equal_the_reference() {
             &context,
             Buffer::from_slice(&context, "cache points", &points).unwrap(),
             point_count,
-            MergedRays::new(&context, table, hemisphere, None).unwrap(),
+            MergedRays::new(&context, table, (&GatherTargets::of_hits(packing), &packing), hemisphere, None)
+                .unwrap(),
             hemisphere,
             packing,
             false,
@@ -199,7 +200,7 @@ fn the_rotational_gradient_is_a_derivative() {
         target_bits: merging.target_bits,
         cluster_bits: 8,
         min_distance: 1.0,
-        rotation_unit: merging.rotation_unit,
+        rotation_unit: merging.rotation_unit(),
         bins: &[],
     };
     let gathered = |normal: Vec3| {

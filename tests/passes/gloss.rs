@@ -99,7 +99,8 @@ impl Glossy {
             ..TargetCounts::default()
         };
         let target_packing = GatherTargetPacking::of_counts(counts, world.materials.len(), 0.05).unwrap();
-        let packed = targets.with(GatherTarget::GlossBin, readers).packed(&target_packing, 0, &traced);
+        let targets = targets.with(GatherTarget::GlossBin, readers);
+        let packed = targets.packed(&target_packing, 0, &traced).into_owned();
         Self { world, entry_points, paths, points, traced, packing, packed, target_packing, tables }
     }
 

@@ -15,6 +15,7 @@ use lightpaths::passes::frame::gloss_pixels::{
 };
 use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
+use lightpaths::passes::gather_targets::GatherTargets;
 use lightpaths::passes::precompute::gather_rays::RayTable;
 use lightpaths::passes::precompute::merged_rays::{MergedRayPacking, MergedRays};
 use lightpaths::types::{MergedRay, NO_CLUSTER, NO_TARGET, PixelSurface, Record, View};
@@ -49,7 +50,9 @@ pub(crate) fn gathered_bins_equal_the_reference(glossy: &Glossy, gloss: &Gloss, 
         let points = Buffer::from_slice(context, "cache points", &glossy.points).unwrap();
         let (packing, rays) = (glossy.target_packing, table(has_colours));
         let list = RecordList::all(context, point_count, rays.rows_per_buffer).unwrap();
-        let merged_rays = MergedRays::new(context, rays, HEMISPHERE, None).unwrap();
+        let merged_rays =
+            MergedRays::new(context, rays, (&GatherTargets::of_hits(packing), &packing), HEMISPHERE, None)
+                .unwrap();
         let pass = Gather::new(context, points, point_count, merged_rays, HEMISPHERE, packing, true).unwrap();
         let sources = GatherSources {
             materials: &world.buffers.materials,
@@ -69,7 +72,7 @@ pub(crate) fn gathered_bins_equal_the_reference(glossy: &Glossy, gloss: &Gloss, 
             target_bits: merging.target_bits,
             cluster_bits: packing.cluster_bits,
             min_distance: packing.min_distance,
-            rotation_unit: merging.rotation_unit,
+            rotation_unit: merging.rotation_unit(),
             bins: &bins,
         };
         let strata = Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors };

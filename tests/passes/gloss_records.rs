@@ -20,6 +20,7 @@ use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::record_tree::RecordTree;
 use lightpaths::passes::frame::splat::{SeenSurfaces, Splat, SplatWeight, WeightRange};
+use lightpaths::passes::gather_targets::GatherTargets;
 use lightpaths::passes::precompute::gather_rays::{RayDirections, RayTable};
 use lightpaths::passes::precompute::merged_rays::{MergedRayLists, MergedRays};
 use lightpaths::scene::Material;
@@ -112,10 +113,12 @@ fn broad_lobes_come_from_records_in(glossy: &Glossy, has_colours: bool) {
         has_colours,
     };
     let directions = RayDirections::new(&glossy.points, HEMISPHERE, SEED);
-    let merged_rays = MergedRays::new(context, table, HEMISPHERE, Some(&directions)).unwrap();
+    let packing = glossy.target_packing;
+    let targets = GatherTargets::of_hits(packing);
+    let merged_rays =
+        MergedRays::new(context, table, (&targets, &packing), HEMISPHERE, Some(&directions)).unwrap();
     let lists = merged_rays.lists().unwrap();
     let points = Buffer::from_slice(context, "cache points", &glossy.points).unwrap();
-    let packing = glossy.target_packing;
     let gather = Gather::new(context, points, point_count, merged_rays, HEMISPHERE, packing, true).unwrap();
 
     // The second material's exponent is one of the lobes'; the first's stands between two.

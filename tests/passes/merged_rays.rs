@@ -7,7 +7,7 @@ use glam::DVec2;
 use lightpaths::cpu::gather::{unpack, unpack_change};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::gather_targets::GatherTargetPacking;
+use lightpaths::passes::gather_targets::{GatherTargetPacking, GatherTargets};
 use lightpaths::passes::precompute::gather_rays::{Hemisphere, RayTable};
 use lightpaths::passes::precompute::merged_rays::{Merged, MergedRayPacking, MergedRays};
 use lightpaths::types::{MergedRay, NO_TARGET};
@@ -57,7 +57,7 @@ fn merged_rays_add_up_the_rays_that_meet_one_target() {
                 assert_eq!((packing.targets[target_index as usize], *colour), *alike);
                 assert_eq!((merged_ray.target_index >> packing.target_bits) + 1, *count);
                 let [movement, turn] = unpack_change(merged_ray.change);
-                let unit = f64::from(packing.rotation_unit);
+                let unit = f64::from(packing.rotation_unit());
                 let fractions = [(movement, 63.5, 2f64.powi(-26)), (unit * turn, 3.5, unit)];
                 for (k, (packed, half_full, unit)) in fractions.iter().enumerate() {
                     // Half a step: the larger number takes more than half of the steps, or a step
@@ -86,7 +86,8 @@ fn merged_rays_stand_point_by_point_in_chunks() {
         let colours =
             buffers.iter().map(|_| Buffer::from_slice(&context, "ray colours", &[0_u32]).unwrap()).collect();
         let table = RayTable { rows_per_buffer: rows, buffers, colours, has_colours: false };
-        let found = MergedRays::new(&context, table, hemisphere, None).unwrap();
+        let targets_of_hits = GatherTargets::of_hits(packing);
+        let found = MergedRays::new(&context, table, (&targets_of_hits, &packing), hemisphere, None).unwrap();
         let packing = MergedRayPacking::new(targets(&rays), hemisphere);
         let listed: Vec<u32> = found.targets.read_range(0, packing.targets.len()).unwrap();
         assert_eq!(listed, packing.targets);

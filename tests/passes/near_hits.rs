@@ -76,7 +76,7 @@ fn near_hits_of(world: &World) {
     let counts = TargetCounts { clusters, patches: near.patches.len() as u32, gloss_bins: 17, sky_side: 0 };
     let packed = GatherTargetPacking::of_counts(counts, materials, 0.05).unwrap();
     let targets = targets.with(GatherTarget::Patch, near.readers.clone());
-    let after: Vec<GatherRay> = table.pack(&targets, &packed).unwrap().read().unwrap();
+    let after: Vec<GatherRay> = targets.packed(&packed, 0, &before).into_owned();
     let patch_clusters = near_clusters_of(&near.patches, &packed);
 
     let may_be_glossy = |material: u32| world.reflectances()[material as usize].flags & MAY_BE_GLOSSY != 0;

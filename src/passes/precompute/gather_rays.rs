@@ -8,11 +8,10 @@ use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
-use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking, GatherTargets};
+use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking};
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::{CachePoint, GatherRay, Grid};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -54,9 +53,6 @@ const RAYS_OF_INVOCATION: u32 = 32;
 
 /// Maximum number of rays that the host reads at a time, unless a row has more.
 const CHUNK_RAYS: usize = 1 << 20;
-
-/// Number of rays that one task of the host packs.
-const PACKED_RAYS: usize = 1 << 11;
 
 /// The stratification of a gather hemisphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,52 +159,22 @@ impl RayTable {
         self.buffers.iter().chain(&self.colours).map(Buffer::bytes).sum()
     }
 
-    /// Calls `look` for all rays in order, with the index of the first, a few rows of `row` rays at
-    /// a time: the whole table may be large.
+    /// Calls `look` for the first `count` rays in order, with the index of the first, a few rows of
+    /// `row` rays at a time: the whole table may be large.
     ///
     /// # Errors
     /// The device failed.
-    pub fn scan(&self, row: u32, mut look: impl FnMut(usize, &[GatherRay])) -> Result<()> {
-        self.chunks(row, |first, _, rays| {
-            look(first, rays);
-            Ok(())
-        })
-    }
-
-    /// The table with all targets packed for frames.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn pack(self, targets: &GatherTargets, packing: &GatherTargetPacking) -> Result<Self> {
-        if targets.are_packed(packing) {
-            return Ok(self);
-        }
-        self.chunks(1, |first, (buffer, place), rays| {
-            let packed = rays
-                .par_chunks(PACKED_RAYS)
-                .enumerate()
-                .flat_map_iter(|(chunk, rays)| targets.packed(packing, first + chunk * PACKED_RAYS, rays));
-            buffer.write_range(place, &packed.collect::<Vec<_>>())
-        })?;
-        Ok(self)
-    }
-
-    /// Reads chunk by chunk; `visit` gets the index of the first ray, its buffer and its
-    /// position in the buffer.
-    fn chunks(
-        &self,
-        row: u32,
-        mut visit: impl FnMut(usize, (&Buffer, usize), &[GatherRay]) -> Result<()>,
-    ) -> Result<()> {
+    pub fn scan(&self, count: usize, row: u32, mut look: impl FnMut(usize, &[GatherRay])) -> Result<()> {
         let chunk = (CHUNK_RAYS / row as usize).max(1) * row as usize;
         let mut before = 0;
         for buffer in &self.buffers {
-            let count = buffer.bytes() as usize / size_of::<GatherRay>();
-            for place in (0..count).step_by(chunk) {
-                let rays = buffer.read_range(place, chunk.min(count - place))?;
-                visit(before + place, (buffer, place), &rays)?;
+            let held = buffer.bytes() as usize / size_of::<GatherRay>();
+            let wanted = held.min(count.saturating_sub(before));
+            for place in (0..wanted).step_by(chunk) {
+                let rays: Vec<GatherRay> = buffer.read_range(place, chunk.min(wanted - place))?;
+                look(before + place, &rays);
             }
-            before += count;
+            before += held;
         }
         Ok(())
     }

@@ -87,7 +87,7 @@ fn wanted_directions(
     let directions = sources.ray_directions();
     let may_be_glossy: Vec<bool> = sources.materials.iter().map(Material::may_be_glossy).collect();
     let mut wanted = Vec::new();
-    rays.scan(1, |first, rays| {
+    rays.scan(usize::MAX, 1, |first, rays| {
         let met = rays.par_chunks(CHUNK).enumerate().flat_map_iter(|(chunk, rays)| {
             let first = first + chunk * CHUNK;
             (first..).zip(targets.of_rays(first, rays)).filter_map(|(ray, target)| match target {

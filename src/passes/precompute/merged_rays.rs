@@ -10,6 +10,7 @@ use crate::cpu::gather::{power_of_two, unpack};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::GrowsWith;
+use crate::passes::gather_targets::{GatherTargetPacking, GatherTargets};
 use crate::types::{GatherRay, MOVEMENT_EXPONENT, MergedRay, NO_TARGET};
 use glam::{DVec2, DVec3, Vec2, Vec2Swizzles};
 use rayon::prelude::*;
@@ -20,8 +21,74 @@ use std::sync::Arc;
 /// Maximum number of rays that the host reads at a time, unless a row has more.
 const CHUNK_RAYS: usize = 1 << 20;
 
-/// Rays in one chunk of the search for distinct targets.
-const CHUNK: usize = 2048;
+/// Rays that one task merges, unless a row has more.
+const BLOCK_RAYS: usize = 1 << 11;
+
+/// Rays of a cache point that meet the same target and colour, with the sums of their weights.
+struct Run {
+    /// Packed gather target.
+    target: u32,
+    /// Number of rays.
+    rays: u32,
+    /// Packed gradients.
+    change: u32,
+    colour: u32,
+    direction: u32,
+}
+
+/// Weights of the rays of a hemisphere.
+struct Weights {
+    /// Rotational gradients, in the unit.
+    rotations: Vec<DVec2>,
+    /// Unit of packed rotational gradients.
+    rotation_unit: f32,
+}
+
+impl Weights {
+    fn new(hemisphere: Hemisphere) -> Self {
+        let rotations = rotations(hemisphere);
+        // The largest rotational gradient: one merged ray of all rays of half a hemisphere.
+        let most: f32 = rotations.iter().map(|rotation| rotation.x.max(0.0)).sum();
+        let rotation_unit = most / ROTATION.largest() as f32;
+        let in_units = |rotation: &Vec2| rotation.as_dvec2() / f64::from(rotation_unit);
+        Self { rotations: rotations.iter().map(in_units).collect(), rotation_unit }
+    }
+
+    /// Adds the runs of one cache point to `found`, of `most` rays at most, ordered by target.
+    /// `colours` of the rays, or empty; `direction` of a ray, if directions are kept.
+    fn add_runs(
+        &self,
+        rays: &[GatherRay],
+        colours: &[u32],
+        direction: Option<&dyn Fn(usize) -> DVec3>,
+        most: usize,
+        found: &mut Vec<Run>,
+    ) {
+        let colour = |ray: u32| colours.get(ray as usize).copied().unwrap_or(0);
+        let met = (0_u32..).zip(rays).filter(|(_, ray)| ray.target != NO_TARGET);
+        let mut order: Vec<(u32, u32, u32)> =
+            met.map(|(index, ray)| (ray.target, colour(index), index)).collect();
+        order.sort_unstable();
+        let movement_unit = power_of_two(-MOVEMENT_EXPONENT);
+        let alike = order.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
+        found.extend(alike.flat_map(|run| run.chunks(most)).map(|run| {
+            let (target, colour, _) = run[0];
+            let indices = run.iter().map(|ray| ray.2 as usize);
+            let movement: DVec2 = indices.clone().map(|ray| unpack(rays[ray].gradient) * movement_unit).sum();
+            let rotation: DVec2 = indices.map(|ray| self.rotations[ray]).sum();
+            let mean = |direction: &dyn Fn(usize) -> DVec3| {
+                pack_direction(run.iter().map(|ray| direction(ray.2 as usize)).sum())
+            };
+            Run {
+                target,
+                rays: run.len() as u32,
+                change: MOVEMENT.pack(movement) | ROTATION.pack(rotation) << MOVEMENT.bits(),
+                colour,
+                direction: direction.map_or(0, mean),
+            }
+        }));
+    }
+}
 
 /// Common packing of all merged rays of a table.
 pub struct MergedRayPacking {
@@ -29,11 +96,7 @@ pub struct MergedRayPacking {
     pub targets: Vec<u32>,
     /// Bits of a gather target's index in a merged ray.
     pub target_bits: u32,
-    /// Maximum number of rays of a merged ray.
-    max_rays: usize,
-    rotations: Vec<Vec2>,
-    /// Unit of packed rotational gradients.
-    pub rotation_unit: f32,
+    weights: Weights,
 }
 
 impl MergedRayPacking {
@@ -42,13 +105,13 @@ impl MergedRayPacking {
     pub fn new(mut targets: Vec<u32>, hemisphere: Hemisphere) -> Self {
         targets.par_sort_unstable();
         targets.dedup();
-        let target_bits = u32::BITS - (targets.len() as u32).saturating_sub(1).leading_zeros();
-        let max_rays = 1_u64 << (u32::BITS - target_bits);
-        let rotations = rotations(hemisphere);
-        // The largest rotational gradient: one merged ray of all rays of half a hemisphere.
-        let most: f32 = rotations.iter().map(|rotation| rotation.x.max(0.0)).sum();
-        let rotation_unit = most / ROTATION.largest() as f32;
-        Self { targets, target_bits, max_rays: max_rays as usize, rotations, rotation_unit }
+        let target_bits = target_bits(targets.len() as u64);
+        Self { targets, target_bits, weights: Weights::new(hemisphere) }
+    }
+
+    /// Unit of packed rotational gradients.
+    pub fn rotation_unit(&self) -> f32 {
+        self.weights.rotation_unit
     }
 
     /// The merged rays of one cache point, ordered by gather target; `colours` of the rays, or
@@ -59,32 +122,28 @@ impl MergedRayPacking {
         colours: &[u32],
         direction: Option<&dyn Fn(usize) -> DVec3>,
     ) -> Vec<Merged> {
-        let colour = |ray: u32| colours.get(ray as usize).copied().unwrap_or(0);
-        let met = (0_u32..).zip(rays).filter(|(_, ray)| ray.target != NO_TARGET);
-        let mut order: Vec<(u32, u32, u32)> =
-            met.map(|(index, ray)| (ray.target, colour(index), index)).collect();
-        order.sort_unstable();
-        let alike = order.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
-        let merged = |run: &[(u32, u32, u32)]| {
-            let (target, colour, _) = run[0];
-            let target_index = self.targets.partition_point(|&other| other < target) as u32;
-            let sum = |fraction: &dyn Fn(usize) -> DVec2| {
-                run.iter().map(|ray| fraction(ray.2 as usize)).sum::<DVec2>()
-            };
-            let count = (run.len() - 1) as u32;
-            let movement = |ray: usize| unpack(rays[ray].gradient) * power_of_two(-MOVEMENT_EXPONENT);
-            let rotation = |ray: usize| self.rotations[ray].as_dvec2() / f64::from(self.rotation_unit);
-            let ray = MergedRay {
-                target_index: target_index | count.checked_shl(self.target_bits).unwrap_or(0),
-                change: MOVEMENT.pack(sum(&movement)) | ROTATION.pack(sum(&rotation)) << MOVEMENT.bits(),
-            };
-            let mean = |direction: &dyn Fn(usize) -> DVec3| {
-                pack_direction(run.iter().map(|ray| direction(ray.2 as usize)).sum())
-            };
-            Merged { ray, colour, direction: direction.map_or(0, mean) }
-        };
-        alike.flat_map(|run| run.chunks(self.max_rays)).map(merged).collect()
+        let mut runs = Vec::new();
+        self.weights.add_runs(rays, colours, direction, most_rays(self.target_bits), &mut runs);
+        let merged =
+            |run: &Run| Merged { ray: self.merged_ray(run), colour: run.colour, direction: run.direction };
+        runs.iter().map(merged).collect()
     }
+
+    fn merged_ray(&self, run: &Run) -> MergedRay {
+        let target_index = self.targets.partition_point(|&other| other < run.target) as u32;
+        let count = (run.rays - 1).checked_shl(self.target_bits).unwrap_or(0);
+        MergedRay { target_index: target_index | count, change: run.change }
+    }
+}
+
+/// Bits of the index of one of `count` targets.
+fn target_bits(count: u64) -> u32 {
+    u64::BITS - count.saturating_sub(1).leading_zeros()
+}
+
+/// Maximum number of rays of a merged ray.
+fn most_rays(target_bits: u32) -> usize {
+    1 << u32::BITS.saturating_sub(target_bits)
 }
 
 /// A merged ray, with what only some scenes keep of it.
@@ -147,11 +206,6 @@ pub struct MergedRays {
     pub merged_ray_count: u64,
 }
 
-/// Number of cache points of a buffer, such that it fits a binding even if no rays merge.
-pub fn records_per_chunk(context: &Context, table: &RayTable, hemisphere: Hemisphere) -> u32 {
-    table.rows_per_buffer.min(max_rows(context, hemisphere))
-}
-
 /// Maximum number of cache points of a binding if no rays merge.
 fn max_rows(context: &Context, hemisphere: Hemisphere) -> u32 {
     let row_bytes = u64::from(hemisphere.rays()) * size_of::<MergedRay>() as u64;
@@ -191,7 +245,7 @@ impl MergedRays {
             )?,
             target_count: packing.targets.len() as u32,
             target_bits: packing.target_bits,
-            rotation_unit: packing.rotation_unit,
+            rotation_unit: packing.rotation_unit(),
             has_colours,
             has_directions,
             ray_count: 0,
@@ -239,69 +293,85 @@ impl MergedRays {
         Ok(lists)
     }
 
-    /// Merges the rays of a packed table by target, and frees the table buffer by buffer. Keeps
-    /// `directions`, if there are any.
+    /// Merges the rays of a table by target, and frees the table buffer by buffer. Keeps
+    /// `directions`, if there are any. Each ray is read once.
     ///
     /// # Errors
     /// The device lacks memory or failed.
     pub fn new(
         context: &Arc<Context>,
         table: RayTable,
+        (targets, packing): (&GatherTargets, &GatherTargetPacking),
         hemisphere: Hemisphere,
         directions: Option<&RayDirections<'_>>,
     ) -> Result<Self> {
-        let records_per_chunk = records_per_chunk(context, &table, hemisphere);
+        // A merged ray takes as many bytes as a gather ray.
+        const { assert!(size_of::<MergedRay>() <= size_of::<GatherRay>()) };
+        let records_per_chunk = table.rows_per_buffer;
         let (per_row, has_colours) = (hemisphere.rays() as usize, table.has_colours);
-        let mut targets = Vec::new();
-        table.scan(hemisphere.rays(), |_, rays| targets.extend(distinct(rays)))?;
-        let packing = MergedRayPacking::new(targets, hemisphere);
-        let mut found =
-            Self::empty(context, &packing, records_per_chunk, [has_colours, directions.is_some()])?;
-        let chunk = (CHUNK_RAYS / per_row).max(1) * per_row;
-        let mut rows: Vec<Vec<Merged>> = Vec::new();
+        let weights = Weights::new(hemisphere);
+        // Which targets occur is known when all rays are read.
+        let most = most_rays(target_bits(packing.max_targets()));
+        let block_rays = (BLOCK_RAYS / per_row).max(1) * per_row;
+        let chunk = (CHUNK_RAYS / block_rays).max(1) * block_rays;
+        let mut chunks: Vec<Vec<Block>> = Vec::new();
         let mut first_ray = 0;
         for (rays, colours) in table.buffers.into_iter().zip(table.colours) {
             let count = rays.bytes() as usize / size_of::<GatherRay>();
+            let mut blocks: Vec<Block> = Vec::new();
             for place in (0..count).step_by(chunk) {
                 let length = chunk.min(count - place);
                 let read: Vec<GatherRay> = rays.read_range(place, length)?;
                 let image_colours: Vec<u32> =
                     if has_colours { colours.read_range(place, length)? } else { Vec::new() };
-                let merged_rays = |row: usize| {
-                    let own = row * per_row..(row + 1) * per_row;
-                    let colours = image_colours.get(own.clone()).unwrap_or(&[]);
-                    let direction = directions.map(|directions| {
-                        move |ray: usize| -directions.back(first_ray + place + row * per_row + ray)
-                    });
-                    let direction = direction.as_ref().map(|direction| direction as &dyn Fn(usize) -> DVec3);
-                    packing.merged_rays(&read[own], colours, direction)
+                let block = |(index, rays): (usize, &[GatherRay])| {
+                    let start = index * block_rays;
+                    let first_ray = first_ray + place + start;
+                    let rays = targets.packed(packing, first_ray, rays);
+                    let mut block = Block::default();
+                    for (row, rays) in rays.chunks(per_row).enumerate() {
+                        let colours = image_colours.get(start + row * per_row..).unwrap_or(&[]);
+                        let direction = directions.map(|directions| {
+                            move |ray: usize| -directions.back(first_ray + row * per_row + ray)
+                        });
+                        let direction =
+                            direction.as_ref().map(|direction| direction as &dyn Fn(usize) -> DVec3);
+                        block.add(|found| weights.add_runs(rays, colours, direction, most, found));
+                    }
+                    block.finish()
                 };
-                rows.par_extend((0..length / per_row).into_par_iter().map(merged_rays));
-                while rows.len() >= records_per_chunk as usize {
-                    let rest = rows.split_off(records_per_chunk as usize);
-                    found.add_rows(context, &std::mem::replace(&mut rows, rest))?;
-                }
+                blocks.par_extend(read.par_chunks(block_rays).enumerate().map(block));
             }
+            chunks.push(blocks);
             first_ray += count;
         }
-        if !rows.is_empty() {
-            found.add_rows(context, &rows)?;
+        let occurring = chunks.iter().flatten().flat_map(|block| block.targets.iter().copied()).collect();
+        let packing = MergedRayPacking::new(occurring, hemisphere);
+        let kept = [has_colours, directions.is_some()];
+        let mut found = Self::empty(context, &packing, records_per_chunk, kept)?;
+        for blocks in chunks {
+            found.add_blocks(context, &packing, &blocks)?;
         }
         Ok(found)
     }
 
-    /// Uploads the next buffer from rows.
-    fn add_rows(&mut self, context: &Arc<Context>, rows: &[Vec<Merged>]) -> Result<()> {
-        let counts: Vec<u32> = rows.iter().map(|row| row.len() as u32).collect();
-        let merged_rays: Vec<MergedRay> = rows.iter().flatten().map(|merged| merged.ray).collect();
-        let words = |is_kept: bool, word: fn(&Merged) -> u32| -> Vec<u32> {
-            rows.iter().filter(|_| is_kept).flatten().map(word).collect()
+    /// Uploads the next buffer from the runs of its points.
+    fn add_blocks(
+        &mut self,
+        context: &Arc<Context>,
+        packing: &MergedRayPacking,
+        blocks: &[Block],
+    ) -> Result<()> {
+        let counts: Vec<u32> = blocks.iter().flat_map(|block| block.counts.iter().copied()).collect();
+        let merged_ray = |block: &'_ Block| block.runs.iter().map(|run| packing.merged_ray(run)).collect();
+        let merged_rays: Vec<Vec<MergedRay>> = blocks.par_iter().map(merged_ray).collect();
+        let runs = || blocks.iter().flat_map(|block| &block.runs);
+        let words = |is_kept: bool, word: fn(&Run) -> u32| -> Vec<u32> {
+            runs().filter(|_| is_kept).map(word).collect()
         };
-        let kept = [
-            words(self.has_colours, |merged| merged.colour),
-            words(self.has_directions, |merged| merged.direction),
-        ];
-        self.add(context, &counts, &merged_rays, kept)
+        let kept =
+            [words(self.has_colours, |run| run.colour), words(self.has_directions, |run| run.direction)];
+        self.add(context, &counts, &merged_rays.concat(), kept)
     }
 
     /// Uploads the next buffer: the number of merged rays of each point; the merged rays, with
@@ -377,16 +447,30 @@ impl MergedRays {
     }
 }
 
-/// The targets of some rays, each once or a few times.
-fn distinct(rays: &[GatherRay]) -> Vec<u32> {
-    let distinct = rays.par_chunks(CHUNK).flat_map_iter(|rays| {
-        let mut targets: Vec<u32> = rays.iter().map(|ray| ray.target).collect();
-        targets.retain(|&target| target != NO_TARGET);
-        targets.sort_unstable();
-        targets.dedup();
-        targets
-    });
-    distinct.collect()
+/// Runs of consecutive cache points.
+#[derive(Default)]
+struct Block {
+    runs: Vec<Run>,
+    /// Number of runs of each point.
+    counts: Vec<u32>,
+    /// Distinct targets.
+    targets: Vec<u32>,
+}
+
+impl Block {
+    /// Adds the runs of the next cache point, which `add` appends.
+    fn add(&mut self, add: impl FnOnce(&mut Vec<Run>)) {
+        let before = self.runs.len();
+        add(&mut self.runs);
+        self.counts.push((self.runs.len() - before) as u32);
+    }
+
+    fn finish(mut self) -> Self {
+        self.targets = self.runs.iter().map(|run| run.target).collect();
+        self.targets.sort_unstable();
+        self.targets.dedup();
+        self
+    }
 }
 
 /// Weight of each stratum's radiance in the rotational gradient, along tangent and bitangent:

@@ -81,11 +81,9 @@ impl Targets {
         };
         let packing =
             GatherTargetPacking::of_counts(counts, scene.materials.len(), points.hits.min_distance)?;
-        let rays = rays.pack(&targets, &packing)?;
-        drop(targets);
         let directions = RayDirections::new(&points.points, hierarchy.hemisphere, scene.quality.seed);
         let kept = gloss.is_some().then_some(&directions);
-        let merged_rays = MergedRays::new(context, rays, hierarchy.hemisphere, kept)?;
+        let merged_rays = MergedRays::new(context, rays, (&targets, &packing), hierarchy.hemisphere, kept)?;
         watch.lap("merged rays");
         Ok(Self {
             merged_rays,

@@ -74,13 +74,11 @@ impl NearHits {
             return Ok(found);
         }
         let records = Records::new(sources.points, FARTHEST * sources.min_radius);
-        table.scan(per_point as u32, |first, rays| {
-            let points = first / per_point..(first + rays.len()) / per_point;
-            let points = points.start..points.end.min(sources.near_count as usize).max(points.start);
-            let near_rays = rays[..points.len() * per_point].par_chunks(CHUNK * per_point).enumerate();
-            let parts = near_rays.map(|(chunk, rays)| {
+        table.scan(sources.near_count as usize * per_point, per_point as u32, |first, rays| {
+            let parts = rays.par_chunks(CHUNK * per_point).enumerate().map(|(chunk, rays)| {
                 let mut part = Self::default();
-                for (point, row) in (points.start + chunk * CHUNK..).zip(rays.chunks_exact(per_point)) {
+                let first_point = first / per_point + chunk * CHUNK;
+                for (point, row) in (first_point..).zip(rays.chunks_exact(per_point)) {
                     let targets = targets.of_rays(point * per_point, row);
                     part.add(&sources, &records, point as u32, &targets);
                 }

@@ -82,8 +82,13 @@ fn next_level(view: View, session: &Session) -> View {
     }
 }
 
-/// Adds the model of a file where the file puts it.
+/// Adds the model of a file where the file puts it. Refused if the scene's own models are unknown,
+/// because the new one would take the place of the first.
 pub(super) fn add_model(session: &mut Session, path: &Path) {
+    if let Err(why) = &session.text {
+        session.alarm(format!("not added: {why}"));
+        return;
+    }
     // Relative paths would count from the scene file.
     let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     session.document.models.push(PlacedModel::of_file(&path.to_string_lossy()));

@@ -195,3 +195,14 @@ fn models_that_move_keep_edits_of_lights_and_materials() {
     session.history.undo(&mut session.document);
     assert!(picture(&mut session) == now);
 }
+
+#[test]
+fn no_model_is_added_to_a_scene_whose_models_are_unknown() {
+    let (context, folder) = (context(), folder());
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    session.text = Err("it cannot be saved".into());
+    actions::add_model(&mut session, &folder.path().join("cube.obj"));
+    assert_eq!(session.document.models.len(), 2);
+    let (line, _) = session.alarm.as_ref().unwrap();
+    assert_eq!(line, "not added: it cannot be saved");
+}

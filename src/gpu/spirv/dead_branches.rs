@@ -118,7 +118,7 @@ impl<'a> Module<'a> {
         known
     }
 
-    /// What each function executes; `None` for those that the entry point does not call.
+    /// What each function executes; `None` if the entry point does not call it.
     fn called(&self, known: &Known) -> Vec<Option<Live>> {
         let index_of: HashMap<u32, usize> =
             self.functions.iter().enumerate().map(|(index, function)| (function.id(), index)).collect();

@@ -30,7 +30,7 @@ struct Run {
     target: u32,
     /// Number of rays.
     rays: u32,
-    /// Packed gradients.
+    /// Packed gradients of both kinds.
     change: u32,
     colour: u32,
     direction: u32,
@@ -123,7 +123,7 @@ impl MergedRayPacking {
         direction: Option<&dyn Fn(usize) -> DVec3>,
     ) -> Vec<Merged> {
         let mut runs = Vec::new();
-        self.weights.add_runs(rays, colours, direction, most_rays(self.target_bits), &mut runs);
+        self.weights.add_runs(rays, colours, direction, max_rays(self.target_bits), &mut runs);
         let merged =
             |run: &Run| Merged { ray: self.merged_ray(run), colour: run.colour, direction: run.direction };
         runs.iter().map(merged).collect()
@@ -142,7 +142,7 @@ fn target_bits(count: u64) -> u32 {
 }
 
 /// Maximum number of rays of a merged ray.
-fn most_rays(target_bits: u32) -> usize {
+fn max_rays(target_bits: u32) -> usize {
     1 << u32::BITS.saturating_sub(target_bits)
 }
 
@@ -311,7 +311,7 @@ impl MergedRays {
         let (per_row, has_colours) = (hemisphere.rays() as usize, table.has_colours);
         let weights = Weights::new(hemisphere);
         // Which targets occur is known when all rays are read.
-        let most = most_rays(target_bits(packing.max_targets()));
+        let most = max_rays(target_bits(packing.max_targets()));
         let block_rays = (BLOCK_RAYS / per_row).max(1) * per_row;
         let chunk = (CHUNK_RAYS / block_rays).max(1) * block_rays;
         let mut chunks: Vec<Vec<Block>> = Vec::new();
@@ -453,7 +453,7 @@ struct Block {
     runs: Vec<Run>,
     /// Number of runs of each point.
     counts: Vec<u32>,
-    /// Distinct targets.
+    /// Distinct targets of the runs.
     targets: Vec<u32>,
 }
 

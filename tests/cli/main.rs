@@ -9,6 +9,7 @@ mod compare;
 mod exact;
 mod film;
 mod init;
+mod judge;
 #[path = "../common/layer.rs"]
 mod layer;
 mod lights;
@@ -121,7 +122,7 @@ fn folder_with(files: &[(&str, &str)]) -> TempDir {
 fn help_and_version_succeed_and_no_command_fails() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, words) in [
-        (&["--help"][..], &["render", "time", "tune", "sweep", "compare", "info"][..]),
+        (&["--help"][..], &["render", "time", "tune", "sweep", "judge", "compare", "info"][..]),
         (&["render", "--help"], &["--aov", "--exposure", "--set"]),
         (&["compare", "--help"], &["--heatmap", "--max-relmse", "--z-test"]),
         (&["film", "--help"], &["--frames", "--format", "--video"]),

@@ -73,6 +73,8 @@ fn links_to_inputs_are_refused_where_they_would_be_written() {
         ("out/error-first.svg", "sweep cube.toml -o out"),
         ("out/figure-cube.html", "figures cube.toml -o out"),
         ("out/figure-cube-our-method.png", "figures cube.toml -o out"),
+        ("out/judge.json", "judge cube.toml -o out"),
+        ("out/stages.png", "judge cube.toml -o out"),
         ("out/scale.json", "scale cube.toml -o out"),
         ("out/memory.svg", "scale cube.toml -o out"),
     ] {

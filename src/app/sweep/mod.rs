@@ -4,6 +4,7 @@ mod baselines;
 mod cache;
 pub(super) mod figures;
 mod format;
+pub(super) mod judge;
 mod measure;
 mod plots;
 mod reference;

@@ -6,6 +6,8 @@
 
 mod code;
 pub(super) mod dead_branches;
+#[cfg(test)]
+mod dead_branches_tests;
 
 use std::collections::HashMap;
 

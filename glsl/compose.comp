@@ -77,14 +77,16 @@ vec3 passed_to(uint index, uint side) {
 
 uint material_of(uint side) { return surface_at(side >> 1).material; }
 
-// `colour` is the colour of the material's image. The gloss comes from pixel `gloss_source`.
-vec3 reflected(uint side, vec3 colour, vec3 direct, vec3 indirect, uint gloss_source) {
+// Light that a surface which `pixel` shows reflects; `colour` is the colour of the material's
+// image. The pixel's gloss is a mean over all glossy surface in it.
+vec3 reflected(uint side, vec3 colour, vec3 direct, vec3 indirect, uint pixel) {
     if (side == NO_SIDE) return vec3(0.0);
     vec3 irradiance = push.direct_weight * direct + push.indirect_weight * indirect;
-    vec3 radiance = reflectance_at(Materials, material_of(side)).diffuse * irradiance * (1.0 / PI);
+    Reflectance material = reflectance_at(Materials, material_of(side));
+    vec3 radiance = material.diffuse * irradiance * (1.0 / PI);
     if (HAS_TEXTURES != 0u) radiance *= colour;
-    if (IS_GLOSSY == 1u) {
-        PixelGloss gloss = gloss_radiance[gloss_source];
+    if (IS_GLOSSY == 1u && any(greaterThan(material.specular, vec3(0.0)))) {
+        PixelGloss gloss = gloss_radiance[pixel];
         radiance += push.direct_weight * gloss.direct + push.indirect_weight * gloss.indirect;
     }
     return radiance;
@@ -95,14 +97,6 @@ vec3 emitted_at(uint side, vec2 point) {
     if (HAS_EMISSION == 0u) return vec3(0.0);
     vec3 found = side == NO_SIDE ? background_along(direction_through(push.view, point)) : emitted_by(material_of(side), (side & 1u) != 0u);
     return push.direct_weight * found;
-}
-
-// The gloss of a pixel is a mean over its samples on the centre's material. A sample of that
-// material takes this mean; any other sample takes the gloss of its source pixel.
-uint gloss_source_of(uint side, uint source, uint index) {
-    uint centre = pixel_surface_at(Pixels, index).side;
-    if (side == NO_SIDE || centre == NO_SIDE) return source;
-    return material_of(side) == material_of(centre) ? index : source;
 }
 
 // Middle of a pixel in the image.
@@ -129,12 +123,11 @@ vec3 mean_of_samples(uint edge, uint count, uint index) {
         uint side = pixel_surface_at(FragmentSurfaces, i).side;
         float weight = float(samples_of(fragment)) / float(count);
         uint source = pixel_at(size, index, place_of(fragment));
-        uint gloss_source = IS_GLOSSY == 1u ? gloss_source_of(side, source, index) : source;
         vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(edge_colours[i]) : vec3(1.0);
         vec3 passed = weight * passed_to(index, side);
         vec3 indirect = indirect_irradiance[source];
         if_any (fragment.point != NO_POINT) indirect = edge_irradiance[fragment.point];
-        sum += passed * reflected(side, colour, direct_irradiance[pixel_count + i], indirect, gloss_source);
+        sum += passed * reflected(side, colour, direct_irradiance[pixel_count + i], indirect, index);
         if (HAS_EMISSION != 0u) {
             emission += passed * emitted_at(side, vec2(0.0));
             uncovered -= weight;

@@ -1,6 +1,7 @@
-// Glossy pixels, step 1: marks the pixels whose material has a Phong lobe, and clears the glossy
-// radiance of all pixels. Deterministic. One invocation = one pixel. In: surfaces at the pixels.
-// Out: 1 for a glossy pixel, else 0; glossy radiance 0.
+// Glossy pixels, step 1: marks the pixels that show a material with a Phong lobe, at their centre
+// or, if they are edge pixels, in some fragment; and clears the glossy radiance of all pixels.
+// Deterministic. One invocation = one pixel. In: surfaces at the pixels, fragments. Out: 1 for a
+// glossy pixel, else 0; glossy radiance 0.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -8,26 +9,40 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+#include "include/brdf.glsl"
+#include "include/antialias.glsl"
 #include "include/gloss_rays.glsl"
 
 layout(local_size_x = 64) in;
 
-struct GlossMarkPush { uint pixel_count; };
+struct GlossMarkPush {
+    EdgeCapacity edge_capacity;
+    uint pixel_count;
+};
 
 layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
 layout(binding = 2) uniform usamplerBuffer Pixels;
-layout(scalar, binding = 3) writeonly buffer GlossOffsets { uint gloss_offsets[]; };
-layout(scalar, binding = 4) writeonly buffer GlossRadiance { PixelGloss gloss_radiance[]; };
+layout(scalar, binding = 3) readonly buffer EdgeNumbers { uint edge_numbers[]; };
+layout(scalar, binding = 4) readonly buffer FragmentFirsts { uint fragment_firsts[]; };
+layout(binding = 5) uniform usamplerBuffer FragmentSurfaces;
+layout(scalar, binding = 6) writeonly buffer GlossOffsets { uint gloss_offsets[]; };
+layout(scalar, binding = 7) writeonly buffer GlossRadiance { PixelGloss gloss_radiance[]; };
 layout(scalar, push_constant) uniform Push { GlossMarkPush push; };
 
 #include "include/surfaces.glsl"
+#include "include/seen_fragments.glsl"
+
+bool is_glossy(uint side) { return side != NO_SIDE && has_lobe(materials[surface_at(side >> 1).material]); }
 
 void main() {
     uint index = flat_invocation();
     if (index >= push.pixel_count) return;
-    uint side = pixel_surface_at(Pixels, index).side;
-    bool is_glossy = side != NO_SIDE && any(greaterThan(materials[surface_at(side >> 1).material].specular, vec3(0.0)));
-    gloss_offsets[index] = uint(is_glossy);
+    SeenFragments shown = fragments_of(index, push.pixel_count, push.edge_capacity);
+    bool is_marked = !shown.is_edge && is_glossy(pixel_surface_at(Pixels, index).side);
+    for (uint i = shown.first; i < shown.end; ++i) is_marked = is_marked || is_glossy(pixel_surface_at(FragmentSurfaces, i).side);
+    gloss_offsets[index] = uint(is_marked);
     gloss_radiance[index] = PixelGloss(vec3(0.0), vec3(0.0));
 }

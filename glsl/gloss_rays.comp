@@ -1,8 +1,6 @@
-// Glossy pixels, step 3: samples the surface over the area of each pixel, because a curved mirror
-// turns within a pixel. From each sample it traces rays into the Phong lobe, unless records bring
-// its light, and stores the clusters that they read; nothing stored depends on light.
-// Deterministic. One invocation = every `stride`th sample. In: glossy pixels. Out: samples and
-// rays, pixel by pixel.
+// Glossy pixels, step 4: traces rays from each sample into its Phong lobe, unless records bring its
+// light, and stores the clusters that they read; nothing stored depends on light. Deterministic.
+// One invocation = every `stride`th sample. In: samples. Out: rays, sample by sample.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -23,8 +21,9 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint TRACES = 1;  // 0: no ray is traced into a lobe
 
 struct GlossRaysPush {
-    View view;
     Grid grid;
+    vec3 eye;                  // the camera, metres
+    uint pixel_count;          // of the image
     uint max_samples;         // of a pixel
     uint capacity;             // of the list of samples
     uint stride;               // invocations
@@ -44,18 +43,17 @@ layout(scalar, binding = 4) readonly buffer Octree { uint octree[]; };
 layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[]; };
 layout(scalar, binding = 6) readonly buffer ClusterLinks { ClusterLink links[]; };
 layout(scalar, binding = 7) readonly buffer UnweightedClusters { uint unweighted_clusters[]; };
-layout(binding = 8) uniform usamplerBuffer Pixels;
-layout(scalar, binding = 9) readonly buffer GlossOffsets { uint gloss_offsets[]; };
-layout(scalar, binding = 10) readonly buffer GlossPixels { uint gloss_pixels[]; };
-layout(scalar, binding = 11) writeonly buffer GlossSamples { PixelSurface gloss_samples[]; };
-layout(scalar, binding = 12) writeonly buffer GlossRays { GlossRay gloss_rays[]; };
-layout(scalar, binding = 13) writeonly buffer GlossColours { uint gloss_colours[]; };  // of the image at each ray's hit, packed
-layout(scalar, binding = 14) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
-layout(scalar, binding = 15) readonly buffer ReadOffsets { uint read_offsets[]; };  // CSR offsets into `bin_reads`: one for each cluster, and the end
-layout(scalar, binding = 16) readonly buffer BinReads { uvec2 bin_reads[]; };   // (direction bin, gloss bin), sorted
-layout(scalar, binding = 17) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
-layout(scalar, binding = 18) readonly buffer Textures { Texture textures[]; };
-layout(scalar, binding = 19) readonly buffer Texels { uint texels[]; };
+layout(scalar, binding = 8) readonly buffer GlossOffsets { uint gloss_offsets[]; };
+layout(scalar, binding = 9) readonly buffer GlossPixels { uint gloss_pixels[]; };
+layout(scalar, binding = 10) readonly buffer GlossSamples { PixelSurface gloss_samples[]; };
+layout(scalar, binding = 11) writeonly buffer GlossRays { GlossRay gloss_rays[]; };
+layout(scalar, binding = 12) writeonly buffer GlossColours { uint gloss_colours[]; };  // of the image at each ray's hit, packed
+layout(scalar, binding = 13) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
+layout(scalar, binding = 14) readonly buffer ReadOffsets { uint read_offsets[]; };  // CSR offsets into `bin_reads`: one for each cluster, and the end
+layout(scalar, binding = 15) readonly buffer BinReads { uvec2 bin_reads[]; };   // (direction bin, gloss bin), sorted
+layout(scalar, binding = 16) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 17) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 18) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { GlossRaysPush push; };
 
 #include "include/triangles.glsl"
@@ -63,8 +61,6 @@ layout(scalar, push_constant) uniform Push { GlossRaysPush push; };
 #include "include/bvh.glsl"
 #include "include/grid.glsl"
 #include "include/target.glsl"
-#include "include/view.glsl"
-#include "include/primary.glsl"
 #include "include/textures.glsl"
 
 uint material_of(uint side) { return surface_at(side >> 1).material; }
@@ -97,7 +93,7 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
     vec3 geometric = surface_at(point.side >> 1).normal;
     if ((point.side & 1u) != 0u) geometric = -geometric;
     float exponent = materials[material_of(point.side)].exponent;
-    vec3 mirror = reflect(normalize(point.position - push.view.position), point.normal);
+    vec3 mirror = reflect(normalize(point.position - push.eye), point.normal);
     vec3 direction = sample_phong_lobe(mirror, exponent, u);
     float cosine = dot(direction, point.normal);
 
@@ -121,25 +117,16 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
 }
 
 void main() {
-    uint count = gloss_offsets[push.view.width * push.view.height];
+    uint count = gloss_offsets[push.pixel_count];
     uint samples = gloss_samples_per_pixel(count, push.max_samples, push.capacity);
     for (uint index = flat_invocation(); index < count * samples; index += push.stride) {
         uvec2 numbers = in_rows(index, samples);  // of the sample in its pixel, of the pixel
-        uint pixel = gloss_pixels[numbers.y];
-        uint number = numbers.x;
-        uint seed = hash(push.seed, pixel);
-        vec2 corner = vec2(in_rows(pixel, push.view.width));
-        PixelSurface point = seen_through(push.view, corner + sample_3d(number, hash(seed, 1u)).xy);
-        // At an edge the sample may meet another material. It then takes the centre's surface.
-        PixelSurface centre = pixel_surface_at(Pixels, pixel);
-        bool is_other = point.side == NO_SIDE;
-        if (!is_other) is_other = material_of(point.side) != material_of(centre.side);
-        if (is_other) point = centre;
-        gloss_samples[index] = point;
+        uint seed = hash(push.seed, gloss_pixels[numbers.y]);
+        PixelSurface point = gloss_samples[index];
         Reflectance material = materials[material_of(point.side)];
-        bool is_traced = TRACES == 1u && !is_broad(material, push.broad_exponents);
+        bool is_traced = TRACES == 1u && has_lobe(material) && !is_broad(material, push.broad_exponents);
         for (uint i = index * LOBE_RAYS; i < (index + 1u) * LOBE_RAYS; ++i) {
-            vec2 u = sample_3d(number * LOBE_RAYS + i % LOBE_RAYS, seed).xy;
+            vec2 u = sample_3d(numbers.x * LOBE_RAYS + i % LOBE_RAYS, seed).xy;
             gloss_rays[i] = GlossRay(NO_TARGET, 0.0, 0u, NO_GLOSS_BIN);
             if (is_traced) gloss_rays[i] = traced(i, point, u, samples * LOBE_RAYS);
         }

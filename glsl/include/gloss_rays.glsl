@@ -10,6 +10,13 @@ struct GlossRay {
 
 const uint NO_GLOSS_BIN = 0xffffffffu;
 
+// How the mirror direction turns over the part of a pixel for which a sample stands: from the
+// sample to the right border of that part, and to the lower one.
+struct MirrorTurn {
+    vec3 across;
+    vec3 down;
+};
+
 // Glossy radiance of a pixel, W/m²/sr.
 struct PixelGloss {
     vec3 direct;    // of light straight from the lights

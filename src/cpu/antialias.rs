@@ -183,12 +183,16 @@ pub fn surface_of(seen: &Seen) -> PixelSurface {
 
 /// Surface at a sample of an edge pixel, on the plane of a side, without a ray.
 pub fn surface_on(geometry: Geometry<'_>, view: &View, pixel: u32, number: u32, side: u32) -> PixelSurface {
-    let place = place_in_pixel(number, pixel);
+    let corner = DVec2::new(f64::from(pixel % view.width), f64::from(pixel / view.width));
+    seen_on(geometry, view, corner + place_in_pixel(number, pixel), side)
+}
+
+/// Surface behind an image point, on the plane of a side, without a ray.
+pub fn seen_on(geometry: Geometry<'_>, view: &View, point: DVec2, side: u32) -> PixelSurface {
     let [p0, p1, p2] = geometry.triangles[side as usize / 2].positions.map(Vec3::as_dvec3);
     let across = (p1 - p0).cross(p2 - p0);
     let eye = view.position.as_dvec3();
-    let corner = DVec2::new(f64::from(pixel % view.width), f64::from(pixel / view.width));
-    let direction = direction_through(view, corner + place);
+    let direction = direction_through(view, point);
     let t = across.dot(p0 - eye) / across.dot(direction);
     let from_p0 = eye - p0 + t * direction;
     let [b1, b2] = [from_p0.cross(p2 - p0), (p1 - p0).cross(from_p0)]

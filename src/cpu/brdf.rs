@@ -17,7 +17,7 @@ fn mirror(normal: DVec3, outgoing: DVec3) -> DVec3 {
 }
 
 /// cosⁿα between two unit directions, zero from 90° on.
-fn phong_lobe(mirror: DVec3, direction: DVec3, exponent: f64) -> f64 {
+pub(in crate::cpu) fn phong_lobe(mirror: DVec3, direction: DVec3, exponent: f64) -> f64 {
     mirror.dot(direction).clamp(0.0, 1.0).powf(exponent)
 }
 

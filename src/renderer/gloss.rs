@@ -15,7 +15,7 @@ use crate::passes::frame::form_factors::FormFactors;
 use crate::passes::frame::gather::Gather;
 use crate::passes::frame::gloss::{Gloss, vertices_for};
 use crate::passes::frame::gloss_pixels::{GlossPixels, Surroundings};
-use crate::passes::frame::gloss_records::{BroadLobes, GlossRecords, LobeExponents};
+use crate::passes::frame::gloss_records::{BroadLobes, GlossRecords, LobeExponents, RecordLobes};
 use crate::passes::frame::hvds::Pyramid;
 use crate::passes::frame::splat::Splat;
 use crate::passes::gloss_tables::GlossTables;
@@ -131,8 +131,8 @@ impl GlossPasses {
     /// Records the list of glossy pixels and traces their rays.
     pub(super) fn record_rays(&self, rec: &mut Recorder, plan: &FramePlan, world: &World, image: &Image) {
         let Some(clusters) = world.clusters.as_ref().filter(|_| plan.lobe_rays) else { return };
-        let (pixels, view) = (&image.primary.pixels, &image.view);
-        self.pixels.record_rays(rec, &world.buffers, (clusters, &self.reads), pixels, view, self.seed);
+        let (seen, view) = (image.seen_fragments(), &image.view);
+        self.pixels.record_rays(rec, &world.buffers, (clusters, &self.reads), seen, view, self.seed);
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 
@@ -222,19 +222,19 @@ impl GlossPasses {
         if !plan.gloss || !self.is_glossy {
             return;
         }
-        let (pixels, eye) = (&image.primary.pixels, image.view.position);
+        let (seen, eye) = (image.seen_fragments(), image.view.position);
         if self.records.exponents().count > 0 && (plan.splat || plan.lobe_rays) {
-            self.records.record(rec, &world.buffers, (pixels, splat), gather, eye);
+            self.records.record(rec, &world.buffers, (seen, splat), gather, eye);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         let around = Surroundings {
             scene: &world.buffers,
-            pixels,
+            seen,
             irradiance: &pyramid.irradiance,
             inverse_areas: &pyramid.inverse_areas,
             gloss: &self.clusters,
             contributions,
-            lobes: Some(self.records.read(splat, eye)),
+            lobes: Some(RecordLobes { lobes: &self.records, splat, eye }),
         };
         let due = if self.has_rays { lights.planned_hits(plan) } else { Vec::new() };
         let of_lights = [&*lights.hits(), &*lights.highlights()];

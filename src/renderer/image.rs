@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};
 use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::frame::{
-    antialias::Antialias,
+    antialias::{Antialias, SeenFragments},
     compose::{Compose, Irradiances},
     direct::Direct,
     fragments::Fragments,
@@ -67,6 +67,11 @@ impl Image {
     pub(super) fn seen(&self) -> SeenSurfaces<'_> {
         let Fragments { edge_points, point_groups, .. } = &self.antialias.fragments;
         SeenSurfaces { pixels: &self.primary.pixels, edge_points, point_groups }
+    }
+
+    /// What the view shows.
+    pub(super) fn seen_fragments(&self) -> SeenFragments<'_> {
+        SeenFragments { pixels: &self.primary.pixels, antialias: &self.antialias }
     }
 
     /// Width and height in pixels.

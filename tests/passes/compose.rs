@@ -74,7 +74,7 @@ fn colours_of_pixels_and_samples_equal_the_reference() {
 
 #[test]
 fn pictures_equal_the_reference() {
-    for world in [World::room(), World::textured_room()] {
+    for world in [World::room(), World::textured_room(), World::glossy_room()] {
         pictures_equal_the_reference_in(&world);
     }
 }
@@ -120,24 +120,26 @@ fn pictures_equal_the_reference_in(world: &World) {
         world.context.run(|rec| pass.record(rec, &world.buffers, &view, irradiances, fraction)).unwrap();
         let radiance: Vec<Vec3> = pass.radiance.read().unwrap();
         let material_of = |side: u32| world.surfaces[side as usize / 2].material;
-        let reflected =
-            |pixel: usize, side: u32, colour: DVec3, direct: Vec3, (source, light_of): (usize, Vec3)| {
-                if side == NO_SIDE {
-                    return DVec3::ZERO;
-                }
-                let albedo = world.materials[material_of(side) as usize].diffuse * colour.as_vec3();
-                let light = irradiances.emission_scale;
-                // A pixel has the glossy radiance of the material at its centre.
-                let centre = frame.pixels[pixel].side;
-                let is_own = centre != NO_SIDE && material_of(centre) == material_of(side);
-                let gloss = radiances[if is_own { pixel } else { source }];
-                cpu::compose::compose(
-                    albedo,
-                    fraction[0] * light * direct,
-                    fraction[1] * light * light_of,
-                    light * (fraction[0] * gloss.direct + fraction[1] * gloss.indirect),
-                )
+        let reflected = |pixel: usize, side: u32, colour: DVec3, direct: Vec3, light_of: Vec3| {
+            if side == NO_SIDE {
+                return DVec3::ZERO;
+            }
+            let albedo = world.materials[material_of(side) as usize].diffuse * colour.as_vec3();
+            let light = irradiances.emission_scale;
+            // A pixel's gloss is a mean over its glossy surface; other surface has none.
+            let is_glossy = world.materials[material_of(side) as usize].specular != Vec3::ZERO;
+            let gloss = if is_glossy {
+                radiances[pixel]
+            } else {
+                PixelGloss { direct: Vec3::ZERO, indirect: Vec3::ZERO }
             };
+            cpu::compose::compose(
+                albedo,
+                fraction[0] * light * direct,
+                fraction[1] * light * light_of,
+                light * (fraction[0] * gloss.direct + fraction[1] * gloss.indirect),
+            )
+        };
         let count = frame.samples_per_edge(frame.edge_count());
         let (fragments, firsts) = (frame.fragments(), frame.firsts());
         let surfaces = frame.fragment_surfaces();
@@ -148,8 +150,7 @@ fn pictures_equal_the_reference_in(world: &World) {
             if !is_sampled {
                 let pixel = &frame.pixels[index];
                 let tint = tint(&of_pixels, index);
-                let reference =
-                    reflected(index, pixel.side, tint, frame.irradiance[index], (index, indirect[index]));
+                let reference = reflected(index, pixel.side, tint, frame.irradiance[index], indirect[index]);
                 assert_near(*device, reference, FLOAT, 0.0, "centre");
                 continue;
             }
@@ -161,7 +162,7 @@ fn pictures_equal_the_reference_in(world: &World) {
                 let source = frame.pixel_at(index as u32, fragment.what & 15) as usize;
                 let point = fragment.point;
                 let light_of = if point == u32::MAX { indirect[source] } else { at_edges[point as usize] };
-                weight * reflected(index, side, tint(&of_edges, number), direct, (source, light_of))
+                weight * reflected(index, side, tint(&of_edges, number), direct, light_of)
             };
             assert_near(*device, own.map(part).sum(), SUM, 0.0, "edge");
         }

@@ -1,24 +1,53 @@
 //! Glossy pixels: their samples, their rays, and the light along these rays.
 
+use crate::antialias::Frame;
 use crate::common::assert_silent;
 use crate::gloss::{Glossy, HEMISPHERE, SEED, camera, lights};
 use crate::world::{FLOAT, Random, World, assert_near};
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
+use lightpaths::cpu::antialias::{place_in_pixel, seen_on};
 use lightpaths::cpu::gather_rays::Tracing;
-use lightpaths::cpu::gloss_pixels;
+use lightpaths::cpu::gloss_pixels::{self, Sample};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::passes::frame::antialias::{NO_EDGE, SeenFragments};
 use lightpaths::passes::frame::bin_reads::BinReads;
 use lightpaths::passes::frame::gloss::Gloss;
-use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, LOBE_RAYS, PixelGloss, Surroundings};
-use lightpaths::passes::frame::primary::Primary;
+use lightpaths::passes::frame::gloss_pixels::{
+    GlossPixels, GlossRay, LOBE_RAYS, MirrorTurn, PixelGloss, Surroundings,
+};
 use lightpaths::passes::precompute::gather_rays;
 use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::{Light, LightKind};
 use lightpaths::types::{NO_SIDE, NO_TARGET, PixelSurface, View};
 use std::f64::consts::PI;
+
+/// For each edge pixel, its samples on each fragment, if that is glossy.
+fn glossy_members(frame: &Frame, is_glossy: &impl Fn(u32) -> bool) -> Vec<Option<Vec<Vec<u32>>>> {
+    let count = frame.samples_per_edge(frame.edge_count()) as usize;
+    let (samples, firsts, surfaces) = (frame.samples(), frame.firsts(), frame.fragment_surfaces());
+    let members = |edge: usize| {
+        let fragments = firsts[edge]..firsts[edge + 1];
+        let of_fragment = |fragment: usize| {
+            let own = fragment - firsts[edge];
+            let on_it = |&number: &u32| samples[edge * count + number as usize].1 == own;
+            let all = if is_glossy(surfaces[fragment].side) { 0..count as u32 } else { 0..0 };
+            all.filter(on_it).collect()
+        };
+        fragments.map(of_fragment).collect()
+    };
+    let of_pixel = |&number: &u32| (number != NO_EDGE && count > 0).then(|| members(number as usize));
+    frame.numbers[..frame.pixels.len()].iter().map(of_pixel).collect()
+}
+
+/// A member of an edge pixel, on a side.
+fn on_member(tracing: &Tracing<'_>, view: &View, pixel: u32, (member, side): (u32, u32)) -> Sample {
+    let corner = DVec2::new(f64::from(pixel % view.width), f64::from(pixel / view.width));
+    let point = corner + place_in_pixel(member, pixel);
+    Sample { surface: seen_on(tracing.geometry, view, point, side), point }
+}
 
 #[test]
 fn glossy_pixels_equal_the_reference() {
@@ -64,13 +93,16 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
         entry_points: &world.in_clusters,
         min_entry_points: gather_rays::MIN_ENTRY_POINTS,
     };
-    for (size, most) in [([1, 1], 4), ([9, 7], 3), ([31, 33], 16)] {
-        let camera = camera(size);
-        let view = View::from(&camera);
-        let count = (size[0] * size[1]) as usize;
-        let primary = Primary::new(&world.context, count as u32).unwrap();
-        world.context.run(|rec| primary.record(rec, &world.buffers, &view)).unwrap();
-        let pixels: Vec<PixelSurface> = primary.pixels.read().unwrap();
+    let is_glossy = |side: u32| side != NO_SIDE && glossy.material_of(side) < 2;
+    let mut turning = 0;
+    // Without samples of edges, and with. In the smallest pictures, mirrors turn within a pixel by
+    // more than the lobe is wide.
+    for (size, most, of_edge) in
+        [([1, 1], 4, 0), ([9, 7], 3, 4), ([12, 9], 4, 4), ([31, 33], 16, 0), ([31, 33], 32, 4)]
+    {
+        let frame = Frame::new(world, &lights[..1], &camera(size), of_edge);
+        let seen = SeenFragments { pixels: &frame.buffers[0], antialias: &frame.antialias };
+        let (view, pixels, count) = (frame.view, &frame.pixels, (size[0] * size[1]) as usize);
         let pass =
             GlossPixels::new(&world.context, &world.buffers, count as u32, most, bits, [true; 2]).unwrap();
         let samples = most.div_ceil(LOBE_RAYS);
@@ -80,7 +112,7 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
             .collect();
         let around = Surroundings {
             scene: &world.buffers,
-            pixels: &primary.pixels,
+            seen,
             irradiance: &irradiance_buffer,
             inverse_areas: &inverse_areas,
             gloss: &gloss,
@@ -93,7 +125,7 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
             .context
             .run(|rec| {
                 let scene = &world.buffers;
-                pass.record_rays(rec, scene, (&world.clusters, &bins), &primary.pixels, &view, SEED);
+                pass.record_rays(rec, scene, (&world.clusters, &bins), seen, &view, SEED);
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 let mut open = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
                 for (index, (light, buffer)) in (0..).zip(lights.iter().zip(&highlight_buffers)) {
@@ -113,27 +145,54 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
         let rays: Vec<GlossRay> = pass.rays.read().unwrap();
         let colours: Vec<u32> =
             if has_images { pass.colours.read().unwrap() } else { vec![u32::MAX; rays.len()] };
-        let is_glossy = |side: u32| side != NO_SIDE && glossy.material_of(side) < 2;
-        let listed: Vec<usize> = (0..count).filter(|&index| is_glossy(pixels[index].side)).collect();
+        let turns: Vec<MirrorTurn> = pass.turns.read().unwrap();
+        let members = glossy_members(&frame, &is_glossy);
+        let is_listed = |index: usize| match &members[index] {
+            Some(members) => members.iter().any(|samples| !samples.is_empty()),
+            None => is_glossy(pixels[index].side),
+        };
+        let listed: Vec<usize> = (0..count).filter(|&index| is_listed(index)).collect();
         assert_eq!(pass.count().unwrap() as usize, listed.len());
         assert!(count < 1_000 || listed.len() > 200);
+        // Edge pixels with a glossy fragment that their centre does not show.
+        let beside = listed.iter().filter(|&&index| !is_glossy(pixels[index].side)).count();
+        assert!(count < 1_000 || (beside > 20) == (of_edge > 0), "{beside} pixels");
+        let (edge_sides, per_edge) = (frame.samples(), frame.samples_per_edge(frame.edge_count()) as usize);
         let reflectances = world.reflectances();
         let (mut differ, mut bright, mut off_direct) = (0, 0, 0);
         for (place, &index) in listed.iter().enumerate() {
-            let material = &reflectances[glossy.material_of(pixels[index].side)];
             let [mut indirect, mut direct] = [DVec3::ZERO; 2];
             for number in 0..samples {
                 let at = place * samples as usize + number as usize;
                 let point = &points[at];
-                let reference = gloss_pixels::sample(&tracing, &view, &pixels[index], index as u32, number);
+                let material = &reflectances[glossy.material_of(point.side)];
+                let sample = match &members[index] {
+                    None => gloss_pixels::sample(&tracing, &view, &pixels[index], index as u32, number),
+                    Some(members) => {
+                        let member = gloss_pixels::edge_member(members, number, samples);
+                        let edge = frame.numbers[index] as usize;
+                        let side = edge_sides[edge * per_edge + member as usize].0;
+                        on_member(&tracing, &view, index as u32, (member, side))
+                    }
+                };
+                let reference = &sample.surface;
                 let is_near = (reference.position - point.position).length() < 1e-4;
                 differ += usize::from(reference.side != point.side || !is_near);
+                let turn = [turns[at].across, turns[at].down].map(Vec3::as_dvec3);
+                let exact = gloss_pixels::mirror_turn(tracing.geometry, &view, &sample, samples);
+                let apart = (turn[0] - exact[0]).length().max((turn[1] - exact[1]).length());
+                // A camera that looks along a plane.
+                differ += usize::from(apart > 1e-3 * (1.0 + exact[0].length() + exact[1].length()));
+                let spread = (exact[0].length_squared() + exact[1].length_squared()) / 3.0;
+                turning += usize::from(0.5 * f64::from(material.exponent) * spread > 0.1);
                 for light in &lights {
                     let eye = view.position;
                     let which = [index as u32, number];
-                    let factor = gloss_pixels::highlight(&tracing, point, eye, material, light, which);
+                    let factor =
+                        gloss_pixels::highlight(&tracing, (point, turn), eye, material, light, which);
                     direct += factor * light.emission.as_dvec3();
                 }
+                let mut of_sample = DVec3::ZERO;
                 for lobe in 0..LOBE_RAYS {
                     let ray = &rays[at * LOBE_RAYS as usize + lobe as usize];
                     let which = [number * LOBE_RAYS + lobe, samples * LOBE_RAYS];
@@ -150,11 +209,12 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
                     if ray.target != NO_TARGET {
                         let albedo = world.materials[(ray.target >> bits) as usize].diffuse;
                         let light = albedo * irradiance[(ray.target & ((1 << bits) - 1)) as usize];
-                        indirect += f64::from(ray.weight) * colour * light.as_dvec3();
+                        of_sample += f64::from(ray.weight) * colour * light.as_dvec3();
                     }
                 }
+                indirect += material.specular.as_dvec3() * of_sample;
             }
-            indirect *= material.specular.as_dvec3() / (f64::from(samples * LOBE_RAYS) * PI);
+            indirect /= f64::from(samples * LOBE_RAYS) * PI;
             direct /= f64::from(samples);
             assert_near(found[index].indirect, indirect, 10.0 * FLOAT, 1e-9, "indirect");
             let off = (found[index].direct.as_dvec3() - direct).abs().max_element();
@@ -166,9 +226,10 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
         assert!(differ * 100 <= listed.len() * most as usize, "{differ} differ of {}", listed.len());
         // Directions of a lobe near the border of a light.
         assert!(off_direct * 20 <= bright, "{off_direct} highlights of {bright} differ");
-        for index in (0..count).filter(|&index| !is_glossy(pixels[index].side)) {
+        for index in (0..count).filter(|&index| !is_listed(index)) {
             assert_eq!((found[index].direct, found[index].indirect), (Vec3::ZERO, Vec3::ZERO));
         }
     }
+    assert!(turning > 10, "mirrors turn at {turning} samples");
     assert_silent(&world.context);
 }

@@ -7,6 +7,7 @@ use lightpaths::cpu::gather;
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::passes::frame::antialias::{Antialias, SeenFragments};
 use lightpaths::passes::frame::bin_reads::BinReads;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::gloss::{Gloss, GlossLight};
@@ -105,6 +106,8 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
     let view = View::from(&camera);
     let count = camera.size[0] * camera.size[1];
     let primary = Primary::new(context, count).unwrap();
+    let antialias = Antialias::new(context, camera.size, 0).unwrap();
+    let seen = SeenFragments { pixels: &primary.pixels, antialias: &antialias };
     let clusters = world.hvds.cluster_count() as usize;
     let inverse_areas: Vec<f32> = (0..clusters).map(|_| 1.0 + random.unit()).collect();
     let bits = glossy.packing.cluster_bits;
@@ -112,7 +115,7 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
     let bins = BinReads::none(context).unwrap();
     let around = Surroundings {
         scene: &world.buffers,
-        pixels: &primary.pixels,
+        seen,
         irradiance: &Buffer::from_slice(context, "irradiance", &vec![Vec3::ZERO; clusters]).unwrap(),
         inverse_areas: &Buffer::from_slice(context, "inverse areas", &inverse_areas).unwrap(),
         gloss,
@@ -123,7 +126,7 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
         .run(|rec| {
             primary.record(rec, &world.buffers, &view);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), &primary.pixels, &view, SEED);
+            pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), seen, &view, SEED);
             rec.barrier(COMPUTE_TO_COMPUTE);
             pass.record(rec, around, lights, [hits, &[]]);
         })
@@ -160,6 +163,8 @@ pub(crate) fn pixels_read_the_bins_of_broad_lobes(glossy: &Glossy, gloss: &Gloss
     let camera = camera([29, 23]);
     let (view, count) = (View::from(&camera), camera.size[0] * camera.size[1]);
     let primary = Primary::new(context, count).unwrap();
+    let antialias = Antialias::new(context, camera.size, 0).unwrap();
+    let seen = SeenFragments { pixels: &primary.pixels, antialias: &antialias };
     let clusters = world.hvds.cluster_count() as usize;
     let bits = glossy.packing.cluster_bits;
     let materials = world.reflectances();
@@ -174,7 +179,7 @@ pub(crate) fn pixels_read_the_bins_of_broad_lobes(glossy: &Glossy, gloss: &Gloss
     let pass = GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, bits, [true; 2]).unwrap();
     let around = Surroundings {
         scene: &world.buffers,
-        pixels: &primary.pixels,
+        seen,
         irradiance: &irradiance,
         inverse_areas: &inverse_areas,
         gloss,
@@ -185,7 +190,7 @@ pub(crate) fn pixels_read_the_bins_of_broad_lobes(glossy: &Glossy, gloss: &Gloss
         .run(|rec| {
             primary.record(rec, &world.buffers, &view);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), &primary.pixels, &view, SEED);
+            pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), seen, &view, SEED);
             rec.barrier(COMPUTE_TO_COMPUTE);
             pass.record(rec, around, &[], [&[], &[]]);
         })

@@ -1,7 +1,8 @@
 //! Broad lobes at records, and the pixels that read them.
 
+use crate::antialias::Frame;
 use crate::common::assert_silent;
-use crate::gloss::{Glossy, HEMISPHERE, SEED, camera};
+use crate::gloss::{Glossy, HEMISPHERE, SEED, camera, lights};
 use crate::gloss_readers::unpack_direction;
 use crate::world::{Random, SUM, World, assert_near, room};
 use glam::{DVec3, Vec3, Vec4};
@@ -9,22 +10,22 @@ use lightpaths::cpu::gloss::{LobeRay, LobeRecord, lobe_albedo, lobe_at_record, l
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::passes::frame::antialias::{NO_EDGE, SeenFragments};
 use lightpaths::passes::frame::bin_reads::BinReads;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::gloss::Gloss;
 use lightpaths::passes::frame::gloss_pixels::{GlossPixels, LOBE_RAYS, PixelGloss, Surroundings};
 use lightpaths::passes::frame::gloss_records::{
-    BroadLobes, GlossRecord, GlossRecords, LobeExponents, lobe_albedo as table_albedo,
+    BroadLobes, GlossRecord, GlossRecords, LobeExponents, RecordLobes, lobe_albedo as table_albedo,
 };
 use lightpaths::passes::frame::needed_records::RecordList;
-use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::record_tree::RecordTree;
 use lightpaths::passes::frame::splat::{SeenSurfaces, Splat, SplatWeight, WeightRange};
 use lightpaths::passes::gather_targets::GatherTargets;
 use lightpaths::passes::precompute::gather_rays::{RayDirections, RayTable};
 use lightpaths::passes::precompute::merged_rays::{MergedRayLists, MergedRays};
 use lightpaths::scene::Material;
-use lightpaths::types::{NO_SIDE, NO_TARGET, PixelSurface, View};
+use lightpaths::types::{NO_SIDE, NO_TARGET, PixelSurface};
 
 /// The albedo of a lobe is the cosine of its mirror direction unless the surface cuts it off.
 #[test]
@@ -130,12 +131,14 @@ fn broad_lobes_come_from_records_in(glossy: &Glossy, has_colours: bool) {
     let records = GlossRecords::new(context, &gather, exponents).unwrap();
 
     let camera = camera([29, 23]);
-    let (view, count) = (View::from(&camera), camera.size[0] * camera.size[1]);
-    let primary = Primary::new(context, count).unwrap();
+    let frame = Frame::new(world, &lights()[..1], &camera, 4);
+    let (view, count) = (frame.view, camera.size[0] * camera.size[1]);
     let tree = RecordTree::new(context, &glossy.points, &world.triangles).unwrap();
-    let nothing = Buffer::from_slice(context, "edge points", &[0_u32; 8]).unwrap();
-    let seen = SeenSurfaces { pixels: &primary.pixels, edge_points: &nothing, point_groups: &nothing };
-    let splat = Splat::new(context, tree.into(), camera.size, 0).unwrap();
+    let (pixels, fragments) = (&frame.buffers[0], &frame.antialias.fragments);
+    let (edge_points, point_groups) = (&fragments.edge_points, &fragments.point_groups);
+    let seen_surfaces = SeenSurfaces { pixels, edge_points, point_groups };
+    let seen = SeenFragments { pixels, antialias: &frame.antialias };
+    let splat = Splat::new(context, tree.into(), camera.size, frame.antialias.capacity.points).unwrap();
     let mut pixels_pass =
         GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, packing.cluster_bits, [true; 2]).unwrap();
     (pixels_pass.broad, pixels_pass.takes_samples) = (exponents.broad, false);
@@ -151,48 +154,59 @@ fn broad_lobes_come_from_records_in(glossy: &Glossy, has_colours: bool) {
     let list = RecordList::all(context, point_count, gather.merged_rays.records_per_chunk).unwrap();
     context
         .run(|rec| {
-            primary.record(rec, &world.buffers, &view);
+            pixels_pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), seen, &view, SEED);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            pixels_pass.record_rays(
-                rec,
-                &world.buffers,
-                (&world.clusters, &bins),
-                &primary.pixels,
-                &view,
-                SEED,
-            );
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            splat.record(rec, &world.buffers.surfaces, &gather.cache_points, seen);
+            splat.record(rec, &world.buffers.surfaces, &gather.cache_points, seen_surfaces);
             rec.barrier(COMPUTE_TO_COMPUTE);
             gather.record(rec, sources, &list);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            records.record(rec, &world.buffers, (&primary.pixels, &splat), &gather, view.position);
+            records.record(rec, &world.buffers, (seen, &splat), &gather, view.position);
             rec.barrier(COMPUTE_TO_COMPUTE);
             let around = Surroundings {
                 scene: &world.buffers,
-                pixels: &primary.pixels,
+                seen,
                 irradiance: &irradiance,
                 inverse_areas: &inverse_areas,
                 gloss: &gloss,
                 contributions: &contributions,
-                lobes: Some(records.read(&splat, view.position)),
+                lobes: Some(RecordLobes { lobes: &records, splat: &splat, eye: view.position }),
             };
             pixels_pass.record(rec, around, &[], [&[], &[]]);
         })
         .unwrap();
 
-    // Records that pixels of glossy surfaces read.
-    let pixels: Vec<PixelSurface> = primary.pixels.read().unwrap();
+    // What each pixel shows of glossy surfaces: weight, surface, and the records that it reads.
+    let pixels = &frame.pixels;
     let [ranges, weights] = splat.lists();
     let ranges: Vec<WeightRange> = ranges.read().unwrap();
     let weights: Vec<SplatWeight> = weights.read().unwrap();
     let material_of = |pixel: &PixelSurface| &world.materials[glossy.material_of(pixel.side)];
     let is_glossy = |pixel: &PixelSurface| pixel.side != NO_SIDE && material_of(pixel).specular != Vec3::ZERO;
-    let weights_of = |pixel: usize| &weights[ranges[pixel].first as usize..ranges[pixel].end as usize];
-    let mut read: Vec<u32> = (0..pixels.len())
-        .filter(|&pixel| is_glossy(&pixels[pixel]))
-        .flat_map(|pixel| weights_of(pixel).iter().map(|weight| weight.record))
-        .collect();
+    let weights_in = |range: WeightRange| &weights[range.first as usize..range.end as usize];
+    let (firsts, fragments, surfaces) = (frame.firsts(), frame.fragments(), frame.fragment_surfaces());
+    let edge_ranges: Vec<WeightRange> = splat.edge_ranges().read().unwrap();
+    let (mut beside, mut apart) = (0, 0);
+    let mut shown_by = |pixel: usize| -> Vec<(f64, PixelSurface, &[SplatWeight])> {
+        let number = frame.numbers[pixel];
+        if number == NO_EDGE {
+            let centre = (1.0, pixels[pixel], weights_in(ranges[pixel]));
+            return if is_glossy(&centre.1) { vec![centre] } else { Vec::new() };
+        }
+        let mut of_fragment = |index: usize| {
+            let (fragment, surface) = (&fragments[index], surfaces[index]);
+            let source = frame.pixel_at(pixel as u32, fragment.what & 15) as usize;
+            let is_apart = fragment.point != u32::MAX;
+            (beside, apart) = (beside + u32::from(source != pixel), apart + u32::from(is_apart));
+            let range = if is_apart { edge_ranges[fragment.point as usize] } else { ranges[source] };
+            (f64::from(fragment.what >> 14), surface, weights_in(range))
+        };
+        let shown = firsts[number as usize]..firsts[number as usize + 1];
+        shown.filter(|&index| is_glossy(&surfaces[index])).map(&mut of_fragment).collect()
+    };
+    let shown: Vec<_> = (0..pixels.len()).map(&mut shown_by).collect();
+    assert!(beside > 10 && apart > 10, "{beside} fragments take another pixel's records, {apart} their own");
+    let mut read: Vec<u32> =
+        shown.iter().flatten().flat_map(|part| part.2.iter().map(|weight| weight.record)).collect();
     read.sort_unstable();
     read.dedup();
     assert!(read.len() > 15, "{} records", read.len());
@@ -226,33 +240,34 @@ fn broad_lobes_come_from_records_in(glossy: &Glossy, has_colours: bool) {
 
     let found: Vec<PixelGloss> = pixels_pass.radiance.read().unwrap();
     let mut lit = 0;
-    for (index, pixel) in pixels.iter().enumerate() {
-        if !is_glossy(pixel) {
-            assert_eq!(found[index].indirect, Vec3::ZERO);
-            continue;
+    for (index, shown) in shown.iter().enumerate() {
+        let all: f64 = shown.iter().map(|part| part.0).sum();
+        let mut reference = DVec3::ZERO;
+        for (weight, surface, read) in shown {
+            let mirror = (surface.position - view.position).as_dvec3().normalize();
+            let mirror = mirror.reflect(surface.normal.as_dvec3());
+            let of = |place: usize| {
+                let read = read.iter().map(|splat| {
+                    let lobe = &lobes[place * glossy.points.len() + splat.record as usize];
+                    LobeRecord {
+                        weight: f64::from(splat.weight.abs()),
+                        radiance: lobe.radiance.as_dvec3(),
+                        mirror: lobe.mirror.as_dvec3(),
+                        change: lobe.change.as_dmat3(),
+                    }
+                });
+                lobe_from_records(&read.collect::<Vec<_>>(), mirror, f64::from(exponents.values[place]))
+            };
+            let material = material_of(surface);
+            let radiance = if material.exponent == broad {
+                of(0)
+            } else {
+                let fraction = f64::from(values.z / sharp).ln() / f64::from(values.z / values.y).ln();
+                of(2).lerp(of(1), fraction)
+            };
+            reference += weight / all * material.specular.as_dvec3() * radiance;
         }
-        let mirror = (pixel.position - view.position).as_dvec3().normalize().reflect(pixel.normal.as_dvec3());
-        let of = |place: usize| {
-            let read = weights_of(index).iter().map(|splat| {
-                let lobe = &lobes[place * glossy.points.len() + splat.record as usize];
-                LobeRecord {
-                    weight: f64::from(splat.weight.abs()),
-                    radiance: lobe.radiance.as_dvec3(),
-                    mirror: lobe.mirror.as_dvec3(),
-                    change: lobe.change.as_dmat3(),
-                }
-            });
-            lobe_from_records(&read.collect::<Vec<_>>(), mirror, f64::from(exponents.values[place]))
-        };
-        let material = material_of(pixel);
-        let radiance = if material.exponent == broad {
-            of(0)
-        } else {
-            let fraction = f64::from(values.z / sharp).ln() / f64::from(values.z / values.y).ln();
-            of(2).lerp(of(1), fraction)
-        };
-        lit += usize::from(radiance.max_element() > 0.0);
-        let reference = material.specular.as_dvec3() * radiance;
+        lit += usize::from(reference.max_element() > 0.0);
         assert_near(found[index].indirect, reference, SUM, 1e-3, "pixel");
     }
     assert!(lit > 50, "{lit} pixels");

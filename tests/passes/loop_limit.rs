@@ -9,7 +9,7 @@ use glam::Vec3;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::gpu::{Buffer, Recorder};
 use lightpaths::passes::OneLight;
-use lightpaths::passes::frame::antialias::Antialias;
+use lightpaths::passes::frame::antialias::{Antialias, SeenFragments};
 use lightpaths::passes::frame::bin_reads::BinReads;
 use lightpaths::passes::frame::direct::Direct;
 use lightpaths::passes::frame::form_factors::FormFactors;
@@ -146,8 +146,10 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_truncated: bool) {
     let pass =
         GlossPixels::new(&context, &world.buffers, PIXELS, 4, packing.cluster_bits, [true; 2]).unwrap();
     let bins = BinReads::none(&context).unwrap();
+    let without_edges = Antialias::new(&context, SIZE, 0).unwrap();
+    let seen = SeenFragments { pixels: &primary.pixels, antialias: &without_edges };
     assert_said(world, is_truncated, "gloss_rays", |world, rec| {
-        pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), &primary.pixels, &view, 5);
+        pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), seen, &view, 5);
     });
     let irradiance = Buffer::storage(&context, "irradiance", 4 * u64::from(pass.capacity)).unwrap();
     assert_said(world, is_truncated, "highlights", |world, rec| {

@@ -9,7 +9,8 @@ use glam::Vec3;
 use lightpaths::metrics::{debiased_relmse, energy_ratio};
 use lightpaths::reference::{Picture, Progressive};
 use lightpaths::renderer::Layer;
-use lightpaths::scene::{Light, LightKind, Material, Quality, Scene};
+use lightpaths::scene::{Light, LightKind, Material, Quality, Scene, Triangle, shapes};
+use std::f32::consts::TAU;
 use std::sync::LazyLock;
 
 const QUALITY: Quality =
@@ -298,5 +299,63 @@ fn broad_gloss_on_every_surface_has_no_bright_dots() {
     let sharp = render(of(80.0), quality).layer(Layer::Indirect).unwrap();
     let [broad, sharp] = [&broad.indirect, &sharp].map(|indirect| dots(indirect, 160));
     assert!(broad == 0 && sharp > 20, "{broad} dots of broad lobes, {sharp} of sharp ones");
+    assert_silent(&context());
+}
+
+/// Three glossy rods before the walls, one to two pixels wide and almost upright.
+fn rods() -> Scene {
+    const SIDES: u32 = 16;
+    const RADIUS: f32 = 0.012;
+    let mut scene = shapes::closed_box(Vec3::new(1.2, 1.0, 1.4), 0.6);
+    let specular = Vec3::splat(0.6);
+    let rod =
+        Material { diffuse: Vec3::splat(0.05), specular, exponent: 200.0, ..scene.materials[0].clone() };
+    scene.materials.push(rod);
+    for place in [-1.0, 0.0, 1.0_f32] {
+        let around = |side: u32| {
+            let (sine, cosine) = (TAU * side as f32 / SIDES as f32).sin_cos();
+            let normal = Vec3::new(cosine, 0.0, sine);
+            let at = |y: f32| Vec3::new(0.3 * place + 0.1 * place * y, y, 0.0) + RADIUS * normal;
+            ([at(-0.4), at(0.4)], normal)
+        };
+        for side in 0..SIDES {
+            let ([a, b], [n, m]) =
+                ([around(side).0, around(side + 1).0], [around(side).1, around(side + 1).1]);
+            let mut add =
+                |positions, normals| scene.triangles.push(Triangle { positions, normals, material: 1 });
+            add([a[0], a[1], b[1]], [n, n, m]);
+            add([a[0], b[1], b[0]], [n, m, m]);
+        }
+    }
+    let camera = &mut scene.cameras[0];
+    (camera.position, camera.target) = (Vec3::new(0.0, 0.0, 0.65), Vec3::ZERO);
+    (camera.fov_y_degrees, camera.size) = (70.0, [96, 72]);
+    let kind = LightKind::Point { position: Vec3::new(0.25, 0.3, 0.3), intensity: Vec3::splat(0.5) };
+    scene.lights = vec![Light { name: "lamp".to_owned(), kind, is_on: true }];
+    scene
+}
+
+/// A rod's highlight is narrower than a pixel, and stands in one row of pixels. A pixel shows its
+/// part of it, whatever stands at the pixel's middle, and however the samples fall.
+#[test]
+fn highlights_narrower_than_pixels_equal_the_path_tracer() {
+    let scene = rods();
+    let of_seed = |seed: u32| {
+        let mut scene = scene.clone();
+        scene.quality.seed = seed;
+        let size = scene.cameras[0].size;
+        trace(scene, size, 384)
+    };
+    let tracers = [1, 2].map(of_seed);
+    let [a, b] = tracers.each_ref().map(|tracer| tracer.picture().unwrap().direct);
+    let albedo = tracers[0].traced_scene().first_hits().unwrap().albedo;
+    let direct = render(scene, Quality { edge_samples: 16, ..SKETCH }).layer(Layer::Direct).unwrap();
+    let relmse = debiased_relmse(&direct, [&a, &b]);
+    let energy = energy_ratio(&direct, &a);
+    let of_rods = albedo.iter().filter(|albedo| albedo[0] < 0.5).count();
+    println!("relMSE {relmse:.2e}, energy {energy:.4}, {of_rods} pixels show a rod");
+    assert!((100..600).contains(&of_rods), "{of_rods} pixels");
+    assert!(relmse < 2.5e-3, "relMSE {relmse:.2e}");
+    assert!((energy - 1.0).abs() < 0.015, "{energy} of the light");
     assert_silent(&context());
 }

@@ -41,6 +41,23 @@ const MIN_ROOM: u64 = 5 << 17;
 const PIXELS_PER_POINT: u64 = 4;
 /// Minimum capacity for edge points, unless fewer fragments exist.
 const MIN_POINTS: u64 = 1 << 14;
+
+/// What a view shows: surfaces at the pixels, and the fragments of edge pixels.
+#[derive(Clone, Copy)]
+pub struct SeenFragments<'a> {
+    /// A `PixelSurface` for each pixel.
+    pub pixels: &'a Buffer,
+    /// Samples and fragments of edge pixels.
+    pub antialias: &'a Antialias,
+}
+
+impl SeenFragments<'_> {
+    /// Width and height in pixels.
+    pub(super) fn size(&self) -> [u32; 2] {
+        self.antialias.size
+    }
+}
+
 /// The pipelines and the samples.
 pub struct Antialias {
     mark: Pipeline,

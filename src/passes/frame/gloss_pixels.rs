@@ -1,12 +1,13 @@
 //! Glossy pixels: the light of broad lobes, from records; rays into sharp lobes, traced once a
-//! view, and the light that returns along them. In: pixels, lobes at records, clusters. Out: glossy
-//! radiance (W/m²/sr), besides the diffuse one.
+//! view, and the light that returns along them. In: pixels and fragments, lobes at records,
+//! clusters. Out: glossy radiance (W/m²/sr), besides the diffuse one.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
+use crate::passes::frame::antialias::{EdgeCapacity, SeenFragments};
 use crate::passes::frame::bin_reads::BinReads;
 use crate::passes::frame::gloss::{Gloss, GlossLight, GlossSpan, VertexKernels};
 use crate::passes::frame::gloss_records::{BroadLobes, RecordLobes};
@@ -15,7 +16,7 @@ use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::precompute::gather_rays::MIN_ENTRY_POINTS;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::{Grid, PixelSurface, View};
-use glam::{Vec2, Vec3, Vec4Swizzles};
+use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -34,8 +35,20 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// Turn of the mirror direction over the part of a pixel for which a sample stands.
+    pub struct MirrorTurn {
+        /// From the sample to the right border of that part.
+        pub across: Vec3,
+        /// To the lower border.
+        pub down: Vec3,
+    }
+}
+
+gpu_struct! {
     /// Push constants of `gloss_mark`.
     pub struct GlossMarkPush {
+        /// Capacity for samples of edge pixels.
+        pub edge_capacity: EdgeCapacity,
         /// Pixels of the image.
         pub pixel_count: u32,
     }
@@ -60,10 +73,29 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// Push constants of `gloss_samples`.
+    pub struct GlossSamplesPush {
+        pub view: View,
+        /// Capacity for samples of edge pixels.
+        pub edge_capacity: EdgeCapacity,
+        /// Samples of a pixel at most.
+        pub max_samples: u32,
+        /// Capacity of the list of samples.
+        pub capacity: u32,
+        pub stride: u32,
+        /// Seed of all decisions.
+        pub seed: u32,
+    }
+}
+
+gpu_struct! {
     /// Push constants of `gloss_rays`.
     pub struct GlossRaysPush {
-        pub view: View,
         pub grid: Grid,
+        /// The camera, metres.
+        pub eye: Vec3,
+        /// Pixels of the image.
+        pub pixel_count: u32,
         /// Samples of a pixel at most.
         pub max_samples: u32,
         /// Capacity of the list of samples.
@@ -111,26 +143,19 @@ gpu_struct! {
         pub capacity: u32,
         /// Width of the cluster field in `GlossRay::target`.
         pub cluster_bits: u32,
-        /// The camera, metres.
-        pub eye: Vec3,
-        /// Capacity of the list of splat weights.
-        pub weight_capacity: u32,
-        pub record_count: u32,
         /// Exponents of broad lobes ([`BroadLobes::packed`]).
         pub broad_exponents: u32,
-        pub exponent_count: u32,
-        /// Exponents of the lobes at records, ascending.
-        pub first_exponents: Vec2,
-        pub other_exponents: Vec2,
     }
 }
 
 /// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[
     GlossRay::LAYOUT,
+    MirrorTurn::LAYOUT,
     PixelGloss::LAYOUT,
     GlossMarkPush::LAYOUT,
     GlossListPush::LAYOUT,
+    GlossSamplesPush::LAYOUT,
     GlossRaysPush::LAYOUT,
     GlossHitsPush::LAYOUT,
     GlossPixelsPush::LAYOUT,
@@ -164,8 +189,8 @@ fn wanted_samples(pixel_count: u32, max_samples: u32, least: u64) -> u64 {
 pub struct Surroundings<'a> {
     /// Geometry and materials.
     pub scene: &'a SceneBuffers,
-    /// Surfaces at the pixels: `PixelSurface`s.
-    pub pixels: &'a Buffer,
+    /// What the view shows.
+    pub seen: SeenFragments<'a>,
     /// Irradiance of each cluster, W/m².
     pub irradiance: &'a Buffer,
     /// 1/area of each cluster, 1/m².
@@ -182,6 +207,7 @@ pub struct Surroundings<'a> {
 pub struct GlossPixels {
     mark: Pipeline,
     list: Pipeline,
+    place: Pipeline,
     trace: Pipeline,
     pub(super) highlight: Pipeline,
     sum: LightSum,
@@ -204,6 +230,8 @@ pub struct GlossPixels {
     pub(super) pixels: Buffer,
     /// `PixelSurface`s, pixel by pixel.
     pub samples: Buffer,
+    /// `MirrorTurn` of each sample.
+    pub turns: Buffer,
     /// `GlossRay`s, sample by sample.
     pub rays: Buffer,
     /// Packed colour of the image at each ray's hit; one unused word in scenes without images.
@@ -249,6 +277,7 @@ impl GlossPixels {
         Ok(Self {
             mark: Pipeline::new(context, "gloss_mark", &[])?,
             list: Pipeline::new(context, "gloss_list", &[])?,
+            place: Pipeline::new(context, "gloss_samples", &[])?,
             trace: Pipeline::new(context, Self::RAYS_STEM, &[textures.constant(), traces])?,
             highlight: Pipeline::new(context, Self::HIGHLIGHTS_STEM, &[scene.emission.constant()])?,
             sum: LightSum::new(context)?,
@@ -273,6 +302,7 @@ impl GlossPixels {
                 4 * u64::from(pixel_count),
             )?,
             samples: allocate("gloss samples", size_of::<PixelSurface>() as u64)?,
+            turns: allocate("mirror turns", size_of::<MirrorTurn>() as u64)?,
             rays: allocate("gloss rays", sample_bytes)?,
             colours: textures.colours(
                 context,
@@ -301,20 +331,25 @@ impl GlossPixels {
         rec: &mut Recorder,
         scene: &SceneBuffers,
         (clusters, bins): (&ClusterBuffers, &BinReads),
-        pixels: &Buffer,
+        seen: SeenFragments<'_>,
         view: &View,
         seed: u32,
     ) {
         let pixel_count = self.pixel_count;
+        let SeenFragments { pixels, antialias } = seen;
+        let (edge_capacity, fragments) = (antialias.capacity, &antialias.fragments);
         let mut pass = rec.pass(Self::RAYS_STEM);
         pass.dispatch(
             &self.mark,
             [pixel_count, 1, 1],
-            &GlossMarkPush { pixel_count },
+            &GlossMarkPush { edge_capacity, pixel_count },
             &[
                 ("Surfaces", &scene.surfaces),
                 ("Materials", &scene.materials),
                 ("Pixels", pixels),
+                ("EdgeNumbers", &antialias.numbers),
+                ("FragmentFirsts", &fragments.firsts),
+                ("FragmentSurfaces", &fragments.surfaces),
                 ("GlossOffsets", &self.offsets),
                 ("GlossRadiance", &self.radiance),
             ],
@@ -331,13 +366,39 @@ impl GlossPixels {
         pass.barrier(COMPUTE_TO_COMPUTE);
         let capacity = self.used_capacity();
         let stride = STRIDE.max(capacity.div_ceil(SAMPLES_OF_INVOCATION)).min(capacity);
+        let max_samples = self.max_samples;
+        pass.dispatch(
+            &self.place,
+            [stride, 1, 1],
+            &GlossSamplesPush { view: *view, edge_capacity, max_samples, capacity, stride, seed },
+            &[
+                ("Nodes", &scene.nodes),
+                ("Triangles", &scene.triangles),
+                ("Surfaces", &scene.surfaces),
+                ("Materials", &scene.materials),
+                ("Pixels", pixels),
+                ("EdgeNumbers", &antialias.numbers),
+                ("EdgeSamples", &antialias.edge_samples),
+                ("SampleMasks", &fragments.of_samples),
+                ("FragmentFirsts", &fragments.firsts),
+                ("Fragments", &fragments.list),
+                ("FragmentSurfaces", &fragments.surfaces),
+                ("GlossOffsets", &self.offsets),
+                ("GlossPixels", &self.pixels),
+                ("GlossSamples", &self.samples),
+                ("MirrorTurns", &self.turns),
+                ("TruncatedLoops", &scene.truncated_loops),
+            ],
+        );
+        pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.trace,
             [stride, 1, 1],
             &GlossRaysPush {
-                view: *view,
                 grid: *clusters.grid,
-                max_samples: self.max_samples,
+                eye: view.position,
+                pixel_count,
+                max_samples,
                 capacity,
                 stride,
                 seed,
@@ -356,7 +417,6 @@ impl GlossPixels {
                 ("CellClusters", &clusters.cell_clusters),
                 ("ClusterLinks", &clusters.links),
                 ("UnweightedClusters", &clusters.unweighted),
-                ("Pixels", pixels),
                 ("GlossOffsets", &self.offsets),
                 ("GlossPixels", &self.pixels),
                 ("GlossSamples", &self.samples),
@@ -369,9 +429,9 @@ impl GlossPixels {
         );
     }
 
-    /// Computes the light that glossy pixels reflect: the light along the rays, and the sums
-    /// of the lights' hits and highlights, weighted by the emissions. `due` are the lights
-    /// with stale hits.
+    /// Computes the light that glossy pixels reflect: the light along the rays, the sums of the
+    /// lights' hits and highlights, weighted by the emissions, and the light of broad lobes. `due`
+    /// are the lights with stale hits.
     pub fn record(
         &self,
         rec: &mut Recorder,
@@ -379,12 +439,9 @@ impl GlossPixels {
         due: &[GlossLight<'_>],
         [hits, highlights]: [&[(Vec3, &Buffer)]; 2],
     ) {
-        let Surroundings { scene, pixels, irradiance, inverse_areas, gloss, contributions, lobes } = around;
+        let Surroundings { scene, seen, irradiance, inverse_areas, gloss, contributions, lobes } = around;
         let (pixel_count, max_samples, capacity) = (self.pixel_count, self.max_samples, self.used_capacity());
         let cluster_bits = self.cluster_bits;
-        let exponents = lobes.map(|lobes| lobes.exponents).unwrap_or_default();
-        // Unused bindings without lobes at records.
-        let [weight_ranges, weights] = lobes.map_or([&self.hits; 2], |lobes| lobes.weights);
         let (due, hits) = if self.has_paths { (due, hits) } else { Default::default() };
         let mut pass = rec.pass(Self::STEM);
         self.sum.record(&mut pass, highlights, capacity, 1.0, &self.highlights);
@@ -419,20 +476,14 @@ impl GlossPixels {
                 max_samples,
                 capacity,
                 cluster_bits,
-                eye: lobes.map_or(Vec3::ZERO, |lobes| lobes.eye),
-                weight_capacity: lobes.map_or(0, |lobes| lobes.weight_capacity),
-                record_count: lobes.map_or(0, |lobes| lobes.record_count),
-                broad_exponents: lobes.map_or(0, |_| self.broad.packed()),
-                exponent_count: exponents.count,
-                first_exponents: exponents.values.xy(),
-                other_exponents: exponents.values.zw(),
+                broad_exponents: self.broad.packed(),
             },
             &[
                 ("Surfaces", &scene.surfaces),
                 ("Materials", &scene.materials),
-                ("Pixels", pixels),
                 ("GlossOffsets", &self.offsets),
                 ("GlossPixels", &self.pixels),
+                ("GlossSamples", &self.samples),
                 ("GlossRays", &self.rays),
                 ("Irradiance", irradiance),
                 ("GlossHits", &self.hits),
@@ -442,11 +493,12 @@ impl GlossPixels {
                 ("InverseAreas", inverse_areas),
                 ("GlossBins", &gloss.bins),
                 ("GlossFluxes", &gloss.fluxes),
-                ("WeightRanges", weight_ranges),
-                ("Weights", weights),
-                ("GlossRecords", lobes.map_or(&self.hits, |lobes| lobes.records)),
             ],
         );
+        if let Some(lobes) = lobes.filter(RecordLobes::are_read) {
+            pass.barrier(COMPUTE_TO_COMPUTE);
+            lobes.record(&mut pass, scene, seen, [&self.offsets, &self.pixels, &self.radiance]);
+        }
     }
 
     /// Returns the number of glossy pixels of the last view.

@@ -4,10 +4,11 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_COMPUTE};
-use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::SceneBuffers;
+use crate::passes::frame::antialias::{EdgeCapacity, SeenFragments};
 use crate::passes::frame::gather::Gather;
 use crate::passes::frame::gloss::LITTLE;
 use crate::passes::frame::splat::Splat;
@@ -33,7 +34,11 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `gloss_read`.
     pub struct GlossReadPush {
-        pub pixel_count: u32,
+        /// Capacity for samples of edge pixels.
+        pub edge_capacity: EdgeCapacity,
+        /// Size of the image, pixels.
+        pub width: u32,
+        pub height: u32,
         /// Capacity of the list of splat weights.
         pub weight_capacity: u32,
         /// Exponents of broad lobes ([`BroadLobes::packed`]).
@@ -62,8 +67,31 @@ gpu_struct! {
     }
 }
 
+gpu_struct! {
+    /// Push constants of `gloss_broad`.
+    pub struct GlossBroadPush {
+        /// Capacity for samples of edge pixels.
+        pub edge_capacity: EdgeCapacity,
+        /// Size of the image, pixels.
+        pub width: u32,
+        pub height: u32,
+        /// The camera, metres.
+        pub eye: Vec3,
+        /// Capacity of the list of splat weights.
+        pub weight_capacity: u32,
+        pub record_count: u32,
+        /// Exponents of broad lobes ([`BroadLobes::packed`]).
+        pub broad_exponents: u32,
+        pub exponent_count: u32,
+        /// Exponents of the lobes at records, ascending.
+        pub first_exponents: Vec2,
+        pub other_exponents: Vec2,
+    }
+}
+
 /// Layouts of the structs shared with the shaders.
-pub const LAYOUTS: &[Layout] = &[GlossRecord::LAYOUT, GlossReadPush::LAYOUT, GlossRecordsPush::LAYOUT];
+pub const LAYOUTS: &[Layout] =
+    &[GlossRecord::LAYOUT, GlossReadPush::LAYOUT, GlossRecordsPush::LAYOUT, GlossBroadPush::LAYOUT];
 
 /// Rays of a hemisphere for each unit of the exponent. A lobe of exponent n holds 2/(n+2) of a
 /// hemisphere's rays: at this limit four.
@@ -184,24 +212,72 @@ pub fn lobe_albedo(exponent: f64, cosine: f64) -> f64 {
 /// Lobes at records as pixels read them.
 #[derive(Clone, Copy)]
 pub struct RecordLobes<'a> {
-    /// `GlossRecord`s, exponent by exponent.
-    pub records: &'a Buffer,
-    /// Records of one exponent.
-    pub record_count: u32,
-    /// Exponents of the lobes.
-    pub exponents: LobeExponents,
-    /// Range of the splat weights of each pixel, and the weights.
-    pub weights: [&'a Buffer; 2],
-    /// Capacity of the list of weights.
-    pub weight_capacity: u32,
+    /// The lobes that records have.
+    pub lobes: &'a GlossRecords,
+    /// The records of each pixel and edge point, with their weights.
+    pub splat: &'a Splat,
     /// The camera, metres.
     pub eye: Vec3,
+}
+
+impl RecordLobes<'_> {
+    /// Whether some material has a broad lobe.
+    pub fn are_read(&self) -> bool {
+        self.lobes.exponents.count > 0
+    }
+
+    /// Adds the light of broad lobes to the radiance of glossy pixels, given how many there are,
+    /// and which. Records into an open pass.
+    pub(super) fn record(
+        &self,
+        pass: &mut PassScope<'_>,
+        scene: &SceneBuffers,
+        seen: SeenFragments<'_>,
+        [gloss_offsets, gloss_pixels, gloss_radiance]: [&Buffer; 3],
+    ) {
+        let GlossRecords { gloss, records, record_count, exponents, .. } = self.lobes;
+        let ([weight_ranges, weights], [_, weight_capacity]) = (self.splat.lists(), self.splat.capacity());
+        let ([width, height], SeenFragments { antialias, .. }) = (seen.size(), seen);
+        pass.dispatch(
+            gloss,
+            [width * height, 1, 1],
+            &GlossBroadPush {
+                edge_capacity: antialias.capacity,
+                width,
+                height,
+                eye: self.eye,
+                weight_capacity,
+                record_count: *record_count,
+                broad_exponents: exponents.broad.packed(),
+                exponent_count: exponents.count,
+                first_exponents: exponents.values.xy(),
+                other_exponents: exponents.values.zw(),
+            },
+            &[
+                ("Surfaces", &scene.surfaces),
+                ("Materials", &scene.materials),
+                ("Pixels", seen.pixels),
+                ("EdgeNumbers", &antialias.numbers),
+                ("FragmentFirsts", &antialias.fragments.firsts),
+                ("Fragments", &antialias.fragments.list),
+                ("FragmentSurfaces", &antialias.fragments.surfaces),
+                ("GlossOffsets", gloss_offsets),
+                ("GlossPixels", gloss_pixels),
+                ("WeightRanges", weight_ranges),
+                ("EdgeWeightRanges", self.splat.edge_ranges()),
+                ("Weights", weights),
+                ("GlossRecords", records),
+                ("GlossRadiance", gloss_radiance),
+            ],
+        );
+    }
 }
 
 /// The pipelines and the lobes.
 pub struct GlossRecords {
     mark: Pipeline,
     pipeline: Pipeline,
+    gloss: Pipeline,
     /// One for each record that pixels with a broad lobe read.
     is_read: Buffer,
     /// Albedos of the exponents' lobes, [`ALBEDO_CELLS`] + 1 of each.
@@ -228,6 +304,7 @@ impl GlossRecords {
         Ok(Self {
             mark: Pipeline::new(context, "gloss_read", &[])?,
             pipeline: Pipeline::new(context, Self::STEM, &[has_textures(gather.merged_rays.has_colours)])?,
+            gloss: Pipeline::new(context, "gloss_broad", &[])?,
             is_read: Buffer::storage(context, GrowsWith::GatherRays.named("records of lobes"), 4 * count)?,
             albedos: Buffer::storage(
                 context,
@@ -257,27 +334,13 @@ impl GlossRecords {
         }
     }
 
-    /// The lobes as pixels read them, with the splat weights of the view from `eye`.
-    pub fn read<'a>(&'a self, splat: &'a Splat, eye: Vec3) -> RecordLobes<'a> {
-        let (weights, [_, weight_capacity]) = (splat.lists(), splat.capacity());
-        let Self { records, record_count, exponents, .. } = self;
-        RecordLobes {
-            records,
-            record_count: *record_count,
-            exponents: *exponents,
-            weights,
-            weight_capacity,
-            eye,
-        }
-    }
-
     /// Marks the records that pixels read, and computes the lobes there, as seen from `eye`. Some
     /// material has a broad lobe.
     pub fn record(
         &self,
         rec: &mut Recorder,
         scene: &SceneBuffers,
-        (pixels, splat): (&Buffer, &Splat),
+        (seen, splat): (SeenFragments<'_>, &Splat),
         gather: &Gather,
         eye: Vec3,
     ) {
@@ -287,15 +350,27 @@ impl GlossRecords {
         pass.fill_zero(&self.is_read);
         pass.barrier(TRANSFER_TO_COMPUTE);
         let ([weight_ranges, weights], [pixel_count, weight_capacity]) = (splat.lists(), splat.capacity());
+        let ([width, height], SeenFragments { pixels, antialias }) = (seen.size(), seen);
         pass.dispatch(
             &self.mark,
             [pixel_count, 1, 1],
-            &GlossReadPush { pixel_count, weight_capacity, broad_exponents: broad.packed() },
+            &GlossReadPush {
+                edge_capacity: antialias.capacity,
+                width,
+                height,
+                weight_capacity,
+                broad_exponents: broad.packed(),
+            },
             &[
                 ("Surfaces", &scene.surfaces),
                 ("Materials", &scene.materials),
                 ("Pixels", pixels),
+                ("EdgeNumbers", &antialias.numbers),
+                ("FragmentFirsts", &antialias.fragments.firsts),
+                ("Fragments", &antialias.fragments.list),
+                ("FragmentSurfaces", &antialias.fragments.surfaces),
                 ("WeightRanges", weight_ranges),
+                ("EdgeWeightRanges", splat.edge_ranges()),
                 ("Weights", weights),
                 ("IsRead", &self.is_read),
             ],

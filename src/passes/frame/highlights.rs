@@ -85,6 +85,7 @@ impl GlossPixels {
                     ("GlossSamples", &self.samples),
                     ("GlossPixels", &self.pixels),
                     ("LightHighlights", highlights),
+                    ("MirrorTurns", &self.turns),
                     ("TruncatedLoops", &scene.truncated_loops),
                     backgrounds,
                     sky_texels,

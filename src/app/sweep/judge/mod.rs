@@ -3,6 +3,7 @@
 mod page;
 mod regions;
 
+use std::array::from_fn;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -112,6 +113,19 @@ struct Pictures {
     exact: [[Pixels; 2]; 3],
 }
 
+impl Pictures {
+    /// Mean of all pictures, to which errors are relative: it is independent of the references'
+    /// noise, and close to the truth where one stage alone leaves a pixel black.
+    fn mean(&self) -> Pixels {
+        let all: Vec<&Pixels> = std::iter::once(&self.whole).chain(self.exact.iter().flatten()).collect();
+        let mean = |pixel: usize| {
+            let sums = all.iter().fold([0.0; 3], |sum, pixels| from_fn(|c| sum[c] + pixels[pixel][c]));
+            sums.map(|sum| sum / all.len() as f32)
+        };
+        (0..self.whole.len()).map(mean).collect()
+    }
+}
+
 impl Judge {
     pub(in crate::app) fn run(self) -> Result<()> {
         let scene = self.scene_args.load(&self.scene)?;
@@ -185,13 +199,13 @@ fn judge(scene: &Scene, pictures: &Pictures, references: &References) -> (Judgem
     let size = scene.cameras[0].size;
     let References([a, b]) = references;
     let reference = Pair([a.picture(), b.picture()]);
-    let scale = &pictures.whole[..];
+    let scale = &pictures.mean()[..];
     let blocks = Blocks::new(size);
     let without = |picture: Pair<'_>, reference| blocks.errors(picture, reference, scale);
     let pair = |[a, b]: &'_ [Pixels; 2]| -> Vec<f64> { without(Pair([a, b]), reference) };
     let [records, clusters, gather] = &pictures.exact;
     let errors = Errors {
-        whole: without(Pair([scale, scale]), reference),
+        whole: without(Pair([&pictures.whole, &pictures.whole]), reference),
         // With the references' direct light, the error of indirect light remains.
         direct_exact: without(
             Pair([&pictures.indirect, &pictures.indirect]),
@@ -244,8 +258,9 @@ fn judge(scene: &Scene, pictures: &Pictures, references: &References) -> (Judgem
         quality: settings::arguments(&scene.quality),
         reference_spp: a.facts.spp + b.facts.spp,
         relmse: whole,
-        relmse_standard_error: metrics::debiased_relmse_at(scale, reference.0, scale).standard_error,
-        light: more([sum(scale); 2]),
+        relmse_standard_error: metrics::debiased_relmse_at(&pictures.whole, reference.0, scale)
+            .standard_error,
+        light: more([sum(&pictures.whole); 2]),
         stages: Cause::ALL.into_iter().enumerate().map(row).collect(),
         block_pixels: regions::SIDE,
         worst: order.iter().take(WORST).map(worst).collect(),

@@ -1,0 +1,139 @@
+// Glossy pixels, step 3: samples what each pixel shows of glossy surfaces, because a curved mirror
+// turns within a pixel. An edge pixel takes its samples of its glossy fragments, in proportion to
+// their area: where a thin mirror stands before a wall, none falls on the wall. Any other pixel
+// takes points spread over its area. Deterministic. One invocation = every `stride`th sample. In:
+// glossy pixels, fragments. Out: surfaces at the samples, pixel by pixel, and how mirror directions
+// turn around each.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/texels.glsl"
+#include "include/lists.glsl"
+#include "include/dispatch.glsl"
+#include "include/quirks.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+#include "include/brdf.glsl"
+#include "include/antialias.glsl"
+#include "include/edge_places.glsl"
+#include "include/gloss_rays.glsl"
+
+layout(local_size_x = 64) in;
+
+struct GlossSamplesPush {
+    View view;
+    EdgeCapacity edge_capacity;
+    uint max_samples;  // of a pixel
+    uint capacity;     // of the list of samples
+    uint stride;       // invocations
+    uint seed;
+};
+
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
+layout(binding = 2) uniform usamplerBuffer Surfaces;
+layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
+layout(binding = 4) uniform usamplerBuffer Pixels;
+layout(scalar, binding = 5) readonly buffer EdgeNumbers { uint edge_numbers[]; };
+layout(binding = 6) uniform usamplerBuffer EdgeSamples;
+layout(binding = 7) uniform usamplerBuffer SampleMasks;
+layout(scalar, binding = 8) readonly buffer FragmentFirsts { uint fragment_firsts[]; };
+layout(binding = 9) uniform usamplerBuffer Fragments;
+layout(binding = 10) uniform usamplerBuffer FragmentSurfaces;
+layout(scalar, binding = 11) readonly buffer GlossOffsets { uint gloss_offsets[]; };
+layout(scalar, binding = 12) readonly buffer GlossPixels { uint gloss_pixels[]; };
+layout(scalar, binding = 13) writeonly buffer GlossSamples { PixelSurface gloss_samples[]; };
+layout(scalar, binding = 14) writeonly buffer MirrorTurns { MirrorTurn mirror_turns[]; };  // of the samples
+layout(scalar, binding = 15) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
+layout(scalar, push_constant) uniform Push { GlossSamplesPush push; };
+
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
+#include "include/bvh.glsl"
+#include "include/view.glsl"
+#include "include/primary.glsl"
+#include "include/seen_fragments.glsl"
+
+uint material_of(uint side) { return surface_at(side >> 1).material; }
+
+// Samples of the edge pixel on a fragment, if it is glossy.
+uint glossy_samples_of(uint fragment) {
+    uint side = pixel_surface_at(FragmentSurfaces, fragment).side;
+    return has_lobe(materials[material_of(side)]) ? samples_of(fragment_at(Fragments, fragment)) : 0u;
+}
+
+// A sample, and its point in the image.
+struct Sample {
+    PixelSurface surface;
+    vec2 point;
+};
+
+// Sample `number` of `samples` of an edge pixel: evenly among the samples on its glossy fragments.
+// Each fragment takes its first ones, because a Sobol sequence spreads these.
+Sample on_fragment(SeenFragments shown, uint pixel, uint number, uint samples) {
+    uint all = 0u;
+    for (uint i = shown.first; i < shown.end; ++i) all += glossy_samples_of(i);
+    uint rank = (2u * number + 1u) * all / (2u * samples);
+    uint fragment = shown.first;
+    uint before = 0u;  // glossy samples on fragments before this one
+    uint own = glossy_samples_of(fragment);
+    while (rank >= before + own && fragment + 1u < shown.end) {
+        before += own;
+        own = glossy_samples_of(++fragment);
+    }
+    uint place = 0u;  // among the samples that this fragment takes
+    while (place < number && (2u * (number - place) - 1u) * all / (2u * samples) >= before) ++place;
+    uint edge = edge_numbers[pixel];
+    uint count = samples_per_edge(edge_numbers[push.view.width * push.view.height], push.edge_capacity);
+    Members members = members_of(SampleMasks, edge, count, fragment - shown.first);
+    uint found = 0u;
+    for (uint i = 0u; i <= place % max(own, 1u); ++i) found = next_of(SampleMasks, members);
+    vec2 point = vec2(in_rows(pixel, push.view.width)) + place_in_pixel(found, pixel);
+    return Sample(seen_on(push.view, point, word_at(EdgeSamples, edge * count + found)), point);
+}
+
+// The same for a pixel without an edge. A sample that meets another material takes the centre's
+// surface.
+Sample in_pixel(uint pixel, uint number) {
+    vec2 corner = vec2(in_rows(pixel, push.view.width));
+    vec2 point = corner + sample_3d(number, hash(hash(push.seed, pixel), 1u)).xy;
+    PixelSurface centre = pixel_surface_at(Pixels, pixel);
+    PixelSurface found = seen_through(push.view, point);
+    bool is_other = found.side == NO_SIDE;
+    if (!is_other) is_other = material_of(found.side) != material_of(centre.side);
+    if (is_other) return Sample(centre, corner + 0.5);
+    return Sample(found, point);
+}
+
+// Mirror direction of the ray through an image point, on the plane of a triangle. Beyond the
+// triangle its normals are extrapolated.
+vec3 mirror_through(vec2 point, uint side) {
+    return reflect(normalize(direction_through(push.view, point)), seen_on(push.view, point, side).normal);
+}
+
+// Change of the mirror direction from a sample to a point beside it.
+vec3 turn_by(Sample sampled, vec2 offset) {
+    uint side = sampled.surface.side;
+    vec3 turn = mirror_through(sampled.point + offset, side) - mirror_through(sampled.point, side);
+    // NaN where the camera looks along the plane.
+    return dot(turn, turn) <= 4.0 ? turn : vec3(0.0);
+}
+
+void main() {
+    uint pixel_count = push.view.width * push.view.height;
+    uint count = gloss_offsets[pixel_count];
+    uint samples = gloss_samples_per_pixel(count, push.max_samples, push.capacity);
+    for (uint index = flat_invocation(); index < count * samples; index += push.stride) {
+        uvec2 numbers = in_rows(index, samples);  // of the sample in its pixel, of the pixel
+        uint pixel = gloss_pixels[numbers.y];
+        SeenFragments shown = fragments_of(pixel, pixel_count, push.edge_capacity);
+        Sample found = Sample(NOTHING_SEEN, vec2(0.0));
+        if_any (shown.is_edge) found = on_fragment(shown, pixel, numbers.x, samples);
+        if_any (!shown.is_edge) found = in_pixel(pixel, numbers.x);
+        gloss_samples[index] = found.surface;
+        float half_width = 0.5 * inversesqrt(float(samples));
+        mirror_turns[index] = MirrorTurn(turn_by(found, vec2(half_width, 0.0)), turn_by(found, vec2(0.0, half_width)));
+    }
+    if (!loops_completed(push.stride)) truncated_loops[0] = LOOP_TRUNCATED;
+}

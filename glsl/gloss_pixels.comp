@@ -41,6 +41,7 @@ layout(scalar, binding = 10) readonly buffer GlossColours { uint gloss_colours[]
 layout(scalar, binding = 11) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
 layout(scalar, binding = 12) readonly buffer GlossBins { GlossBin gloss_bins[]; };
 layout(scalar, binding = 13) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };  // of each gloss bin, W
+layout(scalar, binding = 14) readonly buffer GlossParts { GlossPart gloss_parts[]; };  // of the samples
 layout(scalar, push_constant) uniform Push { GlossPixelsPush push; };
 
 #include "include/surfaces.glsl"
@@ -66,12 +67,12 @@ void main() {
     vec3 indirect = vec3(0.0);
     for (uint i = index * samples; i < (index + 1u) * samples; ++i) {
         Reflectance own = materials[surface_at(gloss_samples[i].side >> 1).material];
-        direct += own.specular * highlights[i];
+        float weight = gloss_parts[i].weight;
+        direct += weight * own.specular * highlights[i];
         if (is_broad(own, push.broad_exponents)) continue;
         vec3 sum = gloss_hits[i];
         for (uint ray = LOBE_RAYS * i; ray < LOBE_RAYS * (i + 1u); ++ray) sum += brought_by(ray);
-        indirect += own.specular * sum;
+        indirect += weight * own.specular * sum;
     }
-    float fraction = 1.0 / float(max(samples, 1u));
-    gloss_radiance[gloss_pixels[index]] = PixelGloss(fraction * direct, fraction / (PI * float(LOBE_RAYS)) * indirect);
+    gloss_radiance[gloss_pixels[index]] = PixelGloss(direct, indirect / (PI * float(LOBE_RAYS)));
 }

@@ -39,7 +39,7 @@ layout(scalar, binding = 5) readonly buffer GlossOffsets { uint gloss_offsets[];
 layout(scalar, binding = 6) readonly buffer GlossSamples { PixelSurface gloss_samples[]; };
 layout(scalar, binding = 7) readonly buffer GlossPixels { uint gloss_pixels[]; };
 layout(scalar, binding = 8) buffer LightHighlights { float highlight_irradiance[]; };
-layout(scalar, binding = 9) readonly buffer MirrorTurns { MirrorTurn mirror_turns[]; };  // of the samples
+layout(scalar, binding = 9) readonly buffer GlossParts { GlossPart gloss_parts[]; };  // of the samples
 layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, binding = 11) readonly buffer Backgrounds { Background background[]; };  // one
 layout(scalar, binding = 12) readonly buffer SkyTexels { vec3 sky_texels[]; };
@@ -79,7 +79,7 @@ float distance_to(LightSource light, vec3 position, vec3 direction) {
 }
 
 // Mirror direction at a place around a sample, in units of the distance to the borders of its part.
-vec3 turned(vec3 mirror, MirrorTurn turn, vec2 place) { return normalize(mirror + place.x * turn.across + place.y * turn.down); }
+vec3 turned(vec3 mirror, GlossPart part, vec2 place) { return normalize(mirror + place.x * part.across + place.y * part.down); }
 
 // A lobe with that variance of its mirror direction more, as a fraction of the peak of the lobe
 // itself, whose variance is 2/n: [Kaplanyan 2016]
@@ -95,15 +95,15 @@ const uint PLACES = 4u;  // along an axis, where one does not
 // Mean of the lobe over the part of the pixel for which a sample stands, as a fraction of the
 // lobe's peak. On curved surface mirror directions turn there by more than the lobe is wide. Then a
 // highlight would show where a sample happens to meet it.
-float mean_lobe(vec3 mirror, MirrorTurn turn, vec3 direction, float exponent) {
+float mean_lobe(vec3 mirror, GlossPart part, vec3 direction, float exponent) {
     // Over a square, the mean of x² is a third of its largest value.
-    float spread = (dot(turn.across, turn.across) + dot(turn.down, turn.down)) * (1.0 / 3.0);
+    float spread = (dot(part.across, part.across) + dot(part.down, part.down)) * (1.0 / 3.0);
     float sum = wider_lobe(mirror, spread, direction, exponent);
     if_any (0.5 * exponent * spread > NARROW) {
         sum = 0.0;
         for (uint i = 0u; i < PLACES * PLACES; ++i) {
             vec2 place = (2.0 * vec2(i % PLACES, i / PLACES) + 1.0) / float(PLACES) - 1.0;
-            sum += wider_lobe(turned(mirror, turn, place), spread / float(PLACES * PLACES), direction, exponent);
+            sum += wider_lobe(turned(mirror, part, place), spread / float(PLACES * PLACES), direction, exponent);
         }
         sum /= float(PLACES * PLACES);
     }
@@ -119,7 +119,7 @@ void main() {
     PixelSurface point = gloss_samples[index];
     Receiver at = receiver_of(point);
     float exponent = materials[surface_at(point.side >> 1).material].exponent;
-    MirrorTurn turn = mirror_turns[index];
+    GlossPart part = gloss_parts[index];
     vec3 mirror = reflect(normalize(point.position - push.eye), point.normal);
     // The lobe's own solid angle is 2π/(n+1): it holds fewer point samples than the directions that
     // would replace them, or not even one.
@@ -132,7 +132,7 @@ void main() {
     for (uint i = push.first_sample; i < end; ++i) {
         LightSample found;
         if (!sample_light(light, at.position, lattice_point(light, i), found)) continue;
-        float lobe = mean_lobe(mirror, turn, found.direction, exponent);
+        float lobe = mean_lobe(mirror, part, found.direction, exponent);
         if (lobe < DARK) lobe = 0.0;
         if (lobe == 0.0 && (push.flags & TRACES_ALL) == 0u) continue;
         sum += lobe * (exponent + 2.0) / (2.0 * PI)
@@ -146,7 +146,7 @@ void main() {
     uint last = is_large && push.first_sample == 0u ? first + LOBE_RAYS : first;
     for (uint i = first; i < last; ++i) {
         vec2 place = 2.0 * sample_3d(i, hash(pixel_seed, 1u)).xy - 1.0;
-        vec3 direction = sample_phong_lobe(turned(mirror, turn, place), exponent, sample_3d(i, pixel_seed).xy);
+        vec3 direction = sample_phong_lobe(turned(mirror, part, place), exponent, sample_3d(i, pixel_seed).xy);
         float cosine = dot(point.normal, direction);
         float distance = is_sky ? LIGHT_FAR : distance_to(light, at.position, direction);
         if (distance == 0.0 || cosine <= 0.0 || dot(at.normal, direction) <= 0.0) continue;

@@ -10,11 +10,12 @@ struct GlossRay {
 
 const uint NO_GLOSS_BIN = 0xffffffffu;
 
-// How the mirror direction turns over the part of a pixel for which a sample stands: from the
-// sample to the right border of that part, and to the lower one.
-struct MirrorTurn {
+// The part of a pixel for which a sample stands. The mirror direction turns by `across` from the
+// sample to the right border of the part, and by `down` to the lower one.
+struct GlossPart {
     vec3 across;
     vec3 down;
+    float weight;  // in the mean over the pixel
 };
 
 // Glossy radiance of a pixel, W/m²/sr.

@@ -43,22 +43,29 @@ pub fn sample(tracing: &Tracing<'_>, view: &View, centre: &PixelSurface, index: 
     }
 }
 
-/// Which sample of an edge pixel is sample `number` of `samples` for gloss. `members` are the
-/// pixel's samples on each fragment; of a fragment that is not glossy, none.
-pub fn edge_member(members: &[Vec<u32>], number: u32, samples: u32) -> u32 {
-    let all: usize = members.iter().map(Vec::len).sum();
-    let owner_of = |number: u32| {
-        let mut rank = (2 * number as usize + 1) * all / (2 * samples as usize);
+/// Which sample of an edge pixel is sample `number` of `samples` for gloss, and its weight in the
+/// mean. `members` are the pixel's samples on each fragment; none of a fragment without gloss.
+pub fn edge_member(members: &[Vec<u32>], number: u32, samples: u32) -> (u32, f64) {
+    let glossy: Vec<&Vec<u32>> = members.iter().filter(|members| !members.is_empty()).collect();
+    // If there are enough, each fragment takes one; the rest are in proportion to their area.
+    let firsts = if glossy.len() <= samples as usize { glossy.len() } else { 0 };
+    let rest = samples as usize - firsts;
+    let all: usize = glossy.iter().map(|members| members.len()).sum();
+    let of_rank = |mut rank: usize| {
         let mut owner = 0;
-        while rank >= members[owner].len() {
-            rank -= members[owner].len();
+        while rank >= glossy[owner].len() {
+            rank -= glossy[owner].len();
             owner += 1;
         }
         owner
     };
-    let owner = owner_of(number);
-    let place = (0..number).filter(|&before| owner_of(before) == owner).count();
-    members[owner][place % members[owner].len()]
+    let of_rest = |index: usize| of_rank((2 * index + 1) * all / (2 * rest));
+    let owners: Vec<usize> = (0..firsts).chain((0..rest).map(of_rest)).collect();
+    let own = owners[number as usize];
+    let count_in = |owners: &[usize]| owners.iter().filter(|&&owner| owner == own).count();
+    let member = glossy[own][count_in(&owners[..number as usize]) % glossy[own].len()];
+    let by_area = glossy[own].len() as f64 / (all * count_in(&owners)) as f64;
+    (member, if firsts > 0 { by_area } else { 1.0 / f64::from(samples) })
 }
 
 /// How the mirror direction turns over the part of a pixel for which one of its `samples` stands:

@@ -16,7 +16,7 @@ use lightpaths::passes::frame::antialias::{NO_EDGE, SeenFragments};
 use lightpaths::passes::frame::bin_reads::BinReads;
 use lightpaths::passes::frame::gloss::Gloss;
 use lightpaths::passes::frame::gloss_pixels::{
-    GlossPixels, GlossRay, LOBE_RAYS, MirrorTurn, PixelGloss, Surroundings,
+    GlossPart, GlossPixels, GlossRay, LOBE_RAYS, PixelGloss, Surroundings,
 };
 use lightpaths::passes::precompute::gather_rays;
 use lightpaths::passes::{OneLight, light_sources};
@@ -145,7 +145,7 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
         let rays: Vec<GlossRay> = pass.rays.read().unwrap();
         let colours: Vec<u32> =
             if has_images { pass.colours.read().unwrap() } else { vec![u32::MAX; rays.len()] };
-        let turns: Vec<MirrorTurn> = pass.turns.read().unwrap();
+        let parts: Vec<GlossPart> = pass.parts.read().unwrap();
         let members = glossy_members(&frame, &is_glossy);
         let is_listed = |index: usize| match &members[index] {
             Some(members) => members.iter().any(|samples| !samples.is_empty()),
@@ -166,19 +166,24 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
                 let at = place * samples as usize + number as usize;
                 let point = &points[at];
                 let material = &reflectances[glossy.material_of(point.side)];
-                let sample = match &members[index] {
-                    None => gloss_pixels::sample(&tracing, &view, &pixels[index], index as u32, number),
+                let (sample, weight) = match &members[index] {
+                    None => {
+                        let centre = &pixels[index];
+                        let sample = gloss_pixels::sample(&tracing, &view, centre, index as u32, number);
+                        (sample, 1.0 / f64::from(samples))
+                    }
                     Some(members) => {
-                        let member = gloss_pixels::edge_member(members, number, samples);
+                        let (member, weight) = gloss_pixels::edge_member(members, number, samples);
                         let edge = frame.numbers[index] as usize;
                         let side = edge_sides[edge * per_edge + member as usize].0;
-                        on_member(&tracing, &view, index as u32, (member, side))
+                        (on_member(&tracing, &view, index as u32, (member, side)), weight)
                     }
                 };
                 let reference = &sample.surface;
                 let is_near = (reference.position - point.position).length() < 1e-4;
                 differ += usize::from(reference.side != point.side || !is_near);
-                let turn = [turns[at].across, turns[at].down].map(Vec3::as_dvec3);
+                let turn = [parts[at].across, parts[at].down].map(Vec3::as_dvec3);
+                assert!((f64::from(parts[at].weight) - weight).abs() < 1e-6, "{} {weight}", parts[at].weight);
                 let exact = gloss_pixels::mirror_turn(tracing.geometry, &view, &sample, samples);
                 let apart = (turn[0] - exact[0]).length().max((turn[1] - exact[1]).length());
                 // A camera that looks along a plane.
@@ -190,7 +195,7 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
                     let which = [index as u32, number];
                     let factor =
                         gloss_pixels::highlight(&tracing, (point, turn), eye, material, light, which);
-                    direct += factor * light.emission.as_dvec3();
+                    direct += weight * factor * light.emission.as_dvec3();
                 }
                 let mut of_sample = DVec3::ZERO;
                 for lobe in 0..LOBE_RAYS {
@@ -212,10 +217,9 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
                         of_sample += f64::from(ray.weight) * colour * light.as_dvec3();
                     }
                 }
-                indirect += material.specular.as_dvec3() * of_sample;
+                indirect += weight * material.specular.as_dvec3() * of_sample;
             }
-            indirect /= f64::from(samples * LOBE_RAYS) * PI;
-            direct /= f64::from(samples);
+            indirect /= f64::from(LOBE_RAYS) * PI;
             assert_near(found[index].indirect, indirect, 10.0 * FLOAT, 1e-9, "indirect");
             let off = (found[index].direct.as_dvec3() - direct).abs().max_element();
             off_direct += usize::from(off > 1e-3 * direct.max_element() + 1e-5);

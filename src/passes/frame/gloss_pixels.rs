@@ -35,12 +35,14 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Turn of the mirror direction over the part of a pixel for which a sample stands.
-    pub struct MirrorTurn {
-        /// From the sample to the right border of that part.
+    /// The part of a pixel for which a sample stands.
+    pub struct GlossPart {
+        /// Turn of the mirror direction, a unit vector, from the sample to the right border.
         pub across: Vec3,
         /// To the lower border.
         pub down: Vec3,
+        /// In the mean over the pixel.
+        pub weight: f32,
     }
 }
 
@@ -151,7 +153,7 @@ gpu_struct! {
 /// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[
     GlossRay::LAYOUT,
-    MirrorTurn::LAYOUT,
+    GlossPart::LAYOUT,
     PixelGloss::LAYOUT,
     GlossMarkPush::LAYOUT,
     GlossListPush::LAYOUT,
@@ -230,8 +232,8 @@ pub struct GlossPixels {
     pub(super) pixels: Buffer,
     /// `PixelSurface`s, pixel by pixel.
     pub samples: Buffer,
-    /// `MirrorTurn` of each sample.
-    pub turns: Buffer,
+    /// `GlossPart` of each sample.
+    pub parts: Buffer,
     /// `GlossRay`s, sample by sample.
     pub rays: Buffer,
     /// Packed colour of the image at each ray's hit; one unused word in scenes without images.
@@ -302,7 +304,7 @@ impl GlossPixels {
                 4 * u64::from(pixel_count),
             )?,
             samples: allocate("gloss samples", size_of::<PixelSurface>() as u64)?,
-            turns: allocate("mirror turns", size_of::<MirrorTurn>() as u64)?,
+            parts: allocate("gloss parts", size_of::<GlossPart>() as u64)?,
             rays: allocate("gloss rays", sample_bytes)?,
             colours: textures.colours(
                 context,
@@ -386,7 +388,7 @@ impl GlossPixels {
                 ("GlossOffsets", &self.offsets),
                 ("GlossPixels", &self.pixels),
                 ("GlossSamples", &self.samples),
-                ("MirrorTurns", &self.turns),
+                ("GlossParts", &self.parts),
                 ("TruncatedLoops", &scene.truncated_loops),
             ],
         );
@@ -493,6 +495,7 @@ impl GlossPixels {
                 ("InverseAreas", inverse_areas),
                 ("GlossBins", &gloss.bins),
                 ("GlossFluxes", &gloss.fluxes),
+                ("GlossParts", &self.parts),
             ],
         );
         if let Some(lobes) = lobes.filter(RecordLobes::are_read) {

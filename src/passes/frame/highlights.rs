@@ -85,7 +85,7 @@ impl GlossPixels {
                     ("GlossSamples", &self.samples),
                     ("GlossPixels", &self.pixels),
                     ("LightHighlights", highlights),
-                    ("MirrorTurns", &self.turns),
+                    ("GlossParts", &self.parts),
                     ("TruncatedLoops", &scene.truncated_loops),
                     backgrounds,
                     sky_texels,

@@ -5,6 +5,7 @@ mod regions;
 
 use std::array::from_fn;
 use std::io::Write;
+use std::iter::once;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -27,6 +28,10 @@ use regions::{Blocks, Cause, Errors, Pair, Pixels};
 
 /// Default time of both references together, seconds.
 const DEFAULT_SECONDS: f32 = 60.0;
+
+/// Part of the references' mean below which our pictures' mean counts as nearly black. A quarter is
+/// beyond the references' noise.
+const LEAST_SCALE: f32 = 0.25;
 
 /// Number of worst blocks in the table.
 const WORST: usize = 8;
@@ -113,17 +118,17 @@ struct Pictures {
     exact: [[Pixels; 2]; 3],
 }
 
-impl Pictures {
-    /// Mean of all pictures, to which errors are relative: it is independent of the references'
-    /// noise, and close to the truth where one stage alone leaves a pixel black.
-    fn mean(&self) -> Pixels {
-        let all: Vec<&Pixels> = std::iter::once(&self.whole).chain(self.exact.iter().flatten()).collect();
-        let mean = |pixel: usize| {
-            let sums = all.iter().fold([0.0; 3], |sum, pixels| from_fn(|c| sum[c] + pixels[pixel][c]));
-            sums.map(|sum| sum / all.len() as f32)
-        };
-        (0..self.whole.len()).map(mean).collect()
-    }
+/// What errors are relative to: the mean of our picture and those with an exact stage, which has
+/// none of the references' noise. Where all of these are nearly black, a part of the references'
+/// mean, so that such a pixel does not outweigh all others.
+fn scale_of(pictures: &Pictures, [a, b]: [&[[f32; 3]]; 2]) -> Pixels {
+    let ours: Vec<&[[f32; 3]]> =
+        once(&pictures.whole).chain(pictures.exact.iter().flatten()).map(Vec::as_slice).collect();
+    let mean = |of: &[&[[f32; 3]]], pixel: usize, c: usize| {
+        of.iter().map(|pixels| pixels[pixel][c]).sum::<f32>() / of.len() as f32
+    };
+    let larger = |pixel: usize| from_fn(|c| mean(&ours, pixel, c).max(LEAST_SCALE * mean(&[a, b], pixel, c)));
+    (0..pictures.whole.len()).map(larger).collect()
 }
 
 impl Judge {
@@ -199,7 +204,7 @@ fn judge(scene: &Scene, pictures: &Pictures, references: &References) -> (Judgem
     let size = scene.cameras[0].size;
     let References([a, b]) = references;
     let reference = Pair([a.picture(), b.picture()]);
-    let scale = &pictures.mean()[..];
+    let scale = &scale_of(pictures, reference.0)[..];
     let blocks = Blocks::new(size);
     let without = |picture: Pair<'_>, reference| blocks.errors(picture, reference, scale);
     let pair = |[a, b]: &'_ [Pixels; 2]| -> Vec<f64> { without(Pair([a, b]), reference) };

@@ -28,7 +28,7 @@ struct GlossPixelsPush {
 };
 
 layout(binding = 0) uniform usamplerBuffer Surfaces;
-layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
+layout(binding = 1) uniform usamplerBuffer Materials;
 layout(scalar, binding = 2) readonly buffer GlossOffsets { uint gloss_offsets[]; };
 layout(scalar, binding = 3) readonly buffer GlossPixels { uint gloss_pixels[]; };
 layout(scalar, binding = 4) readonly buffer GlossSamples { PixelSurface gloss_samples[]; };
@@ -51,7 +51,7 @@ vec3 brought_by(uint index) {
     GlossRay ray = gloss_rays[index];
     if (ray.target == NO_TARGET) return vec3(0.0);
     uint cluster = ray.target & ((1u << push.cluster_bits) - 1u);
-    Reflectance material = materials[ray.target >> push.cluster_bits];
+    Reflectance material = reflectance_at(Materials, ray.target >> push.cluster_bits);
     vec3 radiosity = material.diffuse * irradiance[cluster];
     if (HAS_TEXTURES != 0u) radiosity *= unpack_colour(gloss_colours[index]);
     if (ray.gloss_bin != NO_GLOSS_BIN) radiosity += inverse_areas[gloss_bins[ray.gloss_bin].cluster] * gloss_fluxes[ray.gloss_bin];
@@ -66,7 +66,7 @@ void main() {
     vec3 direct = vec3(0.0);
     vec3 indirect = vec3(0.0);
     for (uint i = index * samples; i < (index + 1u) * samples; ++i) {
-        Reflectance own = materials[surface_at(gloss_samples[i].side >> 1).material];
+        Reflectance own = reflectance_at(Materials, surface_at(gloss_samples[i].side >> 1).material);
         float weight = gloss_parts[i].weight;
         direct += weight * own.specular * highlights[i];
         if (is_broad(own, push.broad_exponents)) continue;

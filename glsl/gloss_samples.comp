@@ -20,13 +20,17 @@
 
 layout(local_size_x = 64) in;
 
-struct GlossSamplesPush {
-    View view;
-    EdgeCapacity edge_capacity;
+struct GlossSampling {
     uint max_samples;  // of a pixel
     uint capacity;     // of the list of samples
     uint stride;       // invocations
     uint seed;
+};
+
+struct GlossSamplesPush {
+    View view;
+    EdgeCapacity edge_capacity;
+    GlossSampling sampling;
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -128,7 +132,7 @@ Sample on_fragment(SeenFragments shown, uint pixel, uint number, uint samples) {
 // surface.
 Sample in_pixel(uint pixel, uint number, uint samples) {
     vec2 corner = vec2(in_rows(pixel, push.view.width));
-    vec2 point = corner + sample_3d(number, hash(hash(push.seed, pixel), 1u)).xy;
+    vec2 point = corner + sample_3d(number, hash(hash(push.sampling.seed, pixel), 1u)).xy;
     PixelSurface centre = pixel_surface_at(Pixels, pixel);
     PixelSurface found = seen_through(push.view, point);
     bool is_other = found.side == NO_SIDE;
@@ -155,8 +159,8 @@ vec3 turn_by(Sample sampled, vec2 offset) {
 void main() {
     uint pixel_count = push.view.width * push.view.height;
     uint count = gloss_offsets[pixel_count];
-    uint samples = gloss_samples_per_pixel(count, push.max_samples, push.capacity);
-    for (uint index = flat_invocation(); index < count * samples; index += push.stride) {
+    uint samples = gloss_samples_per_pixel(count, push.sampling.max_samples, push.sampling.capacity);
+    for (uint index = flat_invocation(); index < count * samples; index += push.sampling.stride) {
         uvec2 numbers = in_rows(index, samples);  // of the sample in its pixel, of the pixel
         uint pixel = gloss_pixels[numbers.y];
         SeenFragments shown = fragments_of(pixel, pixel_count, push.edge_capacity);
@@ -167,5 +171,5 @@ void main() {
         float half_width = 0.5 * inversesqrt(float(samples));
         gloss_parts[index] = GlossPart(turn_by(found, vec2(half_width, 0.0)), turn_by(found, vec2(0.0, half_width)), found.weight);
     }
-    if (!loops_completed(push.stride)) truncated_loops[0] = LOOP_TRUNCATED;
+    if (!loops_completed(push.sampling.stride)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -54,6 +54,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::gloss::LAYOUTS,
         frame::gloss_beams::LAYOUTS,
         frame::gloss_pixels::LAYOUTS,
+        frame::gloss_samples::LAYOUTS,
         frame::gloss_records::LAYOUTS,
         frame::highlights::LAYOUTS,
         frame::needed_records::LAYOUTS,

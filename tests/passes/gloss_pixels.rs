@@ -15,9 +15,8 @@ use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::antialias::{NO_EDGE, SeenFragments};
 use lightpaths::passes::frame::bin_reads::BinReads;
 use lightpaths::passes::frame::gloss::Gloss;
-use lightpaths::passes::frame::gloss_pixels::{
-    GlossPart, GlossPixels, GlossRay, LOBE_RAYS, PixelGloss, Surroundings,
-};
+use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, LOBE_RAYS, PixelGloss, Surroundings};
+use lightpaths::passes::frame::gloss_samples::GlossPart;
 use lightpaths::passes::precompute::gather_rays;
 use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::{Light, LightKind};
@@ -141,18 +140,18 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
             })
             .unwrap();
         let found: Vec<PixelGloss> = pass.radiance.read().unwrap();
-        let points: Vec<PixelSurface> = pass.samples.read().unwrap();
+        let points: Vec<PixelSurface> = pass.samples.surfaces.read().unwrap();
         let rays: Vec<GlossRay> = pass.rays.read().unwrap();
         let colours: Vec<u32> =
             if has_images { pass.colours.read().unwrap() } else { vec![u32::MAX; rays.len()] };
-        let parts: Vec<GlossPart> = pass.parts.read().unwrap();
+        let parts: Vec<GlossPart> = pass.samples.parts.read().unwrap();
         let members = glossy_members(&frame, &is_glossy);
         let is_listed = |index: usize| match &members[index] {
             Some(members) => members.iter().any(|samples| !samples.is_empty()),
             None => is_glossy(pixels[index].side),
         };
         let listed: Vec<usize> = (0..count).filter(|&index| is_listed(index)).collect();
-        assert_eq!(pass.count().unwrap() as usize, listed.len());
+        assert_eq!(pass.samples.count().unwrap() as usize, listed.len());
         assert!(count < 1_000 || listed.len() > 200);
         // Edge pixels with a glossy fragment that their centre does not show.
         let beside = listed.iter().filter(|&&index| !is_glossy(pixels[index].side)).count();

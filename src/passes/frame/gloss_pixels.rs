@@ -7,15 +7,15 @@ use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
-use crate::passes::frame::antialias::{EdgeCapacity, SeenFragments};
+use crate::passes::frame::antialias::SeenFragments;
 use crate::passes::frame::bin_reads::BinReads;
 use crate::passes::frame::gloss::{Gloss, GlossLight, GlossSpan, VertexKernels};
 use crate::passes::frame::gloss_records::{BroadLobes, RecordLobes};
+use crate::passes::frame::gloss_samples::{GlossSamples, GlossSampling};
 use crate::passes::frame::light_sum::LightSum;
-use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::precompute::gather_rays::MIN_ENTRY_POINTS;
 use crate::passes::{ClusterBuffers, SceneBuffers};
-use crate::types::{Grid, PixelSurface, View};
+use crate::types::{Grid, View};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -35,58 +35,12 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// The part of a pixel for which a sample stands.
-    pub struct GlossPart {
-        /// Turn of the mirror direction, a unit vector, from the sample to the right border.
-        pub across: Vec3,
-        /// To the lower border.
-        pub down: Vec3,
-        /// In the mean over the pixel.
-        pub weight: f32,
-    }
-}
-
-gpu_struct! {
-    /// Push constants of `gloss_mark`.
-    pub struct GlossMarkPush {
-        /// Capacity for samples of edge pixels.
-        pub edge_capacity: EdgeCapacity,
-        /// Pixels of the image.
-        pub pixel_count: u32,
-    }
-}
-
-gpu_struct! {
-    /// Push constants of `gloss_list`.
-    pub struct GlossListPush {
-        /// Pixels of the image.
-        pub pixel_count: u32,
-    }
-}
-
-gpu_struct! {
     /// Glossy radiance of a pixel, W/m²/sr.
     pub struct PixelGloss {
         /// Direct light of the lights.
         pub direct: Vec3,
         /// Light from surfaces.
         pub indirect: Vec3,
-    }
-}
-
-gpu_struct! {
-    /// Push constants of `gloss_samples`.
-    pub struct GlossSamplesPush {
-        pub view: View,
-        /// Capacity for samples of edge pixels.
-        pub edge_capacity: EdgeCapacity,
-        /// Samples of a pixel at most.
-        pub max_samples: u32,
-        /// Capacity of the list of samples.
-        pub capacity: u32,
-        pub stride: u32,
-        /// Seed of all decisions.
-        pub seed: u32,
     }
 }
 
@@ -153,11 +107,7 @@ gpu_struct! {
 /// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[
     GlossRay::LAYOUT,
-    GlossPart::LAYOUT,
     PixelGloss::LAYOUT,
-    GlossMarkPush::LAYOUT,
-    GlossListPush::LAYOUT,
-    GlossSamplesPush::LAYOUT,
     GlossRaysPush::LAYOUT,
     GlossHitsPush::LAYOUT,
     GlossPixelsPush::LAYOUT,
@@ -207,15 +157,11 @@ pub struct Surroundings<'a> {
 
 /// The pipelines, the samples and rays of the view, and their light.
 pub struct GlossPixels {
-    mark: Pipeline,
-    list: Pipeline,
-    place: Pipeline,
     trace: Pipeline,
     pub(super) highlight: Pipeline,
     sum: LightSum,
     meet: VertexKernels,
     gloss: Pipeline,
-    prefix_sum: PrefixSum,
     pub(super) pixel_count: u32,
     pub(super) max_samples: u32,
     /// Capacity of the list of samples.
@@ -228,12 +174,8 @@ pub struct GlossPixels {
     /// Directions of lobes start from samples: rays, or those to a sky. If not, samples only
     /// place the points of highlights.
     pub takes_samples: bool,
-    pub(super) offsets: Buffer,
-    pub(super) pixels: Buffer,
-    /// `PixelSurface`s, pixel by pixel.
-    pub samples: Buffer,
-    /// `GlossPart` of each sample.
-    pub parts: Buffer,
+    /// The glossy pixels of the view, and their samples.
+    pub samples: GlossSamples,
     /// `GlossRay`s, sample by sample.
     pub rays: Buffer,
     /// Packed colour of the image at each ray's hit; one unused word in scenes without images.
@@ -277,15 +219,11 @@ impl GlossPixels {
         };
         let traces = ("TRACES", u32::from(has_paths && may_trace));
         Ok(Self {
-            mark: Pipeline::new(context, "gloss_mark", &[])?,
-            list: Pipeline::new(context, "gloss_list", &[])?,
-            place: Pipeline::new(context, "gloss_samples", &[])?,
             trace: Pipeline::new(context, Self::RAYS_STEM, &[textures.constant(), traces])?,
             highlight: Pipeline::new(context, Self::HIGHLIGHTS_STEM, &[scene.emission.constant()])?,
             sum: LightSum::new(context)?,
             meet: VertexKernels::new(context, "gloss_hits")?,
             gloss: Pipeline::new(context, Self::STEM, &[textures.constant()])?,
-            prefix_sum: PrefixSum::new(context, pixel_count)?,
             pixel_count,
             max_samples,
             capacity,
@@ -293,18 +231,7 @@ impl GlossPixels {
             has_paths,
             broad: BroadLobes::default(),
             takes_samples: true,
-            offsets: Buffer::storage(
-                context,
-                GrowsWith::Pixels.named("gloss offsets"),
-                4 * (u64::from(pixel_count) + 1),
-            )?,
-            pixels: Buffer::storage(
-                context,
-                GrowsWith::Pixels.named("gloss pixels"),
-                4 * u64::from(pixel_count),
-            )?,
-            samples: allocate("gloss samples", size_of::<PixelSurface>() as u64)?,
-            parts: allocate("gloss parts", size_of::<GlossPart>() as u64)?,
+            samples: GlossSamples::new(context, pixel_count, capacity)?,
             rays: allocate("gloss rays", sample_bytes)?,
             colours: textures.colours(
                 context,
@@ -338,60 +265,11 @@ impl GlossPixels {
         seed: u32,
     ) {
         let pixel_count = self.pixel_count;
-        let SeenFragments { pixels, antialias } = seen;
-        let (edge_capacity, fragments) = (antialias.capacity, &antialias.fragments);
-        let mut pass = rec.pass(Self::RAYS_STEM);
-        pass.dispatch(
-            &self.mark,
-            [pixel_count, 1, 1],
-            &GlossMarkPush { edge_capacity, pixel_count },
-            &[
-                ("Surfaces", &scene.surfaces),
-                ("Materials", &scene.materials),
-                ("Pixels", pixels),
-                ("EdgeNumbers", &antialias.numbers),
-                ("FragmentFirsts", &fragments.firsts),
-                ("FragmentSurfaces", &fragments.surfaces),
-                ("GlossOffsets", &self.offsets),
-                ("GlossRadiance", &self.radiance),
-            ],
-        );
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        self.prefix_sum.record(&mut pass, &self.offsets, pixel_count);
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        pass.dispatch(
-            &self.list,
-            [pixel_count, 1, 1],
-            &GlossListPush { pixel_count },
-            &[("GlossOffsets", &self.offsets), ("GlossPixels", &self.pixels)],
-        );
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        let capacity = self.used_capacity();
+        let (max_samples, capacity) = (self.max_samples, self.used_capacity());
         let stride = STRIDE.max(capacity.div_ceil(SAMPLES_OF_INVOCATION)).min(capacity);
-        let max_samples = self.max_samples;
-        pass.dispatch(
-            &self.place,
-            [stride, 1, 1],
-            &GlossSamplesPush { view: *view, edge_capacity, max_samples, capacity, stride, seed },
-            &[
-                ("Nodes", &scene.nodes),
-                ("Triangles", &scene.triangles),
-                ("Surfaces", &scene.surfaces),
-                ("Materials", &scene.materials),
-                ("Pixels", pixels),
-                ("EdgeNumbers", &antialias.numbers),
-                ("EdgeSamples", &antialias.edge_samples),
-                ("SampleMasks", &fragments.of_samples),
-                ("FragmentFirsts", &fragments.firsts),
-                ("Fragments", &fragments.list),
-                ("FragmentSurfaces", &fragments.surfaces),
-                ("GlossOffsets", &self.offsets),
-                ("GlossPixels", &self.pixels),
-                ("GlossSamples", &self.samples),
-                ("GlossParts", &self.parts),
-                ("TruncatedLoops", &scene.truncated_loops),
-            ],
-        );
+        let sampling = GlossSampling { max_samples, capacity, stride, seed };
+        let mut pass = rec.pass(Self::RAYS_STEM);
+        self.samples.record(&mut pass, scene, (seen, view), sampling, &self.radiance);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.trace,
@@ -419,9 +297,9 @@ impl GlossPixels {
                 ("CellClusters", &clusters.cell_clusters),
                 ("ClusterLinks", &clusters.links),
                 ("UnweightedClusters", &clusters.unweighted),
-                ("GlossOffsets", &self.offsets),
-                ("GlossPixels", &self.pixels),
-                ("GlossSamples", &self.samples),
+                ("GlossOffsets", &self.samples.offsets),
+                ("GlossPixels", &self.samples.pixels),
+                ("GlossSamples", &self.samples.surfaces),
                 ("GlossRays", &self.rays),
                 ("GlossColours", &self.colours),
                 ("TruncatedLoops", &scene.truncated_loops),
@@ -454,7 +332,7 @@ impl GlossPixels {
                 let mut buffers = gloss.lobe_buffers(light).to_vec();
                 buffers.extend([
                     ("Materials", &scene.materials),
-                    ("GlossOffsets", &self.offsets),
+                    ("GlossOffsets", &self.samples.offsets),
                     ("GlossRays", &self.rays),
                     ("InverseAreas", inverse_areas),
                     ("LightHits", light.hits),
@@ -483,9 +361,9 @@ impl GlossPixels {
             &[
                 ("Surfaces", &scene.surfaces),
                 ("Materials", &scene.materials),
-                ("GlossOffsets", &self.offsets),
-                ("GlossPixels", &self.pixels),
-                ("GlossSamples", &self.samples),
+                ("GlossOffsets", &self.samples.offsets),
+                ("GlossPixels", &self.samples.pixels),
+                ("GlossSamples", &self.samples.surfaces),
                 ("GlossRays", &self.rays),
                 ("Irradiance", irradiance),
                 ("GlossHits", &self.hits),
@@ -495,20 +373,17 @@ impl GlossPixels {
                 ("InverseAreas", inverse_areas),
                 ("GlossBins", &gloss.bins),
                 ("GlossFluxes", &gloss.fluxes),
-                ("GlossParts", &self.parts),
+                ("GlossParts", &self.samples.parts),
             ],
         );
         if let Some(lobes) = lobes.filter(RecordLobes::are_read) {
             pass.barrier(COMPUTE_TO_COMPUTE);
-            lobes.record(&mut pass, scene, seen, [&self.offsets, &self.pixels, &self.radiance]);
+            lobes.record(
+                &mut pass,
+                scene,
+                seen,
+                [&self.samples.offsets, &self.samples.pixels, &self.radiance],
+            );
         }
-    }
-
-    /// Returns the number of glossy pixels of the last view.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn count(&self) -> Result<u32> {
-        Ok(self.offsets.read_range::<u32>(self.pixel_count as usize, 1)?[0])
     }
 }

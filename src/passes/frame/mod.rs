@@ -13,6 +13,7 @@ pub mod gloss;
 pub mod gloss_beams;
 pub mod gloss_pixels;
 pub mod gloss_records;
+pub mod gloss_samples;
 pub mod highlights;
 pub mod hvds;
 pub mod light_sum;

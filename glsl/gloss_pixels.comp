@@ -69,7 +69,8 @@ void main() {
         Reflectance own = reflectance_at(Materials, surface_at(gloss_samples[i].side >> 1).material);
         float weight = gloss_parts[i].weight;
         direct += weight * own.specular * highlights[i];
-        if (is_broad(own, push.broad_exponents)) continue;
+        // Without a lobe that takes rays, no light on them is found.
+        if (!has_lobe(own) || is_broad(own, push.broad_exponents)) continue;
         vec3 sum = gloss_hits[i];
         for (uint ray = LOBE_RAYS * i; ray < LOBE_RAYS * (i + 1u); ++ray) sum += brought_by(ray);
         indirect += weight * own.specular * sum;

@@ -68,7 +68,7 @@ pub enum Error {
         /// The radiance that is not finite.
         value: [f32; 3],
     },
-    /// A comparison above the bound that the caller set.
+    /// A comparison or a picture above the bound that the caller set.
     #[error("{0}")]
     Comparison(String),
 }
@@ -99,7 +99,6 @@ impl Error {
     }
 
     /// Whether a smaller request may fit: the device is as it was.
-    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window goes on after it"))]
     pub(crate) fn is_out_of_memory(&self) -> bool {
         use ash::vk::Result as Code;
         match self {

@@ -220,13 +220,25 @@ impl DeviceArgs {
         self.renderer_from(None, context, scene)
     }
 
-    /// Precomputes a scene, or reads its light paths from the store.
+    /// Precomputes a scene, or reads its light paths from the store; and prints its warnings.
     pub(super) fn renderer_from(
         &self,
         store: Option<&Store>,
         context: &Arc<Context>,
         scene: Scene,
     ) -> Result<Renderer> {
+        let (renderer, warnings) = self.renderer_with_warnings(store, context, scene)?;
+        warnings.iter().for_each(|warning| self.warn(warning));
+        Ok(renderer)
+    }
+
+    /// The same, without printing the warnings.
+    pub(super) fn renderer_with_warnings(
+        &self,
+        store: Option<&Store>,
+        context: &Arc<Context>,
+        scene: Scene,
+    ) -> Result<(Renderer, Vec<String>)> {
         let said = scene.warnings.len();
         let mut progress = self.progress();
         let renderer = match store {
@@ -236,8 +248,8 @@ impl DeviceArgs {
                 Renderer::cached(context, scene, store, progress.as_mut(), &mut say)?
             }
         };
-        renderer.scene().warnings.iter().skip(said).for_each(|warning| self.warn(warning));
-        Ok(renderer)
+        let warnings = renderer.scene().warnings[said..].to_vec();
+        Ok((renderer, warnings))
     }
 
     /// Prints a warning to stderr that does not affect the result.

@@ -56,6 +56,11 @@ pub(super) fn parse_seconds(text: &str) -> Parsed<f32> {
     float(text, is_good, "a positive number of seconds, as in 2.5")
 }
 
+/// Parses a positive, finite number.
+pub(super) fn parse_positive(text: &str) -> Parsed<f64> {
+    float(text, |number: f64| number.is_finite() && number > 0.0, "a positive number, as in 1e-3 or 16")
+}
+
 /// Parses an upper bound of an error.
 pub(super) fn parse_bound(text: &str) -> Parsed<f64> {
     float(text, |bound: f64| bound.is_finite() && bound >= 0.0, "a finite number, not below 0, as in 1e-3")
@@ -74,6 +79,8 @@ mod tests {
         for bad in ["0", "-1", "inf", "nan", "x"] {
             assert!(parse_seconds(bad).is_err(), "{bad}");
         }
+        assert_eq!(parse_positive("2e-3"), Ok(2e-3));
+        assert!(["0", "-1", "inf", "nan", ""].iter().all(|bad| parse_positive(bad).is_err()));
         assert_eq!(parse_bound("0"), Ok(0.0));
         assert!(parse_bound("-1").is_err() && parse_bound("nan").is_err());
     }

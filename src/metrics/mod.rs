@@ -3,10 +3,14 @@
 //! differ in their number of pixels.
 
 mod flip;
+mod local;
 mod noise;
 
 pub use flip::{Flip, PIXELS_PER_DEGREE, flip_map};
-pub use noise::{Estimate, ZTest, debiased_relmse, debiased_relmse_at, half_noise, variance_noise, z_test};
+pub use local::NoisyError;
+pub use noise::{
+    Estimate, ZTest, debiased_relmse, debiased_relmse_at, error_scale, half_noise, variance_noise, z_test,
+};
 
 /// Offset that keeps the relative error of a dark pixel finite, in the unit of the pixels.
 pub const EPSILON: f64 = 0.01;

@@ -13,25 +13,41 @@ pub fn debiased_relmse(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2]) -> f64 {
     debiased_relmse_at(image, halves, &mean).mean
 }
 
-/// [`debiased_relmse`] relative to a picture that is independent of the reference's noise and close
-/// to its expected value. Then the noise also cancels in dark pixels.
-pub fn debiased_relmse_at(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2], scale: &[[f32; 3]]) -> Estimate {
+/// Part of the reference below which a picture does not serve as scale: it counts as nearly black.
+/// A quarter is beyond the reference's noise.
+const MIN_SCALE: f32 = 0.25;
+
+/// What errors of a picture are relative to: the picture, which has none of the reference's noise.
+/// Where it is nearly black, a part of the reference, so that such a pixel does not outweigh all
+/// others.
+pub fn error_scale(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2]) -> Vec<[f32; 3]> {
+    let larger = |(v, (a, b)): (&[f32; 3], (&[f32; 3], &[f32; 3]))| {
+        std::array::from_fn(|c| v[c].max(MIN_SCALE * 0.5 * (a[c] + b[c])))
+    };
+    image.iter().zip(halves[0].iter().zip(halves[1])).map(larger).collect()
+}
+
+/// The squared relative error of each pixel, without the reference's noise: the mean over channels
+/// of (v−a)(v−b)/(scale+0.01)². It is right on average, and may be negative.
+pub(super) fn error_products(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2], scale: &[[f32; 3]]) -> Vec<f64> {
     assert_eq!(image.len(), scale.len(), "images of one comparison have one size");
     let scales = scale.iter().flatten().map(|&s| f64::from(s) + EPSILON);
     let terms = triples(image, halves).zip(scales).map(|([v, a, b], s)| (v - a) * (v - b) / (s * s));
-    let (mut channels, mut sum, mut squares) = ([0.0; 3], 0.0, 0.0);
+    let (mut pixels, mut sum) = (Vec::with_capacity(image.len()), 0.0);
     for (index, term) in terms.enumerate() {
-        channels[index % 3] = term;
+        sum += term;
         if index % 3 == 2 {
-            let pixel = channels.iter().sum::<f64>() / 3.0;
-            sum += pixel;
-            squares += pixel * pixel;
+            pixels.push(sum / 3.0);
+            sum = 0.0;
         }
     }
-    let count = image.len().max(1) as f64;
-    let mean = sum / count;
-    let variance = (squares / count - mean * mean).max(0.0) / (count - 1.0).max(1.0);
-    Estimate { mean, standard_error: variance.sqrt() }
+    pixels
+}
+
+/// [`debiased_relmse`] relative to a picture that is independent of the reference's noise and close
+/// to its expected value. Then the noise also cancels in dark pixels.
+pub fn debiased_relmse_at(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2], scale: &[[f32; 3]]) -> Estimate {
+    Estimate::of(&error_products(image, halves, scale))
 }
 
 /// A mean over pixels with independent noise, and its uncertainty.
@@ -42,6 +58,17 @@ pub struct Estimate {
     /// Standard deviation of the mean, from the scatter of the pixels. Differences between pixels
     /// for other reasons add to it, so it is rather too large.
     pub standard_error: f64,
+}
+
+impl Estimate {
+    /// The mean of one value for each pixel.
+    pub fn of(pixels: &[f64]) -> Self {
+        let count = pixels.len().max(1) as f64;
+        let mean = pixels.iter().sum::<f64>() / count;
+        let squares = pixels.iter().map(|pixel| pixel * pixel).sum::<f64>();
+        let variance = (squares / count - mean * mean).max(0.0) / (count - 1.0).max(1.0);
+        Self { mean, standard_error: variance.sqrt() }
+    }
 }
 
 /// Noise of a reference from its halves, as a relMSE: mean of ((a−b)/2)²/(r+0.01)², the variance of
@@ -118,12 +145,12 @@ fn triples<'a>(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::metrics::relmse;
 
     /// Normal deviates by Box and Muller from a 64-bit linear congruential generator.
-    struct Normal(u64);
+    pub(in crate::metrics) struct Normal(pub(in crate::metrics) u64);
 
     impl Normal {
         fn uniform(&mut self) -> f64 {
@@ -131,7 +158,7 @@ mod tests {
             ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
         }
 
-        fn next(&mut self) -> f64 {
+        pub(in crate::metrics) fn next(&mut self) -> f64 {
             (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
         }
 
@@ -173,6 +200,17 @@ mod tests {
         let [at, of_mean] =
             [debiased_relmse_at(&image, halves, &scale).mean, debiased_relmse(&image, halves)];
         assert!((at - 0.01).abs() < 0.002 && of_mean > 0.03, "{at} {of_mean}");
+    }
+
+    #[test]
+    fn a_black_picture_is_judged_by_the_reference() {
+        let half = vec![[0.4f32; 3]; 2];
+        let image = [[0.0; 3], [0.4; 3]];
+        let scale = error_scale(&image, [&half, &half]);
+        assert_eq!(scale, [[0.1; 3], [0.4; 3]]);
+        // (0 − 0.4)²/(0.1 + 0.01)², and no error.
+        let errors = error_products(&image, [&half, &half], &scale);
+        assert!((errors[0] / (0.4f64 / 0.11).powi(2) - 1.0).abs() < 1e-6 && errors[1] == 0.0, "{errors:?}");
     }
 
     #[test]

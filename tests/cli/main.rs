@@ -6,6 +6,7 @@ mod cache;
 #[path = "../common/mod.rs"]
 mod common;
 mod compare;
+mod error;
 mod exact;
 mod film;
 mod init;

@@ -118,6 +118,23 @@ fn monte_carlo_stands_right_of_the_wipe(demo: &Demo, home: &RgbImage) {
     assert_eq!(changed_pixels(home, &both, left, 0), 0, "ours stays");
     let differs = mean_difference(home, &both, right);
     assert!(differs > 0.5 && differs < 40.0, "the same light, and noise: {differs}");
+    // The map of our error, and back. None of its colours is grey, as much of the picture is.
+    tap(demo, 'e');
+    let map = demo.wait_for_change(&both, right, READY);
+    assert_eq!(changed_pixels(home, &map, left, 0), 0, "ours stays");
+    let least_saturation = |image: &RgbImage| {
+        let columns = right.x..right.x + right.width;
+        let places = columns.flat_map(|x| (right.y..right.y + right.height).map(move |y| (x, y)));
+        let saturation = |(x, y)| {
+            let [red, green, blue] = image.get_pixel(x, y).0;
+            red.max(green).max(blue) - red.min(green).min(blue)
+        };
+        places.map(saturation).min().unwrap()
+    };
+    assert!(least_saturation(home) < 30 && least_saturation(&map) > 60);
+    tap(demo, 'e');
+    let both = demo.wait_for_change(&map, right, READY);
+    assert!(mean_difference(home, &both, right) < 40.0);
     tap(demo, 'm');
     let back = changed(demo, &both);
     // Switched on again while the earlier samples are still computed.

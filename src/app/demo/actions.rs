@@ -45,6 +45,10 @@ pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState,
         Action::Cells => ui_state.view = next_level(ui_state.view, session),
         Action::Inspect => ui_state.view = View::Inspect,
         Action::Split => ui_state.split = if ui_state.split.is_some() { None } else { Some(0.5) },
+        Action::ShowError => {
+            ui_state.shows_error = ui_state.split.is_none() || !ui_state.shows_error;
+            ui_state.split = ui_state.split.or(Some(0.5));
+        }
         Action::FrameAll => {
             let (low, high) = session.scene.bounds();
             navigate::frame_box(&mut session.camera, low, high);

@@ -29,6 +29,8 @@ pub(super) struct Reference {
     /// Number of the last order; results of earlier orders are dropped.
     epoch: u64,
     shared: Arc<Shared>,
+    /// The newest answer to it.
+    newest: Option<Found>,
     /// The request of the last order.
     requested: Option<ViewRequest>,
 }
@@ -39,7 +41,7 @@ struct Shared {
 }
 
 /// The picture so far.
-#[derive(Clone, Default)]
+#[derive(Default)]
 pub(super) struct Found {
     pub(super) size: [u32; 2],
     /// Number of the order that it answers.
@@ -73,7 +75,14 @@ impl Reference {
         };
         let worker = std::thread::Builder::new().name("Monte Carlo".into()).spawn(work);
         let worker = worker.map_err(|error| Error::Usage(format!("no thread for Monte Carlo: {error}")))?;
-        Ok(Self { worker: Some(worker), orders: Some(orders), shared, epoch: 0, requested: None })
+        Ok(Self {
+            worker: Some(worker),
+            orders: Some(orders),
+            shared,
+            epoch: 0,
+            newest: None,
+            requested: None,
+        })
     }
 
     /// Restarts if the shown picture has changed. Returns whether it has.
@@ -86,6 +95,7 @@ impl Reference {
         }
         self.requested = Some(requested.clone());
         self.epoch += 1;
+        self.newest = None;
         if let Ok(found) = &mut *self.shared.found.lock().expect("no holder panics") {
             *found = None;
         }
@@ -104,15 +114,22 @@ impl Reference {
         true
     }
 
-    /// The picture so far, once there are two samples of each pixel.
+    /// Takes the newest samples. Returns whether there are any since the last call.
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub(super) fn found(&self) -> Result<Option<Found>> {
+    pub(super) fn advance(&mut self) -> Result<bool> {
         let mut found = self.shared.found.lock().expect("no holder panics");
         let found = std::mem::replace(&mut *found, Ok(None))?;
         // Samples of an earlier scene are dropped.
-        Ok(found.filter(|found| found.epoch == self.epoch))
+        let Some(found) = found.filter(|found| found.epoch == self.epoch) else { return Ok(false) };
+        self.newest = Some(found);
+        Ok(true)
+    }
+
+    /// The picture so far, once there are two samples of each pixel.
+    pub(super) fn newest(&self) -> Option<&Found> {
+        self.newest.as_ref()
     }
 }
 

@@ -20,6 +20,7 @@ pub(super) enum Action {
     Cells,
     Inspect,
     Split,
+    ShowError,
     FrameAll,
     ResetCamera,
     AddLight,
@@ -53,7 +54,7 @@ const fn command(logical_key: Key, action: Action, text: &'static str) -> Bindin
 }
 
 /// All bindings. A combination stands before the shorter ones that it contains.
-pub(super) const BINDINGS: [Binding; 32] = [
+pub(super) const BINDINGS: [Binding; 33] = [
     key(Key::F1, Action::Help, "Show or hide this list"),
     key(Key::H, Action::Help, "Show or hide this list"),
     key(Key::P, Action::Panels, "Show or hide the panels"),
@@ -75,6 +76,7 @@ pub(super) const BINDINGS: [Binding; 32] = [
     key(Key::Num5, Action::Cells, "Cells of the hierarchy; again: the next level"),
     key(Key::Num6, Action::Inspect, "Gather rays and light path of what is clicked"),
     key(Key::M, Action::Split, "Ours beside Monte Carlo"),
+    key(Key::E, Action::ShowError, "Ours beside its error, as Monte Carlo finds it"),
     key(Key::F, Action::FrameAll, "Look at all of the scene"),
     key(Key::Home, Action::ResetCamera, "Back to the scene's camera"),
     key(Key::R, Action::ResetCamera, "Back to the scene's camera"),

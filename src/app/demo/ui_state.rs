@@ -90,8 +90,21 @@ pub(super) struct UiState {
     pub(super) text_scale: f32,
     pub(super) is_recording: bool,
     pub(super) is_playing: bool,
-    /// Monte Carlo's sample count, our error and its own noise; both relMSE.
-    pub(super) verdict: Option<(u32, f64, f64)>,
+    /// The map of our error stands in place of Monte Carlo.
+    pub(super) shows_error: bool,
+    pub(super) verdict: Option<Verdict>,
+}
+
+/// Our picture against Monte Carlo's.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Verdict {
+    /// Monte Carlo's samples of each pixel.
+    pub(super) samples: u32,
+    /// Our error, and its standard deviation from Monte Carlo's noise.
+    pub(super) relmse: f64,
+    pub(super) uncertainty: f64,
+    /// Monte Carlo's own noise, a relMSE.
+    pub(super) noise: f64,
 }
 
 /// A position on a surface.
@@ -122,6 +135,7 @@ impl UiState {
             text_scale: 1.0,
             is_recording: false,
             is_playing: false,
+            shows_error: false,
             verdict: None,
         }
     }

@@ -8,13 +8,18 @@ use crate::app::args::{DeviceArgs, device_label};
 use crate::app::capture;
 use crate::error::Result;
 use crate::gpu::Context;
-use crate::renderer::{Exact, FrameReport, Layer, Renderer, Stage, Statistics, Store};
+use crate::renderer::{Exact, FrameReport, Layer, Renderer, Stage, Statistics, Store, Work};
 use crate::scene::Scene;
 
 /// Paths per stratum of a cache point's hemisphere if path tracing replaces a stage.
 const EXACT_SAMPLES: u32 = 4;
 
+/// Frames after a moved light whose median is stated: enough that the first, which compiles, does
+/// not count.
+pub(super) const RELIT_FRAMES: usize = 5;
+
 /// Options of the frame.
+#[derive(Clone, Copy)]
 pub(super) struct Job<'a> {
     /// Whether light paths are traced.
     pub(super) with_indirect: bool,
@@ -29,22 +34,24 @@ pub(super) struct Job<'a> {
     pub(super) capture: Option<&'a Path>,
     /// Store of light paths.
     pub(super) store: Option<&'a Store>,
+    /// Frames to time after the light has moved.
+    pub(super) relit_frames: usize,
 }
 
 /// Precomputes and renders one frame.
 pub(super) fn render(
     context: &Arc<Context>,
     mut scene: Scene,
-    job: Job<'_>,
+    job: &Job<'_>,
     device_args: &DeviceArgs,
 ) -> Result<Rendered> {
-    let Job { with_indirect, aovs, exact, no_skip, times_passes, capture, store } = job;
+    let Job { with_indirect, aovs, exact, no_skip, times_passes, capture, store, relit_frames } = *job;
     let capture = capture.map(capture::attach).transpose()?;
     if !with_indirect {
         // Direct light alone needs no light paths and no records.
         (scene.quality.entry_points, scene.quality.cache_points) = (0, 0);
     }
-    let mut renderer = device_args.renderer_from(store, context, scene)?;
+    let (mut renderer, warnings) = device_args.renderer_with_warnings(store, context, scene)?;
     renderer.set_skipping(!no_skip);
     renderer.set_serialised(times_passes);
     let frame = match capture {
@@ -68,19 +75,22 @@ pub(super) fn render(
         }
     };
     let mut layers = vec![layer(None, find(Layer::Beauty)?)];
-    for &aov in aovs {
+    for &aov in aovs.iter().filter(|aov| **aov != Aov::Error) {
         let source = match aov {
             Aov::Direct => Layer::Direct,
             Aov::Indirect => Layer::Indirect,
             Aov::Albedo => Layer::Albedo,
             Aov::Normal => Layer::Normal,
             Aov::Depth => Layer::Depth,
-            Aov::Variance => unreachable!("refused before anything is rendered"),
+            Aov::Variance | Aov::Error => unreachable!("refused before anything is rendered"),
         };
         layers.push(layer(Some(aov), find(source)?));
     }
     let statistics = renderer.statistics()?;
+    let relit_ms = relit_ms(&mut renderer, relit_frames)?;
     Ok(Rendered {
+        warnings,
+        relit_ms,
         size: renderer.size(),
         display: Vec::new(),
         layers,
@@ -92,6 +102,18 @@ pub(super) fn render(
         ),
         document: document(context, &renderer, &frame, &statistics),
     })
+}
+
+/// Median time of a frame after the first light has moved, ms. `None` without frames.
+fn relit_ms(renderer: &mut Renderer, frames: usize) -> Result<Option<f64>> {
+    renderer.set_serialised(false);
+    let mut timed = Vec::with_capacity(frames);
+    for _ in 0..frames {
+        renderer.force(Work::Light(0));
+        timed.push(renderer.frame()?.frame_ms);
+    }
+    timed.sort_by(f64::total_cmp);
+    Ok(timed.get(frames / 2).copied())
 }
 
 /// The JSON document of `--stats`.

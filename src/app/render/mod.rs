@@ -1,7 +1,9 @@
 //! `lightpaths render`: renders one image without a window.
 
 mod lightpaths;
+mod path_judge;
 pub(super) mod sampled;
+mod target;
 
 use std::path::{Path, PathBuf};
 
@@ -9,12 +11,15 @@ use clap::{Args, ValueEnum};
 
 use super::args::{CacheArgs, DeviceArgs, SceneArgs};
 use super::exposure::Exposure;
-use super::numbers::{parse_seconds, whole};
+use super::numbers::{parse_positive, parse_seconds, whole};
 use super::output::OutputFile;
 use super::{capture, overlap, picture};
 use crate::error::{Error, Result};
 use crate::image::ExrLayer;
 use crate::reference::{PathTracer, PhotonMapper};
+use path_judge::{PathJudge, StatedError, Wanted};
+use sampled::Budget;
+use target::Target;
 
 /// Render one image
 ///
@@ -37,15 +42,22 @@ pub(super) struct Render {
     /// gather: also traces many more gather rays
     #[arg(long, value_name = "STAGE", value_enum, help_heading = "Method")]
     exact: Option<ExactStage>,
-    /// Samples of each pixel, for the methods path and photon [default: 64, or
-    /// what --seconds allows]
+    /// Samples of each pixel, for the methods path and photon [default: 64, or what --seconds
+    /// allows], and for the paths that judge the error [default: as many as it needs]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=u32::MAX, "64"), help_heading = "Method")]
     spp: Option<u32>,
-    /// Ends the methods path and photon after this time; with --spp, at whichever comes first
+    /// Ends the same samples after this time; with --spp, at whichever comes first
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds, help_heading = "Method")]
     seconds: Option<f32>,
+    /// Chooses the settings: the coarsest whose relMSE is at most X. A few paths a pixel judge it
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = parse_positive, help_heading = "Method")]
+    target_error: Option<f64>,
+    /// Chooses the settings: the finest whose frame takes at most Y ms after a light has moved;
+    /// with --target-error, a limit to those
+    #[arg(long, value_name = "Y", allow_negative_numbers = true, value_parser = parse_positive, help_heading = "Method")]
+    target_ms: Option<f64>,
     /// Further layers of an EXR: direct, indirect, albedo, normal, depth; for the method path also
-    /// variance (of the mean)
+    /// variance (of the mean); for lightpaths also error (relative, 1 is 100 %, judged by paths)
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', help_heading = "Output")]
     aov: Vec<Aov>,
     /// Brightens a PNG by this many stops; auto: its mean becomes middle grey [default: 0; for a
@@ -93,6 +105,7 @@ enum Aov {
     Normal,
     Depth,
     Variance,
+    Error,
 }
 
 const RGB: &[&str] = &["R", "G", "B"];
@@ -114,6 +127,7 @@ fn layer(aov: Option<Aov>, pixels: Vec<[f32; 3]>) -> Layer {
         Some(Aov::Normal) => ("normal", &["X", "Y", "Z"]),
         Some(Aov::Depth) => ("depth", &["Z"]),
         Some(Aov::Variance) => ("variance", RGB),
+        Some(Aov::Error) => ("error", &["Y"]),
     };
     Layer { name, channels, pixels }
 }
@@ -121,6 +135,10 @@ fn layer(aov: Option<Aov>, pixels: Vec<[f32; 3]>) -> Layer {
 /// The result of a method.
 struct Rendered {
     size: [u32; 2],
+    /// Warnings of the precomputation.
+    warnings: Vec<String>,
+    /// Time of a frame after a light has moved, ms, if it was asked for.
+    relit_ms: Option<f64>,
     /// All layers, the main one first.
     layers: Vec<Layer>,
     /// sRGB codes R, G, B, 255 of a PNG; empty for an EXR.
@@ -129,6 +147,16 @@ struct Rendered {
     line: String,
     /// The JSON document of `--stats`.
     document: serde_json::Value,
+}
+
+impl Rendered {
+    /// Adds the layer `error`, and its mean to the summary and the document.
+    fn add_error(&mut self, error: StatedError) {
+        self.line = format!("{} ({} samples a pixel), {}", error.words(), error.spp, self.line);
+        self.document["error"] = serde_json::to_value(&error).expect("results are plain data");
+        let pixels = error.map.iter().map(|&error| [error as f32; 3]).collect();
+        self.layers.push(layer(Some(Aov::Error), pixels));
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -185,7 +213,7 @@ impl Render {
             Method::Path | Method::Photon => {
                 let mut progress = self.device_args.progress();
                 let progress = progress.as_mut();
-                let budget = sampled::Budget { spp: self.spp, seconds: self.seconds };
+                let budget = Budget { spp: self.spp, seconds: self.seconds };
                 let method = self.method.name();
                 if self.method == Method::Path {
                     let renderer = PathTracer::new(&context, scene, progress)?;
@@ -197,6 +225,8 @@ impl Render {
             }
             Method::Lightpaths | Method::Direct => {
                 let with_indirect = self.method == Method::Lightpaths;
+                let wants_error = aovs.contains(&Aov::Error);
+                let judged = wants_error.then(|| scene.clone());
                 let job = lightpaths::Job {
                     with_indirect,
                     aovs: &aovs,
@@ -205,10 +235,27 @@ impl Render {
                     times_passes: self.stats.is_some() || self.capture.is_some(),
                     capture: self.capture.as_deref(),
                     store: store.as_ref(),
+                    relit_frames: 0,
                 };
-                lightpaths::render(&context, scene, job, &self.device_args)
+                let budget = Budget { spp: self.spp, seconds: self.seconds };
+                let target = Target { error: self.target_error, ms: self.target_ms };
+                let rendered = match target {
+                    Target { error: None, ms: None } => {
+                        lightpaths::render(&context, scene, &job, &self.device_args)
+                    }
+                    _ => target::render(&context, &scene, &job, (target, budget), &self.device_args),
+                };
+                match judged {
+                    Some(scene) => rendered.and_then(|mut rendered| {
+                        let mut judge = PathJudge::new(&context, scene, budget, &self.device_args)?;
+                        rendered.add_error(judge.judge(&rendered.layers[0].pixels, Wanted::Map)?);
+                        Ok(rendered)
+                    }),
+                    None => rendered,
+                }
             }
         }?;
+        rendered.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         if format == Format::Png {
             let pixels = &rendered.layers[0].pixels;
             let exposure = self.exposure.unwrap_or_else(|| Exposure::of_scene(&self.scene));
@@ -224,10 +271,29 @@ impl Render {
     fn check_combinations(&self, format: Format) -> Result<()> {
         let refuse = |message: String| Err(Error::Usage(message));
         for (given, flag) in [(self.spp.is_some(), "--spp"), (self.seconds.is_some(), "--seconds")] {
-            if given && !matches!(self.method, Method::Path | Method::Photon) {
+            if given && !matches!(self.method, Method::Path | Method::Photon) && !self.judges() {
                 let method = self.method.name();
                 return refuse(format!(
-                    "{flag} is for --method path or photon; --method {method} takes no samples"
+                    "{flag} is for --method path or photon, --aov error and --target-error; --method {method} takes no samples"
+                ));
+            }
+        }
+        for (given, flag) in [
+            (self.aov.contains(&Aov::Error), "--aov error"),
+            (self.target_error.is_some(), "--target-error"),
+            (self.target_ms.is_some(), "--target-ms"),
+        ] {
+            if given && self.method != Method::Lightpaths {
+                return refuse(format!("{flag} is for --method lightpaths"));
+            }
+        }
+        if self.judges() && self.spp.is_some_and(|spp| spp < 4) {
+            return refuse("an error needs at least --spp 4".to_owned());
+        }
+        for (given, flag) in [(self.exact.is_some(), "--exact"), (self.capture.is_some(), "--capture")] {
+            if given && (self.target_error.is_some() || self.target_ms.is_some()) {
+                return refuse(format!(
+                    "{flag} is for settings that are known; name those that --target-error or --target-ms finds"
                 ));
             }
         }
@@ -276,6 +342,11 @@ impl Render {
             }
         }
         overlap::refuse_repeated(self.outputs().chain(self.cache_args.path()))
+    }
+
+    /// Whether paths judge the error.
+    fn judges(&self) -> bool {
+        self.aov.contains(&Aov::Error) || self.target_error.is_some()
     }
 
     fn outputs(&self) -> impl Iterator<Item = &Path> {
@@ -330,6 +401,14 @@ mod tests {
             ("-o a.exr --method photon --aov variance", "--method path"),
             ("-o a.exr --method path --spp 3 --aov variance", "--spp 4"),
             ("-o a.png --aov depth", "--aov"),
+            ("-o a.png --aov error", "--aov"),
+            ("-o a.exr --method path --aov error", "--aov error"),
+            ("-o a.exr --method direct --target-error 1e-3", "--target-error"),
+            ("-o a.exr --method photon --target-ms 9", "--target-ms"),
+            ("-o a.exr --target-error 1e-3 --spp 3", "--spp 4"),
+            ("-o a.exr --target-error 1e-3 --exact splat", "--exact"),
+            ("-o a.png --target-ms 5 --capture c", "--capture"),
+            ("-o a.exr --target-ms 5 --spp 64", "--spp"),
             ("-o a.exr --exposure 1", "--exposure"),
             ("-o a.exr --method direct --aov direct,indirect", "indirect"),
             ("-o a.exr --stats a.exr", "two outputs"),
@@ -339,6 +418,8 @@ mod tests {
         for arguments in [
             "-o a.PNG --exposure -1.5",
             "-o a.exr --exact gather --aov indirect",
+            "-o a.exr --exact gather --aov error --spp 16 --seconds 3",
+            "-o a.png --target-error 1e-3 --target-ms 20 --spp 64 --cache c",
             "room -o a.exr --aov direct,indirect,albedo,normal,depth",
             "-o a.exr --method path --spp 4 --seconds 2 --aov variance",
             "-o a.exr --method photon --spp 1 --seconds 2 --aov direct,indirect,albedo,normal,depth",
@@ -357,6 +438,8 @@ mod tests {
             let output = OutputFile::check(&path).unwrap();
             let mut rendered = Rendered {
                 size: [4, 3],
+                warnings: Vec::new(),
+                relit_ms: None,
                 layers: vec![layer(None, vec![[1.0; 3]; 12]), layer(Some(Aov::Indirect), vec![[1.0; 3]; 12])],
                 display: vec![[255; 4]; 12],
                 line: String::new(),

@@ -53,6 +53,7 @@ pub(super) fn render(
             Aov::Normal => hits.normal.clone(),
             Aov::Depth => hits.depth.clone(),
             Aov::Variance => renderer.variance()?,
+            Aov::Error => unreachable!("refused before anything is rendered"),
         };
         layers.push(layer(Some(aov), pixels));
     }
@@ -61,6 +62,8 @@ pub(super) fn render(
     let label = device_label(&renderer.traced_scene().context);
     Ok(Rendered {
         size: picture.size,
+        warnings: Vec::new(),
+        relit_ms: None,
         display: Vec::new(),
         layers,
         line: format!("{} samples a pixel in {seconds:.2} s, {stated}{label}", renderer.samples()),

@@ -10,7 +10,7 @@ mod plots;
 mod reference;
 mod report;
 mod results;
-mod settings;
+pub(super) mod settings;
 mod stages;
 #[cfg(test)]
 mod tests;

@@ -4,7 +4,8 @@ use egui::{Slider, Ui};
 
 use super::row;
 use crate::app::demo::session::Session;
-use crate::app::demo::ui_state::{Request, UiState, View};
+use crate::app::demo::ui_state::{Request, UiState, Verdict, View};
+use crate::app::heatmap;
 
 const EXPOSURE: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
@@ -51,9 +52,13 @@ pub(super) fn views(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) 
     }
     if let Some(wipe) = &mut ui_state.split {
         row(ui, "Wipe", |ui| ui.add(Slider::new(wipe, 0.0..=1.0).show_value(false)));
+        ui.checkbox(&mut ui_state.shows_error, "Our error in its place (E)");
+        if ui_state.shows_error {
+            ui.small(heatmap::RELATIVE_SCALE);
+        }
         match ui_state.verdict {
-            Some((samples, error, noise)) => {
-                ui.label(format!("ours: relMSE {error:.1e}, its noise taken out"));
+            Some(Verdict { samples, relmse, uncertainty, noise }) => {
+                ui.label(format!("ours: relMSE {relmse:.1e} ± {uncertainty:.0e}"));
                 ui.label(format!("Monte Carlo: {samples} samples a pixel, noise {noise:.1e}"));
             }
             None => drop(ui.small("Monte Carlo begins.")),

@@ -3,13 +3,14 @@
 use super::WindowState;
 use crate::app::demo::cells;
 use crate::app::demo::reference::Reference;
-use crate::app::demo::ui_state::View;
+use crate::app::demo::ui_state::{Verdict, View};
+use crate::app::heatmap;
 use crate::error::Result;
-use crate::metrics::{debiased_relmse, half_noise};
+use crate::metrics::{NoisyError, half_noise};
 use crate::renderer::Layer;
 
 impl WindowState {
-    /// Shows the newest Monte Carlo picture while the split view is on.
+    /// Shows the newest Monte Carlo picture, or our error against it, while the split view is on.
     pub(super) fn follow_reference(&mut self) -> Result<()> {
         self.leaving.take_if(|leaving| leaving.has_ended());
         if self.ui_state.split.is_none() {
@@ -34,15 +35,29 @@ impl WindowState {
         if reference.follow(&self.session) {
             (self.beside.of, self.ui_state.verdict) = (None, None);
         }
-        let Some(found) = reference.found()? else { return Ok(()) };
-        let pixels = found.display(self.session.exposure_stops);
-        self.beside.show(&self.context, &mut self.painter, (), found.size, &pixels)?;
-        let ours = match self.session.renderer() {
-            Some(renderer) if renderer.size() == found.size => renderer.layer(Layer::Beauty)?,
-            _ => return Ok(()),
-        };
+        let shows_error = self.ui_state.shows_error;
+        if !reference.advance()? && self.beside.of == Some(shows_error) {
+            return Ok(());
+        }
+        let Some(found) = reference.newest() else { return Ok(()) };
         let halves = [&found.halves[0][..], &found.halves[1][..]];
-        self.ui_state.verdict = Some((found.samples, debiased_relmse(&ours, halves), half_noise(halves)));
+        let error = match self.session.renderer() {
+            Some(renderer) if renderer.size() == found.size => {
+                Some(NoisyError::new(&renderer.layer(Layer::Beauty)?, halves))
+            }
+            _ => None,
+        };
+        let pixels = match &error {
+            Some(error) if shows_error => heatmap::of_relative_error(&error.map(found.size)),
+            _ => found.display(self.session.exposure_stops),
+        };
+        self.beside.show(&self.context, &mut self.painter, shows_error, found.size, &pixels)?;
+        self.ui_state.verdict = error.map(|error| Verdict {
+            samples: found.samples,
+            relmse: error.relmse(),
+            uncertainty: error.uncertainty(),
+            noise: half_noise(halves),
+        });
         Ok(())
     }
 

@@ -58,8 +58,8 @@ pub(super) struct WindowState {
     shown: u64,
     /// Colours of cells, with the picture version and the level that they show.
     over: HostPicture<(u64, u32)>,
-    /// The Monte Carlo picture beside ours.
-    beside: HostPicture<()>,
+    /// The Monte Carlo picture beside ours, or, if set, the map of our error.
+    beside: HostPicture<bool>,
     reference: Option<Reference>,
     /// A stopped tracer that finishes its last samples.
     leaving: Option<Reference>,

@@ -29,10 +29,6 @@ use regions::{Blocks, Cause, Errors, Pair, Pixels};
 /// Default time of both references together, seconds.
 const DEFAULT_SECONDS: f32 = 60.0;
 
-/// Part of the references' mean below which our pictures' mean counts as nearly black. A quarter is
-/// beyond the references' noise.
-const LEAST_SCALE: f32 = 0.25;
-
 /// Number of worst blocks in the table.
 const WORST: usize = 8;
 
@@ -118,17 +114,13 @@ struct Pictures {
     exact: [[Pixels; 2]; 3],
 }
 
-/// What errors are relative to: the mean of our picture and those with an exact stage, which has
-/// none of the references' noise. Where all of these are nearly black, a part of the references'
-/// mean, so that such a pixel does not outweigh all others.
-fn scale_of(pictures: &Pictures, [a, b]: [&[[f32; 3]]; 2]) -> Pixels {
+/// What errors are relative to: the mean of our picture and those with an exact stage.
+fn scale_of(pictures: &Pictures, references: [&[[f32; 3]]; 2]) -> Pixels {
     let ours: Vec<&[[f32; 3]]> =
         once(&pictures.whole).chain(pictures.exact.iter().flatten()).map(Vec::as_slice).collect();
-    let mean = |of: &[&[[f32; 3]]], pixel: usize, c: usize| {
-        of.iter().map(|pixels| pixels[pixel][c]).sum::<f32>() / of.len() as f32
-    };
-    let larger = |pixel: usize| from_fn(|c| mean(&ours, pixel, c).max(LEAST_SCALE * mean(&[a, b], pixel, c)));
-    (0..pictures.whole.len()).map(larger).collect()
+    let mean = |pixel: usize, c: usize| ours.iter().map(|of| of[pixel][c]).sum::<f32>() / ours.len() as f32;
+    let means: Pixels = (0..pictures.whole.len()).map(|pixel| from_fn(|c| mean(pixel, c))).collect();
+    metrics::error_scale(&means, references)
 }
 
 impl Judge {

@@ -202,7 +202,9 @@ mod tests {
             let pixels = (0..values.len()).filter(|&pixel| errs(pixel) == wanted);
             mean(&pixels.map(|pixel| found[pixel]).collect::<Vec<_>>())
         };
-        assert!((of(true) / 4.0 - 1.0).abs() < 0.06 && of(false).abs() < 0.1, "{} {}", of(true), of(false));
+        // Blocks across the border take a tenth of the error to the other side, which is twice as
+        // large.
+        assert!((of(true) / 4.0 - 1.0).abs() < 0.1 && of(false).abs() < 0.2, "{} {}", of(true), of(false));
         // Away from the border, single pixels follow their region.
         let far = |pixel: usize| pixel % 90 < 24 || pixel % 90 > 40;
         let right = (0..values.len()).filter(|&pixel| far(pixel));

@@ -52,7 +52,7 @@ pub(super) fn views(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) 
     }
     if let Some(wipe) = &mut ui_state.split {
         row(ui, "Wipe", |ui| ui.add(Slider::new(wipe, 0.0..=1.0).show_value(false)));
-        ui.checkbox(&mut ui_state.shows_error, "Our error in its place (E)");
+        ui.checkbox(&mut ui_state.shows_error, "Our error in its place (7)");
         if ui_state.shows_error {
             ui.small(heatmap::RELATIVE_SCALE);
         }

@@ -19,7 +19,7 @@ enum Act {
 }
 
 /// Pictures of the window for the documentation: the steps from the one before, and the file.
-const SHOTS: [(&[Act], &str); 9] = [
+const SHOTS: [(&[Act], &str); 10] = [
     (&[], "window-box.png"),
     (&[Act::Key(b'2' as u32)], "window-direct.png"),
     (&[Act::Key(b'3' as u32)], "window-indirect.png"),
@@ -31,6 +31,7 @@ const SHOTS: [(&[Act], &str); 9] = [
         &[Act::Key(b'1' as u32), Act::Click((300, 400)), Act::Key(b'm' as u32), Act::Wait(45)],
         "window-monte-carlo.png",
     ),
+    (&[Act::Key(b'7' as u32), Act::Wait(1)], "window-error.png"),
     (&[Act::Key(b'm' as u32), Act::Key(keys::function(1))], "window-keys.png"),
 ];
 

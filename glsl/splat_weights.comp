@@ -113,7 +113,7 @@ void main() {
     Tolerance tolerance = VALID;
     uint root = push.grid.valid;
     Served served = weigh(pixel, facet, wants_records ? root : EMPTY, tolerance, KEEPS, 0.0);
-    bool is_relaxed = wants_records && served.count == 0u;
+    bool is_relaxed = wants_records && served.sum < MIN_WEIGHT;
     uint weighed = served.weighed;
     if_any (is_relaxed) {
         tolerance = RELAXED;

@@ -198,8 +198,10 @@ gpu_struct! {
         pub occluder: Vec3,
         /// Unit geometric normal on its side.
         pub facet: Vec3,
+        /// 1/m; the length is half of the clearance, beyond which the record counts less.
+        pub inverse_reach: f32,
         /// Four whole texels.
-        pub unused: UVec2,
+        pub unused: u32,
     }
 }
 

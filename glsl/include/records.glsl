@@ -30,12 +30,17 @@ float height_between(vec3 d, vec3 n, vec3 facet, CachePoint record) {
     return abs(heights.x) < abs(heights.y) ? heights.x : heights.y;
 }
 
+// Sum of weights below which relaxed records join the valid ones: a record in a crack is valid, and
+// says little of what is outside.
+const float MIN_WEIGHT = 0.1;
+
 // Weight of a record at position x with shading normal n, on a facet with that geometric normal:
 // positive inside its validity, 1 at its centre. Zero for points far in front of or behind the
 // record's plane, which are on another surface. Zero for points behind the nearest occluder plane,
 // where the view of the scene differs. Zero for points further off the record's plane than half the
 // distance to that occluder: cloth in front of the record's surface, or the spine of a book beside
-// the crevice of the record.
+// the crevice of the record. Radii have a lower bound, so that few records cover all surface. Beyond
+// the radius without that bound, half of the clearance, the weight falls with the distance.
 float record_weight(vec3 x, vec3 n, vec3 facet, CachePoint record, Tolerance tolerance) {
     vec3 d = x - record.position;
     float distance2 = dot(d, d);
@@ -48,5 +53,5 @@ float record_weight(vec3 x, vec3 n, vec3 facet, CachePoint record, Tolerance tol
     if (dot(facet, record.facet) < tolerance.facets) return 0.0;
     float position_error = sqrt(distance2) / record.radius;
     float normal_error = sqrt(max(0.0, 1.0 - dot(n, record.normal))) * tolerance.inverse_normal_error;
-    return 1.0 - max(position_error, normal_error);
+    return (1.0 - max(position_error, normal_error)) / max(1.0, sqrt(distance2) * record.inverse_reach);
 }

@@ -35,7 +35,7 @@ CachePoint cache_point_at(usamplerBuffer list, uint index) {
     uvec4 b = texelFetch(list, first + 1);
     vec4 c = numbers(texelFetch(list, first + 2));
     vec4 d = numbers(texelFetch(list, first + 3));
-    return CachePoint(a.xyz, a.w, uintBitsToFloat(b.xyz), b.w, c.xyz, vec3(c.w, d.xy), uvec2(0u));
+    return CachePoint(a.xyz, a.w, uintBitsToFloat(b.xyz), b.w, c.xyz, vec3(c.w, d.xy), d.z, 0u);
 }
 
 Reflectance reflectance_at(usamplerBuffer list, uint index) {

@@ -97,7 +97,8 @@ struct CachePoint {
     uint side;      // 2·triangle + (1 if the back side)
     vec3 occluder;      // nearest occluder plane dot(x - position, occluder) = 1, of a standing wall or a covering surface; zero: none
     vec3 facet;     // unit geometric normal on its side
-    uvec2 unused;   // to whole texels
+    float inverse_reach;  // 1/m; the length is half of the clearance, beyond which the record counts less
+    uint unused;    // to whole texels
 };
 
 // Links of a cluster in the hierarchy.

@@ -10,6 +10,9 @@ pub const FACETS_ALIKE: f32 = 0.9;
 /// the record's surroundings.
 const FLAT_SINE2: f32 = 0.0003;
 
+/// Sum of the weights of valid records below which relaxed ones join them.
+pub const MIN_WEIGHT: f32 = 0.1;
+
 /// Tolerances of a record in height and normals.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
@@ -58,7 +61,8 @@ pub fn cover_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: 
 /// As [`cover_weight`], for a pixel: the shader's `record_weight`. It is zero for a point that is
 /// further off the record's plane than half the distance to the nearest occluder: cloth in front of
 /// the surface, or the spine of a book beside the crevice of the record. Placement has no such
-/// test, because it would fill every crevice with records.
+/// test, because it would fill every crevice with records. Beyond half of the record's clearance,
+/// its radius without a lower bound, the weight falls with the distance.
 pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
     let d = x - record.position;
     let height = height_between(d, n, facet, record);
@@ -66,13 +70,12 @@ pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within:
     if is_beyond && height * height > FLAT_SINE2 * d.length_squared() {
         return 0.0;
     }
-    cover_weight(x, n, facet, record, within)
+    cover_weight(x, n, facet, record, within) / (d.length() * record.inverse_reach).max(1.0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::UVec2;
 
     fn record(normal: Vec3) -> CachePoint {
         CachePoint {
@@ -82,7 +85,8 @@ mod tests {
             side: 0,
             occluder: Vec3::ZERO,
             facet: Vec3::Y,
-            unused: UVec2::ZERO,
+            inverse_reach: 0.0,
+            unused: 0,
         }
     }
 
@@ -109,6 +113,17 @@ mod tests {
         let height = 0.5 * x.dot(Vec3::Y + facet) / x.length();
         assert!(height < -0.1, "facets alone would have it beneath");
         assert!(cover_weight(x, n, facet, &record(Vec3::Y), Tolerance::VALID) > 0.0);
+    }
+
+    #[test]
+    fn a_record_counts_less_beyond_half_of_its_clearance() {
+        let narrow = CachePoint { inverse_reach: 1.0 / 0.1, ..record(Vec3::Y) };
+        let weight = |at: f32| record_weight(at * Vec3::X, Vec3::Y, Vec3::Y, &narrow, Tolerance::VALID);
+        for (at, expected) in [(0.05, 0.95), (0.1, 0.9), (0.2, 0.8 / 2.0), (0.5, 0.5 / 5.0)] {
+            assert!((weight(at) - expected).abs() < 1e-6, "{at}: {}", weight(at));
+        }
+        let there = cover_weight(0.5 * Vec3::X, Vec3::Y, Vec3::Y, &narrow, Tolerance::VALID);
+        assert!((there - 0.5).abs() < 1e-6, "placement counts it as it is: {there}");
     }
 
     #[test]

@@ -15,7 +15,7 @@ use crate::passes::precompute::gather_rays::{self, Hemisphere};
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::passes::reference::irradiance_probe;
 use crate::types::{CachePoint, NO_SIDE, PixelSurface, Record};
-use glam::{UVec2, Vec3};
+use glam::Vec3;
 
 /// Maximum number of strata of a cache point's hemisphere for new directions. The jitter makes any
 /// number right on average.
@@ -206,7 +206,8 @@ impl Renderer {
                 occluder: Vec3::ZERO,
                 facet: self.world.surfaces[seen[index].side as usize / 2]
                     .normal_of(seen[index].side % 2 == 1),
-                unused: UVec2::ZERO,
+                inverse_reach: 0.0,
+                unused: 0,
             };
             let points: Vec<CachePoint> = indices.iter().map(point).collect();
             for (&index, record) in indices.iter().zip(self.gather_at(&points)?) {

@@ -2,7 +2,7 @@
 
 use crate::common::{assert_silent, context};
 use crate::world::{Random, World};
-use glam::{DMat3, DVec3, Mat3, UVec2, Vec3};
+use glam::{DMat3, DVec3, Mat3, Vec3};
 use lightpaths::cpu;
 use lightpaths::cpu::records::FACETS_ALIKE;
 use lightpaths::gpu::Buffer;
@@ -127,7 +127,8 @@ fn a_quadratic_field_is_blended_without_flattening_it() {
             side: 0,
             occluder: Vec3::ZERO,
             facet: Vec3::Y,
-            unused: UVec2::ZERO,
+            inverse_reach: 0.0,
+            unused: 0,
         };
         let records = positions.map(record_at);
         let list = (0..4).map(|record| Neighbour { record, weight: 0.25 }).collect();

@@ -2,7 +2,7 @@
 
 use crate::common::{assert_silent, context};
 use crate::world::{Random, SUM, assert_near};
-use glam::{DMat3, Mat3, UVec2, Vec3};
+use glam::{DMat3, Mat3, Vec3};
 use lightpaths::cpu::gather::{Sources, gather, unpack};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
@@ -47,7 +47,8 @@ fn random_points(random: &mut Random, count: u32) -> Vec<CachePoint> {
             side: 0,
             occluder: Vec3::ZERO,
             facet: normal,
-            unused: UVec2::ZERO,
+            inverse_reach: 0.0,
+            unused: 0,
         }
     };
     (0..count).map(point).collect()

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::common::{context, random_words};
-use glam::{DVec3, UVec2, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use lightpaths::cpu::math::ClearDistance;
 use lightpaths::cpu::rays::Geometry;
 use lightpaths::cpu::textures::Textures;
@@ -203,11 +203,13 @@ impl World {
     }
 
     pub(crate) fn cache_points(&self, random: &mut Random, count: usize, radius: f32) -> Vec<CachePoint> {
-        let point = |_| {
+        let point = |index| {
             let (position, normal, side) = self.surface_point(random);
             // Every second point has an occluder plane, half a radius away in a random direction.
             let wall = if random.below(2) == 0 { Vec3::ZERO } else { random.cube() * 2.0 / radius };
             let facet = self.geometry().normal(side);
+            // Every fourth point counts less beyond an eighth of a radius.
+            let inverse_reach = if index % 4 == 0 { 8.0 / radius } else { 0.0 };
             CachePoint {
                 position,
                 radius: radius * (0.5 + random.unit()),
@@ -215,7 +217,8 @@ impl World {
                 side,
                 occluder: wall,
                 facet,
-                unused: UVec2::ZERO,
+                inverse_reach,
+                unused: 0,
             }
         };
         (0..count).map(point).collect()

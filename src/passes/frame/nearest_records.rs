@@ -99,7 +99,6 @@ fn add(points: &[CachePoint], records: &mut [u32], place: usize, nodes: &mut Vec
 mod tests {
     use super::*;
     use crate::cpu::sampling::hash;
-    use glam::UVec2;
 
     #[test]
     fn nodes_bound_their_records_and_leaves_hold_each_once() {
@@ -114,7 +113,8 @@ mod tests {
                 side: 0,
                 occluder: Vec3::ZERO,
                 facet: normal,
-                unused: UVec2::ZERO,
+                inverse_reach: 0.0,
+                unused: 0,
             }
         };
         // All at one place, too.

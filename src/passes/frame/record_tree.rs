@@ -315,7 +315,6 @@ mod tests {
     use super::*;
     use crate::cpu::records::cover_weight;
     use crate::cpu::sampling::hash;
-    use glam::UVec2;
     use std::collections::HashSet;
 
     /// Records that a position asks, as kernels do.
@@ -364,8 +363,17 @@ mod tests {
             let point = |number: usize| {
                 let (position, normal) = place(number % 24);
                 let radius = if number.is_multiple_of(5) { 0.4 } else { 0.1 };
-                let (occluder, unused) = (Vec3::ZERO, UVec2::ZERO);
-                CachePoint { position, radius, normal, side: 0, occluder, facet: normal, unused }
+                let (occluder, inverse_reach, unused) = (Vec3::ZERO, 0.0, 0);
+                CachePoint {
+                    position,
+                    radius,
+                    normal,
+                    side: 0,
+                    occluder,
+                    facet: normal,
+                    inverse_reach,
+                    unused,
+                }
             };
             let points: Vec<CachePoint> = (0..1000).map(point).collect();
             let (grid, tree) = trees(&points, &triangles);

@@ -363,6 +363,7 @@ impl Attempt<'_> {
         let bound = |bound: f64| sizes.stretched(point.position, bound * self.unit) as f32;
         let [low, high] = RADIUS_RANGE.map(bound);
         point.radius = (0.5 * clearance).clamp(low, high);
+        point.inverse_reach = 2.0 / clearance.max(1e-6 * self.geometry.scene_size);
         Placed { point, clearance, spacing: self.spacing_at(point.position) as f32 }
     }
 }

@@ -177,7 +177,8 @@ mod tests {
             side: 0,
             occluder: Vec3::ZERO,
             facet: normal,
-            unused: glam::UVec2::ZERO,
+            inverse_reach: 0.0,
+            unused: 0,
         };
         Placed { point, clearance: 1.0, spacing: 1.0 }
     }

@@ -5,7 +5,7 @@ use crate::cpu::math::ClearDistance;
 use crate::cpu::sampling::hash;
 use crate::scene::{CellSizes, OpacityMaps, Triangle, fragment::Fragment, hvds::Hvds, solids::Solids};
 use crate::types::{CachePoint, Surface};
-use glam::{DVec3, UVec2, Vec3};
+use glam::{DVec3, Vec3};
 
 /// The scene as placement reads it.
 pub struct Geometry<'a> {
@@ -97,7 +97,8 @@ impl Geometry<'_> {
             side,
             occluder: Vec3::ZERO,
             facet: self.surfaces[side as usize / 2].normal_of(side % 2 == 1),
-            unused: UVec2::ZERO,
+            inverse_reach: 0.0,
+            unused: 0,
         }
     }
 }

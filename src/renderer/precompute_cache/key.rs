@@ -8,7 +8,7 @@ use crate::scene::{Material, Scene};
 use glam::Vec3;
 
 /// Version of the contents and of the host's algorithms, which no shader hash covers.
-const CONTENTS: u32 = 8;
+const CONTENTS: u32 = 9;
 
 /// Dependencies that distinguish the entries of a folder. A new program or driver replaces the
 /// entry of the old one.

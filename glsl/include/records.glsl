@@ -39,8 +39,8 @@ const float MIN_WEIGHT = 0.1;
 // record's plane, which are on another surface. Zero for points behind the nearest occluder plane,
 // where the view of the scene differs. Zero for points further off the record's plane than half the
 // distance to that occluder: cloth in front of the record's surface, or the spine of a book beside
-// the crevice of the record. Radii have a lower bound, so that few records cover all surface. Beyond
-// the radius without that bound, half of the clearance, the weight falls with the distance.
+// the crevice of the record. Radii have a lower bound, so that few records cover all surface.
+// Beyond the radius without that bound, half of the clearance, the weight falls with the distance.
 float record_weight(vec3 x, vec3 n, vec3 facet, CachePoint record, Tolerance tolerance) {
     vec3 d = x - record.position;
     float distance2 = dot(d, d);

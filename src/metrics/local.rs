@@ -1,5 +1,4 @@
-//! The error of a picture against a noisy reference in two halves, for the whole picture and for
-//! each pixel.
+//! The error of a picture, and of each pixel, against a noisy reference in two halves.
 
 use super::noise::{error_products, error_scale};
 

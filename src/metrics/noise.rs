@@ -18,8 +18,7 @@ pub fn debiased_relmse(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2]) -> f64 {
 const MIN_SCALE: f32 = 0.25;
 
 /// What errors of a picture are relative to: the picture, which has none of the reference's noise.
-/// Where it is nearly black, a part of the reference, so that such a pixel does not outweigh all
-/// others.
+/// Where it is nearly black, a part of the reference: such a pixel would outweigh all others.
 pub fn error_scale(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2]) -> Vec<[f32; 3]> {
     let larger = |(v, (a, b)): (&[f32; 3], (&[f32; 3], &[f32; 3]))| {
         std::array::from_fn(|c| v[c].max(MIN_SCALE * 0.5 * (a[c] + b[c])))

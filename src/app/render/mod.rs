@@ -293,7 +293,7 @@ impl Render {
         for (given, flag) in [(self.exact.is_some(), "--exact"), (self.capture.is_some(), "--capture")] {
             if given && (self.target_error.is_some() || self.target_ms.is_some()) {
                 return refuse(format!(
-                    "{flag} is for settings that are known; name those that --target-error or --target-ms finds"
+                    "{flag} is for one setting; first have --target-error or --target-ms find it"
                 ));
             }
         }

@@ -21,8 +21,7 @@ const FIRST_SPP: u32 = 16;
 const MAX_SPP: u32 = 1024;
 /// Pixels of a block in which a map states the error.
 const BLOCK_PIXELS: f64 = 32.0 * 32.0;
-/// Uncertainty of a block's error, relative to the picture's error. More hides blocks with less
-/// error.
+/// Uncertainty of a block's error, relative to the picture's error.
 const MAX_BLOCK_NOISE: f64 = 0.15;
 /// Uncertainty of the picture's error, relative to the error asked for.
 const MAX_NOISE: f64 = 0.1;

@@ -82,8 +82,7 @@ struct Row {
     stage: &'static str,
     /// Error that remains if the stage is exact; of gather rays, if clusters are exact, too.
     relmse_without: Option<f64>,
-    /// Part of the whole error that goes with the stage's. Below 0 if the stage evens out the noise
-    /// of another.
+    /// Part of the whole error that goes with the stage's. Below 0 if it evens out another's noise.
     removes: Option<f64>,
     /// Light against the references if the stage is exact, less 1.
     light_without: Option<f64>,

@@ -17,9 +17,6 @@ use super::{capture, overlap, picture};
 use crate::error::{Error, Result};
 use crate::image::ExrLayer;
 use crate::reference::{PathTracer, PhotonMapper};
-use path_judge::{PathJudge, StatedError, Wanted};
-use sampled::Budget;
-use target::Target;
 
 /// Render one image
 ///
@@ -151,7 +148,7 @@ struct Rendered {
 
 impl Rendered {
     /// Adds the layer `error`, and its mean to the summary and the document.
-    fn add_error(&mut self, error: StatedError) {
+    fn add_error(&mut self, error: path_judge::StatedError) {
         self.line = format!("{} ({} samples a pixel), {}", error.words(), error.spp, self.line);
         self.document["error"] = serde_json::to_value(&error).expect("results are plain data");
         let pixels = error.map.iter().map(|&error| [error as f32; 3]).collect();
@@ -213,7 +210,7 @@ impl Render {
             Method::Path | Method::Photon => {
                 let mut progress = self.device_args.progress();
                 let progress = progress.as_mut();
-                let budget = Budget { spp: self.spp, seconds: self.seconds };
+                let budget = sampled::Budget { spp: self.spp, seconds: self.seconds };
                 let method = self.method.name();
                 if self.method == Method::Path {
                     let renderer = PathTracer::new(&context, scene, progress)?;
@@ -237,18 +234,19 @@ impl Render {
                     store: store.as_ref(),
                     relit_frames: 0,
                 };
-                let budget = Budget { spp: self.spp, seconds: self.seconds };
-                let target = Target { error: self.target_error, ms: self.target_ms };
+                let budget = sampled::Budget { spp: self.spp, seconds: self.seconds };
+                let target = target::Target { error: self.target_error, ms: self.target_ms };
                 let rendered = match target {
-                    Target { error: None, ms: None } => {
+                    target::Target { error: None, ms: None } => {
                         lightpaths::render(&context, scene, &job, &self.device_args)
                     }
                     _ => target::render(&context, &scene, &job, (target, budget), &self.device_args),
                 };
                 match judged {
                     Some(scene) => rendered.and_then(|mut rendered| {
-                        let mut judge = PathJudge::new(&context, scene, budget, &self.device_args)?;
-                        rendered.add_error(judge.judge(&rendered.layers[0].pixels, Wanted::Map)?);
+                        let mut judge =
+                            path_judge::PathJudge::new(&context, scene, budget, &self.device_args)?;
+                        rendered.add_error(judge.judge(&rendered.layers[0].pixels, path_judge::Wanted::Map)?);
                         Ok(rendered)
                     }),
                     None => rendered,

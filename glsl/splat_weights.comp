@@ -113,6 +113,7 @@ void main() {
     Tolerance tolerance = VALID;
     uint root = push.grid.valid;
     Served served = weigh(pixel, facet, wants_records ? root : EMPTY, tolerance, KEEPS, 0.0);
+    bool is_valid = served.count > 0u;
     bool is_relaxed = wants_records && served.sum < MIN_WEIGHT;
     uint weighed = served.weighed;
     if_any (is_relaxed) {
@@ -124,7 +125,7 @@ void main() {
     }
     bool is_uncovered = is_relaxed && served.count == 0u && push.record_count > 0u;
     if (is_uncovered) list_uncovered(index);
-    if (is_relaxed && served.count > 0u) atomicAdd(tally.relaxed, 1u);
+    if (is_relaxed && !is_valid && served.count > 0u) atomicAdd(tally.relaxed, 1u);
 
     uint capacity = is_uncovered ? 1u : served.count;
     uint first = 0u;

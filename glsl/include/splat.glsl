@@ -16,7 +16,7 @@ struct WeightRange {
 // Counts of a view.
 struct SplatTally {
     uint weights;    // of all pixels
-    uint relaxed;  // pixels with relaxed records
+    uint relaxed;  // pixels with relaxed records and no valid one
     uint is_truncated;  // 1: some invocation had a truncated loop
     uint weighed;  // records that pixels weighed, with and without weight
 };

@@ -118,8 +118,8 @@ fn counts_of_edits_and_predicted_times_add_up() {
 #[test]
 fn times_of_a_wrong_picture_are_not_printed() {
     let folder = tempfile::tempdir().unwrap();
-    // Ten light paths give a wrong energy.
-    let few = "time box --frames 1 --lights 1 --size 32x32 --set quality.entry_points=10 --set quality.gather_rays=16 --set quality.cache_points=500 --set quality.cells=8 -q";
+    // Three light paths give a wrong energy.
+    let few = "time box --frames 1 --lights 1 --size 32x32 --set quality.entry_points=3 --set quality.gather_rays=16 --set quality.cache_points=500 --set quality.cells=8 -q";
     let output = run(&folder, &few.split(' ').chain(["--json", "t.json"]).collect::<Vec<_>>());
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("box: the picture's energy is "), "{}", stderr(&output));

@@ -36,7 +36,7 @@ gpu_struct! {
     pub struct SplatTally {
         /// Weights of all pixels.
         pub weights: u32,
-        /// Pixels with relaxed records.
+        /// Pixels with relaxed records and no valid one.
         pub relaxed: u32,
         /// 1: some invocation had a truncated loop.
         pub is_truncated: u32,

@@ -94,7 +94,7 @@ void main() {
     uint index = flat_invocation();
     uvec2 size = uvec2(push.width, push.height);
     uint pixel_count = size.x * size.y;
-    if (index >= gloss_offsets[pixel_count]) return;
+    if (index >= gloss_offsets[2u * pixel_count]) return;
     uint pixel = gloss_pixels[index];
     SeenFragments shown = fragments_of(pixel, pixel_count, push.edge_capacity);
     if (!shown.is_edge) {

@@ -43,8 +43,8 @@ layout(scalar, push_constant) uniform Push { GlossHitsPush push; };
 
 void main() {
     uint index = flat_invocation();
-    uint count = gloss_offsets[push.pixel_count];
-    if (index >= count * gloss_samples_per_pixel(count, push.max_samples, push.capacity)) return;
+    GlossCounts counts = gloss_counts(gloss_offsets[push.pixel_count], gloss_offsets[2u * push.pixel_count], push.max_samples, push.capacity);
+    if (index >= counts.pixels.x * counts.samples.x) return;
     vec3 sum = push.span.adds != 0u ? light_hits[index] : vec3(0.0);
     for (uint i = index * LOBE_RAYS; i < (index + 1u) * LOBE_RAYS; ++i) {
         GlossRay ray = gloss_rays[i];

@@ -1,5 +1,6 @@
-// Glossy pixels, step 2: lists the glossy pixels, in order. Deterministic. One invocation = one
-// pixel. In: exclusive prefix sum of the marks, and the total. Out: indices of the glossy pixels.
+// Glossy pixels, step 2: lists the glossy pixels: those with rays, then the others, both in order.
+// Deterministic. One invocation = one mark, of which a pixel has two. In: exclusive prefix sum of
+// the marks, and the total. Out: indices of the glossy pixels.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -15,7 +16,7 @@ layout(scalar, push_constant) uniform Push { GlossListPush push; };
 
 void main() {
     uint index = flat_invocation();
-    if (index >= push.pixel_count) return;
+    if (index >= 2u * push.pixel_count) return;
     uint place = gloss_offsets[index];
-    if (gloss_offsets[index + 1u] != place) gloss_pixels[place] = index;
+    if (gloss_offsets[index + 1u] != place) gloss_pixels[place] = index < push.pixel_count ? index : index - push.pixel_count;
 }

@@ -1,7 +1,8 @@
 // Glossy pixels, step 1: marks the pixels that show a material with a Phong lobe, at their centre
 // or, if they are edge pixels, in some fragment; and clears the glossy radiance of all pixels.
-// Deterministic. One invocation = one pixel. In: surfaces at the pixels, fragments. Out: 1 for a
-// glossy pixel, else 0; glossy radiance 0.
+// Deterministic. One invocation = one pixel. In: surfaces at the pixels, fragments. Out: two lists of
+// marks, 1 for a glossy pixel, else 0: of pixels with a lobe that takes rays, and of the other
+// glossy ones; glossy radiance 0.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -12,6 +13,7 @@
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
+#include "include/gloss.glsl"
 #include "include/antialias.glsl"
 #include "include/gloss_rays.glsl"
 
@@ -20,6 +22,7 @@ layout(local_size_x = 64) in;
 struct GlossMarkPush {
     EdgeCapacity edge_capacity;
     uint pixel_count;
+    uint broad_exponents;  // see `is_broad`
 };
 
 layout(binding = 0) uniform usamplerBuffer Surfaces;
@@ -35,14 +38,23 @@ layout(scalar, push_constant) uniform Push { GlossMarkPush push; };
 #include "include/surfaces.glsl"
 #include "include/seen_fragments.glsl"
 
-bool is_glossy(uint side) { return side != NO_SIDE && has_lobe(materials[surface_at(side >> 1).material]); }
+const uint GLOSSY = 1u;
+const uint TRACED = 2u;  // with a lobe that takes rays
+
+uint gloss_of(uint side) {
+    if (side == NO_SIDE) return 0u;
+    Reflectance material = materials[surface_at(side >> 1).material];
+    if (!has_lobe(material)) return 0u;
+    return is_broad(material, push.broad_exponents) ? GLOSSY : GLOSSY | TRACED;
+}
 
 void main() {
     uint index = flat_invocation();
     if (index >= push.pixel_count) return;
     SeenFragments shown = fragments_of(index, push.pixel_count, push.edge_capacity);
-    bool is_marked = !shown.is_edge && is_glossy(pixel_surface_at(Pixels, index).side);
-    for (uint i = shown.first; i < shown.end; ++i) is_marked = is_marked || is_glossy(pixel_surface_at(FragmentSurfaces, i).side);
-    gloss_offsets[index] = uint(is_marked);
+    uint gloss = shown.is_edge ? 0u : gloss_of(pixel_surface_at(Pixels, index).side);
+    for (uint i = shown.first; i < shown.end; ++i) gloss |= gloss_of(pixel_surface_at(FragmentSurfaces, i).side);
+    gloss_offsets[index] = uint((gloss & TRACED) != 0u);
+    gloss_offsets[push.pixel_count + index] = uint(gloss == GLOSSY);
     gloss_radiance[index] = PixelGloss(vec3(0.0), vec3(0.0));
 }

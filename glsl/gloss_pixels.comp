@@ -60,12 +60,12 @@ vec3 brought_by(uint index) {
 
 void main() {
     uint index = flat_invocation();
-    uint count = gloss_offsets[push.pixel_count];
-    if (index >= count) return;
-    uint samples = gloss_samples_per_pixel(count, push.max_samples, push.capacity);
+    GlossCounts counts = gloss_counts(gloss_offsets[push.pixel_count], gloss_offsets[2u * push.pixel_count], push.max_samples, push.capacity);
+    if (index >= counts.pixels.x + counts.pixels.y) return;
+    uvec2 range = samples_of_pixel(counts, index);
     vec3 direct = vec3(0.0);
     vec3 indirect = vec3(0.0);
-    for (uint i = index * samples; i < (index + 1u) * samples; ++i) {
+    for (uint i = range.x; i < range.y; ++i) {
         Reflectance own = reflectance_at(Materials, surface_at(gloss_samples[i].side >> 1).material);
         float weight = gloss_parts[i].weight;
         direct += weight * own.specular * highlights[i];

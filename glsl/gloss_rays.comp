@@ -117,18 +117,17 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
 }
 
 void main() {
-    uint count = gloss_offsets[push.pixel_count];
-    uint samples = gloss_samples_per_pixel(count, push.max_samples, push.capacity);
-    for (uint index = flat_invocation(); index < count * samples; index += push.stride) {
-        uvec2 numbers = in_rows(index, samples);  // of the sample in its pixel, of the pixel
-        uint seed = hash(push.seed, gloss_pixels[numbers.y]);
+    GlossCounts counts = gloss_counts(gloss_offsets[push.pixel_count], gloss_offsets[2u * push.pixel_count], push.max_samples, push.capacity);
+    for (uint index = flat_invocation(); index < counts.pixels.x * counts.samples.x; index += push.stride) {
+        uvec3 owner = owner_of_sample(counts, index);
+        uint seed = hash(push.seed, gloss_pixels[owner.y]);
         PixelSurface point = gloss_samples[index];
         Reflectance material = materials[material_of(point.side)];
         bool is_traced = TRACES == 1u && has_lobe(material) && !is_broad(material, push.broad_exponents);
         for (uint i = index * LOBE_RAYS; i < (index + 1u) * LOBE_RAYS; ++i) {
-            vec2 u = sample_3d(numbers.x * LOBE_RAYS + i % LOBE_RAYS, seed).xy;
+            vec2 u = sample_3d(owner.x * LOBE_RAYS + i % LOBE_RAYS, seed).xy;
             gloss_rays[i] = GlossRay(NO_TARGET, 0.0, 0u, NO_GLOSS_BIN);
-            if (is_traced) gloss_rays[i] = traced(i, point, u, samples * LOBE_RAYS);
+            if (is_traced) gloss_rays[i] = traced(i, point, u, owner.z * LOBE_RAYS);
         }
     }
     if (!loops_completed(push.stride)) truncated_loops[0] = LOOP_TRUNCATED;

@@ -158,15 +158,15 @@ vec3 turn_by(Sample sampled, vec2 offset) {
 
 void main() {
     uint pixel_count = push.view.width * push.view.height;
-    uint count = gloss_offsets[pixel_count];
-    uint samples = gloss_samples_per_pixel(count, push.sampling.max_samples, push.sampling.capacity);
-    for (uint index = flat_invocation(); index < count * samples; index += push.sampling.stride) {
-        uvec2 numbers = in_rows(index, samples);  // of the sample in its pixel, of the pixel
-        uint pixel = gloss_pixels[numbers.y];
+    GlossCounts counts = gloss_counts(gloss_offsets[pixel_count], gloss_offsets[2u * pixel_count], push.sampling.max_samples, push.sampling.capacity);
+    for (uint index = flat_invocation(); index < sample_count(counts); index += push.sampling.stride) {
+        uvec3 owner = owner_of_sample(counts, index);
+        uint samples = owner.z;
+        uint pixel = gloss_pixels[owner.y];
         SeenFragments shown = fragments_of(pixel, pixel_count, push.edge_capacity);
         Sample found = Sample(NOTHING_SEEN, vec2(0.0), 0.0);
-        if_any (shown.is_edge) found = on_fragment(shown, pixel, numbers.x, samples);
-        if_any (!shown.is_edge) found = in_pixel(pixel, numbers.x, samples);
+        if_any (shown.is_edge) found = on_fragment(shown, pixel, owner.x, samples);
+        if_any (!shown.is_edge) found = in_pixel(pixel, owner.x, samples);
         gloss_samples[index] = found.surface;
         float half_width = 0.5 * inversesqrt(float(samples));
         gloss_parts[index] = GlossPart(turn_by(found, vec2(half_width, 0.0)), turn_by(found, vec2(0.0, half_width)), found.weight);

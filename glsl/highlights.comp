@@ -112,9 +112,8 @@ float mean_lobe(vec3 mirror, GlossPart part, vec3 direction, float exponent) {
 
 void main() {
     uint index = flat_invocation();
-    uint count = gloss_offsets[push.pixel_count];
-    uint samples = gloss_samples_per_pixel(count, push.max_samples, push.capacity);
-    if (index >= count * samples) return;
+    GlossCounts counts = gloss_counts(gloss_offsets[push.pixel_count], gloss_offsets[2u * push.pixel_count], push.max_samples, push.capacity);
+    if (index >= sample_count(counts)) return;
     LightSource light = light_at(Lights, push.light);
     PixelSurface point = gloss_samples[index];
     Receiver at = receiver_of(point);
@@ -139,8 +138,9 @@ void main() {
              * light_factor(light, i, i + 1u, push.flags, at.position, at.normal, point.normal, point.footprint);
     }
     sum = weighed(light, light.samples, sum, at.position, point.normal, point.footprint);
-    uint pixel_seed = hash(push.seed, gloss_pixels[index / samples]);
-    uint first = LOBE_RAYS * (index % samples);
+    uvec3 owner = owner_of_sample(counts, index);
+    uint pixel_seed = hash(push.seed, gloss_pixels[owner.y]);
+    uint first = LOBE_RAYS * owner.x;
     // The lobe's directions are traced in the first dispatch only, whatever the number
     // of point samples.
     uint last = is_large && push.first_sample == 0u ? first + LOBE_RAYS : first;

@@ -44,9 +44,38 @@ GlossRecord gloss_record_at(usamplerBuffer list, uint index) {
 // Rays from each sample of a glossy pixel.
 const uint LOBE_RAYS = 4u;
 
-// Samples of each glossy pixel, within the capacity.
-uint gloss_samples_per_pixel(uint pixel_count, uint most, uint capacity) {
-    return min(most, capacity / max(pixel_count, 1u));
+// The glossy pixels of a view, in the order of their list, and the samples of each.
+struct GlossCounts {
+    uvec2 pixels;   // those with a lobe that takes rays, then the others
+    uvec2 samples;  // of each such pixel
+};
+
+// Samples within the capacity. Rays are noisier than light from records. Pixels with rays therefore
+// take what the others leave after one sample each, if that is more than an equal part.
+GlossCounts gloss_counts(uint traced, uint all, uint most, uint capacity) {
+    uvec2 pixels = uvec2(traced, all - traced);
+    uint equal = capacity / max(all, 1u);
+    uint left = (capacity - min(pixels.y, capacity)) / max(traced, 1u);
+    uint of_traced = min(most, max(equal, left));
+    uint of_others = (capacity - min(traced * of_traced, capacity)) / max(pixels.y, 1u);
+    return GlossCounts(pixels, uvec2(of_traced, min(most, of_others)));
+}
+
+uint sample_count(GlossCounts counts) { return counts.pixels.x * counts.samples.x + counts.pixels.y * counts.samples.y; }
+
+// A sample's number in its pixel; the pixel's place in the list; its number of samples.
+uvec3 owner_of_sample(GlossCounts counts, uint index) {
+    uint traced = counts.pixels.x * counts.samples.x;
+    if (index < traced) return uvec3(in_rows(index, counts.samples.x), counts.samples.x);
+    return uvec3(in_rows(index - traced, counts.samples.y) + uvec2(0u, counts.pixels.x), counts.samples.y);
+}
+
+// First sample of a pixel in the list, and the end.
+uvec2 samples_of_pixel(GlossCounts counts, uint place) {
+    bool is_traced = place < counts.pixels.x;
+    uint samples = is_traced ? counts.samples.x : counts.samples.y;
+    uint first = is_traced ? place * samples : counts.pixels.x * counts.samples.x + (place - counts.pixels.x) * samples;
+    return uvec2(first, first + samples);
 }
 
 uint pack_direction(vec3 direction) {

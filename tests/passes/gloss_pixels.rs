@@ -16,12 +16,14 @@ use lightpaths::passes::frame::antialias::{NO_EDGE, SeenFragments};
 use lightpaths::passes::frame::bin_reads::BinReads;
 use lightpaths::passes::frame::gloss::Gloss;
 use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, LOBE_RAYS, PixelGloss, Surroundings};
+use lightpaths::passes::frame::gloss_records::BroadLobes;
 use lightpaths::passes::frame::gloss_samples::GlossPart;
 use lightpaths::passes::precompute::gather_rays;
 use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::{Light, LightKind};
 use lightpaths::types::{NO_SIDE, NO_TARGET, PixelSurface, View};
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// For each edge pixel, its samples on each fragment, if that is glossy.
 fn glossy_members(frame: &Frame, is_glossy: &impl Fn(u32) -> bool) -> Vec<Option<Vec<Vec<u32>>>> {
@@ -234,5 +236,74 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
         }
     }
     assert!(turning > 10, "mirrors turn at {turning} samples");
+    assert_silent(&world.context);
+}
+
+/// Where samples are short, pixels without rays have one each, and those with rays have the others.
+#[test]
+fn pixels_with_rays_take_the_samples_that_others_leave() {
+    let glossy = Glossy::new(World::glossy_room());
+    let world = &glossy.world;
+    let exponents = [0, 1].map(|material| world.materials[material].exponent);
+    let (size, rays) = ([160, 120], 128);
+    let count = (size[0] * size[1]) as usize;
+    let frame = Frame::new(world, &lights()[..1], &camera(size), 4);
+    let seen = SeenFragments { pixels: &frame.buffers[0], antialias: &frame.antialias };
+    let members = [0, 1].map(|material| {
+        glossy_members(&frame, &|side| side != NO_SIDE && glossy.material_of(side) == material)
+    });
+    let shows = |material: usize, index: usize| match &members[material][index] {
+        Some(members) => members.iter().any(|samples| !samples.is_empty()),
+        None => {
+            frame.pixels[index].side != NO_SIDE && glossy.material_of(frame.pixels[index].side) == material
+        }
+    };
+    let bits = glossy.packing.cluster_bits;
+    let bins = BinReads::none(&world.context).unwrap();
+    // The broader lobe comes from records.
+    let sharp = usize::from(exponents[1] > exponents[0]);
+    let most = exponents[1 - sharp] as u32;
+    for broad in [BroadLobes::default(), BroadLobes { little: most, strong: most }] {
+        let mut pass =
+            GlossPixels::new(&world.context, &world.buffers, count as u32, rays, bits, [true; 2]).unwrap();
+        pass.broad = broad;
+        world
+            .context
+            .run(|rec| {
+                pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), seen, &frame.view, SEED)
+            })
+            .unwrap();
+        let takes_rays =
+            |index: usize| shows(sharp, index) || (most > broad.little && shows(1 - sharp, index));
+        let is_glossy = |index: usize| shows(0, index) || shows(1, index);
+        let mut expected: Vec<u32> =
+            (0..count).filter(|&index| takes_rays(index)).map(|index| index as u32).collect();
+        let traced = expected.len();
+        expected.extend(
+            (0..count).filter(|&index| is_glossy(index) && !takes_rays(index)).map(|index| index as u32),
+        );
+        let listed = pass.samples.listed().unwrap();
+        assert!(listed == expected, "{} pixels instead of {}", listed.len(), expected.len());
+        let others = expected.len() - traced;
+        let capacity = pass.capacity as usize;
+        assert!(32 * traced > capacity, "samples are short");
+        let of_traced = (capacity - others) / traced;
+        let samples = [of_traced, if others > 0 { (capacity - of_traced * traced) / others } else { 0 }];
+        assert!(others == 0 || samples[0] > 2 * samples[1], "{samples:?}");
+        let parts: Vec<GlossPart> = pass.samples.parts.read().unwrap();
+        let mut first = 0;
+        for place in 0..expected.len() {
+            let own = samples[usize::from(place >= traced)];
+            let sum: f32 = parts[first..first + own].iter().map(|part| part.weight).sum();
+            assert!((sum - 1.0).abs() < 1e-5, "the weights of a pixel sum to {sum}");
+            first += own;
+        }
+        let rays: Vec<GlossRay> = pass.rays.read().unwrap();
+        let hits = |range: Range<usize>| {
+            let rays = &rays[range.start * LOBE_RAYS as usize..range.end * LOBE_RAYS as usize];
+            rays.iter().filter(|ray| ray.target != NO_TARGET).count()
+        };
+        assert!(hits(0..of_traced * traced) * 2 > of_traced * traced * LOBE_RAYS as usize);
+    }
     assert_silent(&world.context);
 }

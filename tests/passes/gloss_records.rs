@@ -64,7 +64,7 @@ fn exponents_are_exact_up_to_four() {
     assert_eq!(of(&[2.0, 129.0]).count, 1);
 }
 
-/// A strong lobe needs twice the rays unless it covers much of the scene.
+/// A strong lobe needs eight times the rays unless it covers much of the scene.
 #[test]
 fn strong_lobes_take_records_where_rays_are_many() {
     let plain = Material { diffuse: Vec3::splat(0.3), ..room().materials[0].clone() };
@@ -72,16 +72,16 @@ fn strong_lobes_take_records_where_rays_are_many() {
         |specular, exponent| Material { specular: Vec3::splat(specular), exponent, ..plain.clone() };
     let materials = |strong: f32| [material(0.2, 5.0), material(strong, 5.0), material(0.0, 5.0)];
     let of = |strong: f32, parts: [f64; 3]| BroadLobes::new(&materials(strong), &parts, 256);
-    assert_eq!(of(0.21, [0.1, 0.3, 0.6]), BroadLobes { little: 128, strong: 64 });
+    assert_eq!(of(0.21, [0.1, 0.3, 0.6]), BroadLobes { little: 128, strong: 16 });
     assert_eq!(of(0.21, [0.1, 0.4, 0.5]), BroadLobes { little: 128, strong: 128 });
     // Exactly four tenths of the reflected light is little.
-    assert_eq!(of(0.2, [0.1, 0.4, 0.5]), BroadLobes { little: 128, strong: 64 });
+    assert_eq!(of(0.2, [0.1, 0.4, 0.5]), BroadLobes { little: 128, strong: 16 });
     let lobes = of(0.21, [0.1, 0.3, 0.6]);
     let is_held = |specular, exponent| lobes.hold(&material(specular, exponent));
     assert!(is_held(0.2, 128.0) && !is_held(0.2, 129.0));
-    assert!(is_held(0.21, 64.0) && !is_held(0.21, 65.0));
+    assert!(is_held(0.21, 16.0) && !is_held(0.21, 17.0));
     assert!(!is_held(0.0, 5.0));
-    assert_eq!(lobes.packed(), 64 << 16 | 128);
+    assert_eq!(lobes.packed(), 16 << 16 | 128);
 }
 
 #[test]

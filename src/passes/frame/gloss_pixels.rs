@@ -269,7 +269,7 @@ impl GlossPixels {
         let stride = STRIDE.max(capacity.div_ceil(SAMPLES_OF_INVOCATION)).min(capacity);
         let sampling = GlossSampling { max_samples, capacity, stride, seed };
         let mut pass = rec.pass(Self::RAYS_STEM);
-        self.samples.record(&mut pass, scene, (seen, view), sampling, &self.radiance);
+        self.samples.record(&mut pass, scene, (seen, view), (sampling, self.broad), &self.radiance);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.trace,

@@ -97,9 +97,9 @@ pub const LAYOUTS: &[Layout] =
 /// hemisphere's rays: at this limit four.
 const RAYS_OF_EXPONENT: u32 = 2;
 
-/// The same for strong lobes on a small part of the surfaces: eight rays. Rays from pixels are more
-/// exact there, and few pixels have them.
-const RAYS_OF_STRONG_EXPONENT: u32 = 4;
+/// The same for strong lobes on a small part of the surfaces: as many rays as a pixel would trace.
+/// Rays from pixels are more exact there, and few pixels have them.
+const RAYS_OF_STRONG_EXPONENT: u32 = 16;
 
 /// Fraction of the scene's area up to which a part is small.
 const SMALL_PART: f64 = 1.0 / 3.0;

@@ -6,6 +6,7 @@ use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, PassScope, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::antialias::{EdgeCapacity, SeenFragments};
+use crate::passes::frame::gloss_records::BroadLobes;
 use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::{GrowsWith, SceneBuffers};
 use crate::types::{PixelSurface, View};
@@ -45,6 +46,8 @@ gpu_struct! {
         pub edge_capacity: EdgeCapacity,
         /// Pixels of the image.
         pub pixel_count: u32,
+        /// Exponents of broad lobes ([`super::gloss_records::BroadLobes::packed`]).
+        pub broad_exponents: u32,
     }
 }
 
@@ -82,9 +85,10 @@ pub struct GlossSamples {
     place: Pipeline,
     prefix_sum: PrefixSum,
     pixel_count: u32,
-    /// Number of glossy pixels before each pixel, and in all.
+    /// Number of pixels with rays before each pixel; then all of these and the other glossy ones
+    /// before each; and all.
     pub(super) offsets: Buffer,
-    /// Indices of the glossy pixels.
+    /// Indices of the glossy pixels: those with rays, then the others.
     pub(super) pixels: Buffer,
     /// `PixelSurface`s, pixel by pixel.
     pub surfaces: Buffer,
@@ -106,9 +110,9 @@ impl GlossSamples {
             mark: Pipeline::new(context, "gloss_mark", &[])?,
             list: Pipeline::new(context, "gloss_list", &[])?,
             place: Pipeline::new(context, "gloss_samples", &[])?,
-            prefix_sum: PrefixSum::new(context, pixel_count)?,
+            prefix_sum: PrefixSum::new(context, 2 * pixel_count)?,
             pixel_count,
-            offsets: allocate("gloss offsets", pixel_count + 1, size_of::<u32>())?,
+            offsets: allocate("gloss offsets", 2 * pixel_count + 1, size_of::<u32>())?,
             pixels: allocate("gloss pixels", pixel_count, size_of::<u32>())?,
             surfaces: allocate("gloss samples", room, size_of::<PixelSurface>())?,
             parts: allocate("gloss parts", room, size_of::<GlossPart>())?,
@@ -122,7 +126,7 @@ impl GlossSamples {
         pass: &mut PassScope<'_>,
         scene: &SceneBuffers,
         (seen, view): (SeenFragments<'_>, &View),
-        sampling: GlossSampling,
+        (sampling, broad): (GlossSampling, BroadLobes),
         radiance: &Buffer,
     ) {
         let pixel_count = self.pixel_count;
@@ -131,7 +135,7 @@ impl GlossSamples {
         pass.dispatch(
             &self.mark,
             [pixel_count, 1, 1],
-            &GlossMarkPush { edge_capacity, pixel_count },
+            &GlossMarkPush { edge_capacity, pixel_count, broad_exponents: broad.packed() },
             &[
                 ("Surfaces", &scene.surfaces),
                 ("Materials", &scene.materials),
@@ -144,11 +148,11 @@ impl GlossSamples {
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
-        self.prefix_sum.record(pass, &self.offsets, pixel_count);
+        self.prefix_sum.record(pass, &self.offsets, 2 * pixel_count);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.list,
-            [pixel_count, 1, 1],
+            [2 * pixel_count, 1, 1],
             &GlossListPush { pixel_count },
             &[("GlossOffsets", &self.offsets), ("GlossPixels", &self.pixels)],
         );
@@ -178,11 +182,19 @@ impl GlossSamples {
         );
     }
 
+    /// The glossy pixels of the last view: those with rays, then the others.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn listed(&self) -> Result<Vec<u32>> {
+        self.pixels.read_range(0, self.count()? as usize)
+    }
+
     /// Returns the number of glossy pixels of the last view.
     ///
     /// # Errors
     /// The device failed.
     pub fn count(&self) -> Result<u32> {
-        Ok(self.offsets.read_range::<u32>(self.pixel_count as usize, 1)?[0])
+        Ok(self.offsets.read_range::<u32>(2 * self.pixel_count as usize, 1)?[0])
     }
 }

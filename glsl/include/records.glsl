@@ -19,9 +19,10 @@ struct Tolerance {
 // be in the shadow of the record's own support, as a table is under the rim of a plate.
 // [Tabellion §4; Ward]
 const Tolerance VALID = Tolerance(0.04, 0.004, FACETS_ALIKE, 8.1131);
-// Relaxed validity, where no record is valid: 45° above the plane, 30° below it, 60° between
-// facets, 30° between normals.
-const Tolerance RELAXED = Tolerance(0.5, 0.25, 0.5, 2.7321);
+// Relaxed validity, where valid records are few: 45° above the plane, 30° below it, 90° between
+// facets, 72° between normals. On thin or curved surface a record that faces elsewhere says more
+// than a distant one, or one in a crack.
+const Tolerance RELAXED = Tolerance(0.5, 0.25, 0.0, 1.2);
 
 // Height of a point at offset d from a record above the plane between both. Shading normals give
 // zero on a sphere, facets give zero on a facet whose shading normals lean.

@@ -27,9 +27,13 @@ impl Tolerance {
     /// 4° below it. [Tabellion §4; Ward]
     pub const VALID: Self =
         Self { above2: 0.04, below2: 0.004, facets: FACETS_ALIKE, inverse_normal_error: 8.1131 };
-    /// Relaxed validity, where no record is valid: 45° above the plane, 30° below it, 60° between
-    /// facets, 30° between normals.
-    pub const RELAXED: Self = Self { above2: 0.5, below2: 0.25, facets: 0.5, inverse_normal_error: 2.7321 };
+    /// Relaxed validity, where valid records are few: 45° above the plane, 30° below it, 90° between
+    /// facets, 72° between normals.
+    pub const RELAXED: Self = Self { above2: 0.5, below2: 0.25, facets: 0.0, inverse_normal_error: 1.2 };
+    /// What placement asks first of every surface if the budget does not suffice: 60° between facets,
+    /// 30° between normals.
+    pub(crate) const SPARSE: Self =
+        Self { above2: 0.5, below2: 0.25, facets: 0.5, inverse_normal_error: 2.7321 };
 }
 
 /// Height of a point at offset `d` from a record above the plane between both. Shading normals give

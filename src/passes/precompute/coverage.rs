@@ -36,8 +36,8 @@ impl Cover {
     pub(super) const ANY: Self = Self { within: Tolerance::VALID, above: 0.0 };
     /// Records overlap enough to blend.
     pub(super) const DENSE: Self = Self { within: Tolerance::VALID, above: COVERED };
-    /// Some relaxed record is valid there.
-    pub(super) const SPARSE: Self = Self { within: Tolerance::RELAXED, above: 0.0 };
+    /// Some record is near and faces alike.
+    pub(super) const SPARSE: Self = Self { within: Tolerance::SPARSE, above: 0.0 };
 
     /// Whether a record covers a point.
     pub(super) fn holds(self, point: &CachePoint, record: &CachePoint) -> bool {

@@ -1,7 +1,7 @@
 // Glossy pixels, step 1: marks the pixels that show a material with a Phong lobe, at their centre
 // or, if they are edge pixels, in some fragment; and clears the glossy radiance of all pixels.
-// Deterministic. One invocation = one pixel. In: surfaces at the pixels, fragments. Out: two lists of
-// marks, 1 for a glossy pixel, else 0: of pixels with a lobe that takes rays, and of the other
+// Deterministic. One invocation = one pixel. In: surfaces at the pixels, fragments. Out: two lists
+// of marks, 1 for a glossy pixel, else 0: of pixels with a lobe that takes rays, and of the other
 // glossy ones; glossy radiance 0.
 #version 460
 #extension GL_EXT_scalar_block_layout : require

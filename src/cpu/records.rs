@@ -27,11 +27,11 @@ impl Tolerance {
     /// 4° below it. [Tabellion §4; Ward]
     pub const VALID: Self =
         Self { above2: 0.04, below2: 0.004, facets: FACETS_ALIKE, inverse_normal_error: 8.1131 };
-    /// Relaxed validity, where valid records are few: 45° above the plane, 30° below it, 90° between
-    /// facets, 72° between normals.
+    /// Relaxed validity, where valid records are few: 45° above the plane, 30° below it, 90°
+    /// between facets, 72° between normals.
     pub const RELAXED: Self = Self { above2: 0.5, below2: 0.25, facets: 0.0, inverse_normal_error: 1.2 };
-    /// What placement asks first of every surface if the budget does not suffice: 60° between facets,
-    /// 30° between normals.
+    /// What placement asks first of every surface if the budget does not suffice: 60° between
+    /// facets, 30° between normals.
     pub(crate) const SPARSE: Self =
         Self { above2: 0.5, below2: 0.25, facets: 0.5, inverse_normal_error: 2.7321 };
 }
@@ -117,6 +117,24 @@ mod tests {
         let height = 0.5 * x.dot(Vec3::Y + facet) / x.length();
         assert!(height < -0.1, "facets alone would have it beneath");
         assert!(cover_weight(x, n, facet, &record(Vec3::Y), Tolerance::VALID) > 0.0);
+    }
+
+    #[test]
+    fn relaxed_records_face_elsewhere_and_placement_asks_for_closer_ones() {
+        // Around a baluster, normals turn with the position, and no point has height.
+        let weight = |degrees: f32, within: Tolerance| {
+            let [sine, cosine] = [degrees.to_radians().sin(), degrees.to_radians().cos()];
+            let (x, n) = (0.1 * Vec3::new(sine, cosine - 1.0, 0.0), Vec3::new(sine, cosine, 0.0));
+            cover_weight(x, n, n, &record(Vec3::Y), within)
+        };
+        for (within, limit) in
+            [(Tolerance::VALID, 10.0), (Tolerance::SPARSE, 30.0), (Tolerance::RELAXED, 71.6)]
+        {
+            assert!(weight(limit - 1.0, within) > 0.0, "{limit}");
+            assert!(weight(limit + 1.0, within) <= 0.0, "{limit}");
+        }
+        // The nearer its normal, the more a record counts.
+        assert!(weight(20.0, Tolerance::RELAXED) > 2.0 * weight(50.0, Tolerance::RELAXED));
     }
 
     #[test]

@@ -270,7 +270,7 @@ fn pixels_with_rays_take_the_samples_that_others_leave() {
         world
             .context
             .run(|rec| {
-                pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), seen, &frame.view, SEED)
+                pass.record_rays(rec, &world.buffers, (&world.clusters, &bins), seen, &frame.view, SEED);
             })
             .unwrap();
         let takes_rays =
@@ -288,7 +288,7 @@ fn pixels_with_rays_take_the_samples_that_others_leave() {
         let capacity = pass.capacity as usize;
         assert!(32 * traced > capacity, "samples are short");
         let of_traced = (capacity - others) / traced;
-        let samples = [of_traced, if others > 0 { (capacity - of_traced * traced) / others } else { 0 }];
+        let samples = [of_traced, (capacity - of_traced * traced).checked_div(others).unwrap_or(0)];
         assert!(others == 0 || samples[0] > 2 * samples[1], "{samples:?}");
         let parts: Vec<GlossPart> = pass.samples.parts.read().unwrap();
         let mut first = 0;

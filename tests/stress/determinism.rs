@@ -78,7 +78,7 @@ fn what_no_pixel_uses_and_nothing_reads_is_left_out_to_no_effect() {
     }
     let (light, view, idle, last) = (gathered[4], gathered[5], gathered[6], gathered[7]);
     println!("{gathered:?} records");
-    assert!(light > 100 && light == gathered[3] && view > 0 && view < light && idle > 100 && last == 0);
+    assert!(light > 100 && light == gathered[3] && view > 0 && view < light && idle > 50 && last == 0);
     let skipped = sparing.statistics().unwrap().skipped;
     for (what, least) in [
         ("clusters that nothing reads", 0.1),

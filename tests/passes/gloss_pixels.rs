@@ -285,6 +285,7 @@ fn pixels_with_rays_take_the_samples_that_others_leave() {
         let listed = pass.samples.listed().unwrap();
         assert!(listed == expected, "{} pixels instead of {}", listed.len(), expected.len());
         let others = expected.len() - traced;
+        assert_eq!(others > 200, broad != BroadLobes::default(), "{others} pixels without rays");
         let capacity = pass.capacity as usize;
         assert!(32 * traced > capacity, "samples are short");
         let of_traced = (capacity - others) / traced;

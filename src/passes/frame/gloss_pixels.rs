@@ -117,8 +117,8 @@ pub const LAYOUTS: &[Layout] = &[
 pub const NO_GLOSS_BIN: u32 = u32::MAX;
 /// Rays from each sample (`glsl/include/gloss_rays.glsl`).
 pub const LOBE_RAYS: u32 = 4;
-/// The capacity suffices for all samples if one pixel in `SHARE` is glossy; with more glossy
-/// pixels, each gets fewer samples.
+/// The capacity suffices for all samples if one pixel in `SHARE` is glossy. If more are, pixels
+/// without rays get fewer samples first.
 const SHARE: u64 = 8;
 /// Minimum capacity, 5 MB.
 const MIN_ROOM: u64 = 1 << 16;

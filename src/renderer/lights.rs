@@ -81,7 +81,7 @@ pub(super) struct NewIrradiances {
 }
 
 /// A light with all of its parts.
-fn one_light<'a>(
+pub(super) fn one_light<'a>(
     table: &'a Buffer,
     rows: &LightTable,
     (index, channel): (usize, Option<u32>),
@@ -98,7 +98,7 @@ fn one_light<'a>(
 }
 
 /// Whether shadow rays go to the light. A sky without bright spots lights through records alone.
-fn has_parts(light: &OneLight<'_>) -> bool {
+pub(super) fn has_parts(light: &OneLight<'_>) -> bool {
     light.part_count > 0
 }
 
@@ -189,7 +189,7 @@ impl Lights {
     }
 
     /// The channel of a light. `None` if it has all.
-    fn channel(&self, light: usize) -> Option<u32> {
+    pub(super) fn channel(&self, light: usize) -> Option<u32> {
         (self.channels > 1).then_some((light % self.channels) as u32)
     }
 
@@ -233,12 +233,9 @@ impl Lights {
         }
     }
 
-    /// Takes over edited lights. The next frame uploads them. If it fails, the emissions of the
-    /// previous call stay in use.
-    pub(super) fn edit(&mut self, lights: &[Light]) -> Result<Edited> {
-        let emissions =
-            |sources: &[LightSource]| sources.iter().map(|source| source.emission).collect::<Vec<_>>();
-        let scene_lights = lights;
+    /// The table of these lights, and the first part of each channel of a light, with the light's
+    /// emission, which is black if the light is off.
+    pub(super) fn tables(&self, lights: &[Light]) -> (LightTable, Vec<LightSource>) {
         let lights = &self.of_channels(lights)[..];
         let mut rows = LightTable::new(lights, &self.emission);
         for (index, light) in rows.lights.iter().enumerate() {
@@ -250,6 +247,15 @@ impl Lights {
         for (source, light) in sources.iter_mut().zip(lights) {
             source.emission = if light.is_on { source.emission } else { Vec3::ZERO };
         }
+        (rows, sources)
+    }
+
+    /// Takes over edited lights. The next frame uploads them. If it fails, the emissions of the
+    /// previous call stay in use.
+    pub(super) fn edit(&mut self, lights: &[Light]) -> Result<Edited> {
+        let emissions =
+            |sources: &[LightSource]| sources.iter().map(|source| source.emission).collect::<Vec<_>>();
+        let (rows, mut sources) = self.tables(lights);
         let mut active = sources.iter_mut().filter(|source| source.emission != Vec3::ZERO);
         let emission_scale = match (active.next(), active.next()) {
             (Some(only), None) => std::mem::replace(&mut only.emission, Vec3::ONE),
@@ -286,7 +292,7 @@ impl Lights {
         let emission = emissions(&self.sources) != emissions(&sources);
         let composition = self.emission_scale != emission_scale;
         (self.sources, self.emission_scale) = (sources, emission_scale);
-        (self.rows, self.lights) = (rows, scene_lights.to_vec());
+        (self.rows, self.lights) = (rows, lights.to_vec());
         Ok(Edited { emission, composition, new_beams })
     }
 
@@ -304,6 +310,10 @@ impl Lights {
         let mut words: Vec<u8> = bytemuck::cast_slice(&self.rows.rows).to_vec();
         words.extend_from_slice(bytemuck::cast_slice(&self.rows.sky_radiances));
         rec.upload(&self.table, &words);
+    }
+
+    /// Uploads the radiance of the sky, colours included. A transfer.
+    pub(super) fn record_sky_upload(&self, rec: &mut Recorder) {
         if let Some(sky_radiance) = &self.sky_radiance {
             rec.upload(sky_radiance, &self.sky_radiance());
         }

@@ -198,8 +198,11 @@ fn a_sky_of_several_colours_lights_as_the_path_tracer_says() {
 #[test]
 fn emission_is_edited_live() {
     let surface = quad(Vec3::new(-0.9, -0.2, -0.3), Vec3::Y * 0.4, Vec3::Z * 0.6);
+    let mut open = room(0.5);
+    // Without the ceiling.
+    open.triangles.retain(|triangle| triangle.positions.iter().any(|point| point.y < 0.9));
     let scene = |radiance: Vec3, turn: f32| {
-        let mut scene = with_emitter(room(0.5), &surface, Vec3::ONE, Sides::Both);
+        let mut scene = with_emitter(open.clone(), &surface, Vec3::ONE, Sides::Both);
         scene = with_lights(scene, Some((Environment::constant(), 0.1 * radiance, turn)));
         scene.lights[0].kind = scene.lights[0].kind.with_emission(radiance);
         scene
@@ -222,12 +225,25 @@ fn emission_is_edited_live() {
         pixels.iter().flatten().map(|value| value.to_bits()).collect::<Vec<_>>()
     };
     assert_eq!(bits(&edited), bits(&cold));
+    // A colour of the sky alone, and a switch.
+    let sky = edited.scene().lights[1].kind;
+    for (factor, is_on) in [(0.0, false), (2.0, true), (1.0, true)] {
+        edited.set_light(1, sky.with_emission(factor * sky.emission())).unwrap();
+        edited.switch_light(1, is_on).unwrap();
+        let report = edited.frame().unwrap();
+        assert!(report.passes.iter().all(|pass| pass.name != "form_factors"), "a colour traces nothing");
+        let mut scene = scene(colour, 0.5);
+        scene.lights[1].kind = edited.scene().lights[1].kind;
+        scene.lights[1].is_on = is_on;
+        assert!(bits(&edited) == bits(&render(scene, SMALL)), "{factor} {is_on}");
+    }
     // Switched off, the emitter is black.
     let brightest = |renderer: &Renderer| {
         renderer.layer(Layer::Beauty).unwrap().iter().flatten().copied().fold(0.0, f32::max)
     };
     let before = brightest(&edited);
     edited.switch_light(0, false).unwrap();
+    edited.switch_light(1, false).unwrap();
     edited.frame().unwrap();
     assert!(f64::from(brightest(&edited)) < 0.1 * f64::from(before) * PI, "{before}");
     assert_silent(&context());

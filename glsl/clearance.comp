@@ -63,9 +63,7 @@ void main() {
     uint index = flat_workgroup();
     if (index >= push.candidate_count) return;
     CachePoint point = candidates[index];
-    vec3 normal = surface_at(point.side >> 1).normal;
-    if ((point.side & 1u) != 0u) normal = -normal;
-    vec3 origin = offset_origin(point.position, normal);
+    vec3 origin = offset_origin(point.position, point.facet);
     mat3 frame = frame_around(point.normal);
 
     // The seed comes from the point's own bits, so the result is independent of the chunk

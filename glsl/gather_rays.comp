@@ -108,9 +108,7 @@ void main() {
     if (local_point >= push.point_count) return;
     uint index = push.first_point + local_point;
     CachePoint point = cache_points[index];
-    vec3 normal = surface_at(point.side >> 1).normal;
-    if ((point.side & 1u) != 0u) normal = -normal;
-    vec3 origin = offset_origin(point.position, normal);
+    vec3 origin = offset_origin(point.position, point.facet);
     mat3 frame = frame_around(point.normal);
     uint first = (push.first_row + local_point) * RINGS * SECTORS;
 
@@ -122,7 +120,7 @@ void main() {
         Hit hit;
         // If the shading normal leans away from the geometric one, part of its hemisphere lies
         // inside the surface.
-        bool is_outside = dot(direction, normal) > 0.0;
+        bool is_outside = dot(direction, point.facet) > 0.0;
         if (is_outside && trace(Ray(origin, direction, FAR), false, hit)) {
             distance = hit.t;
             // The solid angle of one stratum.

@@ -94,16 +94,14 @@ void main() {
         bool alive = true;
         if_any (path.depth == 0u) {
             CachePoint point = cache_points[index];
-            vec3 normal = surface_at(point.side >> 1).normal;
-            if ((point.side & 1u) != 0u) normal = -normal;
             uint name = is_along_gather_ray ? index : path.sample_index;
             uint seed = is_along_gather_ray ? push.gather_seed : point_seed;
-            path.origin = offset_origin(point.position, normal);
+            path.origin = offset_origin(point.position, point.facet);
             path.direction = frame_around(point.normal) * stratum_direction(stratum_of(ray), name, seed);
             path.throughput = vec3(1.0);
             // If the shading normal leans away from the geometric one, part of its hemisphere lies
             // inside the surface.
-            alive = dot(path.direction, normal) > 0.0;
+            alive = dot(path.direction, point.facet) > 0.0;
         }
         Hit hit;
         bool is_outside = alive;

@@ -108,11 +108,16 @@ pub(super) struct DeviceArgs {
 }
 
 impl SceneArgs {
-    /// Loads a scene.
+    /// Loads a scene without its meters: no picture needs them.
     ///
     /// # Errors
     /// As [`Scene::load`]; and, with `--strict`, the first warning.
     pub(super) fn load(&self, spec: &str) -> Result<Scene> {
+        Ok(Scene { meters: Vec::new(), ..self.load_with_meters(spec)? })
+    }
+
+    /// As [`Self::load`], with meters.
+    pub(super) fn load_with_meters(&self, spec: &str) -> Result<Scene> {
         let scene = Scene::load(spec, &self.options())?;
         match scene.warnings.first() {
             Some(first) if self.strict => {

@@ -20,7 +20,7 @@ pub(super) struct Info {
 
 impl Info {
     pub(super) fn run(self) -> Result<()> {
-        let scene = self.scene.as_deref().map(|spec| self.scene_args.load(spec)).transpose()?;
+        let scene = self.scene.as_deref().map(|spec| self.scene_args.load_with_meters(spec)).transpose()?;
         let devices = Context::devices();
         let mut text = String::new();
         match &devices {

@@ -41,7 +41,7 @@ impl Init {
             return Err(Error::output(&path, "exists: name another file with -o, or delete it"));
         }
         let output = OutputFile::check(&path)?;
-        let scene = self.scene_args.load(&self.scene)?;
+        let scene = self.scene_args.load_with_meters(&self.scene)?;
         let text = SceneText::new(&self.scene, &self.scene_args.options(), &scene)?;
         let text = text.with_edits(&Edited::from_scene(&scene), &path)?;
         let text = commented(&self.scene, &scene, &text);

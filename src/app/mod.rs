@@ -24,6 +24,7 @@ mod help;
 mod info;
 mod init;
 mod interrupt;
+mod meters;
 mod numbers;
 mod output;
 mod overlap;
@@ -57,6 +58,8 @@ enum Command {
     Compare(compare::Compare),
     Film(film::Film),
     Precompute(precompute::Precompute),
+    Measure(meters::measure::Measure),
+    Solve(meters::solve::Solve),
     Info(info::Info),
     Init(init::Init),
     #[cfg(feature = "window")]
@@ -84,6 +87,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Compare(command) => command.run(),
             Command::Film(command) => command.run(),
             Command::Precompute(command) => command.run(),
+            Command::Measure(command) => command.run(),
+            Command::Solve(command) => command.run(),
             Command::Info(command) => command.run(),
             Command::Init(command) => command.run(),
             #[cfg(feature = "window")]

@@ -58,12 +58,11 @@ pub struct Found {
 impl Tracing<'_> {
     /// A ray of cache point number `index`. `None` if it would start into the surface.
     pub fn ray(&self, point: &CachePoint, index: u32, ray: u32) -> Option<Ray> {
-        let normal = self.geometry.normal(point.side);
         let local = self.strata.direction(ray, index, self.seed);
         let direction = frame(point.normal) * local;
         let solid_angle = PI / (f64::from(self.strata.rays()) * local.z);
-        (direction.dot(normal.as_dvec3()) > 0.0).then(|| Ray {
-            origin: self.geometry.offset_origin(point.position, normal),
+        (direction.dot(point.facet.as_dvec3()) > 0.0).then(|| Ray {
+            origin: self.geometry.offset_origin(point.position, point.facet),
             direction,
             width: SHARE * solid_angle.sqrt(),
         })
@@ -156,7 +155,7 @@ impl Tracing<'_> {
     fn clearance_hit(&self, point: &CachePoint, ray: u32) -> Option<(Hit, DVec3)> {
         let [x, y, z] = point.position.to_array().map(f32::to_bits);
         let name = hash_pair(x, hash_pair(y, hash_pair(z, point.side)));
-        let origin = self.geometry.offset_origin(point.position, self.geometry.normal(point.side));
+        let origin = self.geometry.offset_origin(point.position, point.facet);
         let local = self.strata.direction(ray, name, self.seed);
         let direction = frame(point.normal) * local;
         let hit = self.geometry.closest(origin, direction).filter(|_| local.z > 0.1736)?;

@@ -31,16 +31,15 @@ impl Probe<'_> {
     /// Radiance of path number `sample` of a stratum, W/m²/sr.
     fn radiance(&self, point: &CachePoint, index: u32, ray: u32, sample: u32) -> DVec3 {
         let geometry = self.paths.scene.geometry;
-        let normal = geometry.normal(point.side);
         let point_seed = hash_pair(self.paths.seed, index);
         let local = match self.gather_seed {
             Some(seed) => self.strata.direction(ray, index, seed),
             None => self.strata.direction(ray, sample, point_seed),
         };
-        let mut origin = geometry.offset_origin(point.position, normal);
+        let mut origin = geometry.offset_origin(point.position, point.facet);
         let mut direction = frame(point.normal) * local;
         let (mut throughput, mut radiance) = (DVec3::ONE, DVec3::ZERO);
-        if direction.dot(normal.as_dvec3()) <= 0.0 {
+        if direction.dot(point.facet.as_dvec3()) <= 0.0 {
             return radiance;
         }
         for depth in 1.. {

@@ -10,6 +10,7 @@ pub mod kernel_copy;
 mod lattice;
 mod light_table;
 mod loop_limit;
+pub mod meters;
 mod one_light;
 pub mod precompute;
 pub mod reference;
@@ -67,6 +68,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::compose::LAYOUTS,
         frame::tonemap::LAYOUTS,
         kernel_copy::LAYOUTS,
+        meters::LAYOUTS,
         reference::path_trace::LAYOUTS,
         reference::irradiance_probe::LAYOUTS,
         reference::photon_trace::LAYOUTS,

@@ -48,6 +48,16 @@ pub struct Exact {
     pub sequence: u32,
 }
 
+/// Points where paths probe indirect irradiance, and how.
+struct Probes<'a> {
+    cache_points: &'a Buffer,
+    point_count: u32,
+    hemisphere: Hemisphere,
+    is_along_gather_rays: bool,
+    samples: u32,
+    sequence: u32,
+}
+
 impl Renderer {
     /// A layer of the last frame with one stage replaced by its reference. The renderer's
     /// own frame stays.
@@ -77,9 +87,37 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn exact_irradiance(&self, exact: Exact) -> Result<Vec<Vec3>> {
-        let seed = self.world.scene.quality.seed;
+        let gather = &self.transport.gather;
         let is_along_gather_rays = exact.stage == Stage::Clusters;
-        let rays = self.transport.gather.hemisphere.rays();
+        let rays = gather.hemisphere.rays();
+        self.probed(Probes {
+            cache_points: &gather.cache_points,
+            point_count: gather.point_count(),
+            hemisphere: Hemisphere::new(if is_along_gather_rays { rays } else { rays.min(STRATA) }),
+            is_along_gather_rays,
+            samples: exact.samples,
+            sequence: exact.sequence,
+        })
+    }
+
+    /// Path-traced indirect irradiance at each of these points, W/m², without the factor
+    /// [`super::StageBuffers::emission_scale`]: `samples` paths in each stratum of a hemisphere.
+    pub(super) fn traced_irradiance(
+        &self,
+        points: &[CachePoint],
+        hemisphere: Hemisphere,
+        samples: u32,
+    ) -> Result<Vec<Vec3>> {
+        let cache_points = &Buffer::from_slice(&self.context, "probed points", points)?;
+        let point_count = points.len() as u32;
+        let (is_along_gather_rays, sequence) = (false, 0);
+        self.probed(Probes { cache_points, point_count, hemisphere, is_along_gather_rays, samples, sequence })
+    }
+
+    fn probed(&self, probes: Probes<'_>) -> Result<Vec<Vec3>> {
+        let Probes { cache_points, point_count, hemisphere, is_along_gather_rays, samples, sequence } =
+            probes;
+        let seed = self.world.scene.quality.seed;
         let lights = Buffer::from_slice(&self.context, "lights of paths", &self.lights.for_paths())?;
         irradiance_probe::trace(
             &self.context,
@@ -90,12 +128,12 @@ impl Renderer {
                     light_count: self.world.scene.lights.len() as u32,
                 },
                 sky: self.lights.sky().zip(self.lights.sky_side()),
-                cache_points: &self.transport.gather.cache_points,
-                point_count: self.transport.gather.point_count(),
-                hemisphere: Hemisphere::new(if is_along_gather_rays { rays } else { rays.min(STRATA) }),
+                cache_points,
+                point_count,
+                hemisphere,
                 gather_seed: is_along_gather_rays.then_some(seed),
-                seed: hash_pair(!seed, exact.sequence),
-                samples: exact.samples,
+                seed: hash_pair(!seed, sequence),
+                samples,
             },
         )
     }

@@ -15,6 +15,7 @@ mod inspect;
 mod light_cache;
 mod lights;
 mod liveness;
+mod meters;
 mod outputs;
 mod pass_costs;
 mod pass_sizes;
@@ -38,6 +39,7 @@ pub use ablation::{Exact, Stage};
 pub use dirty::Work;
 pub use frame::RecordedFrame;
 pub use inspect::{ClusterAt, GatherRaySegment, PathPoint, RecordWeight, SurfaceAt};
+pub use meters::Measured;
 pub use outputs::StageBuffers;
 pub use plan::{FramePlan, Gathering, LightResults, Scan, Uploads};
 pub use precompute_cache::{Store, Written, miss_reason};
@@ -54,13 +56,14 @@ use crate::passes::frame::{
 use crate::passes::reflectances;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, Measure, Scene};
-use crate::types::{PathVertex, View};
+use crate::types::{CachePoint, PathVertex, View};
 use counters::FrameCounters;
 use dirty::Dirty;
 use gloss::GlossPasses;
 use image::{Image, IndirectLight};
 use lights::Lights;
 use liveness::LiveSets;
+use meters::MeterPasses;
 use precompute::Precomputed;
 use report::FrameWatch;
 use std::sync::Arc;
@@ -79,6 +82,8 @@ pub struct Renderer {
     splat: Splat,
     dirty: Dirty,
     counters: FrameCounters,
+    /// `None` without meters.
+    meters: Option<MeterPasses>,
     statistics: Statistics,
     /// Passes wait for each other, so that each can be timed.
     is_serialised: bool,
@@ -108,7 +113,9 @@ impl Renderer {
         let (view, is_glossy) = (View::from(&scene.cameras[0]), made.gloss.is_some());
         let mut image = Image::new(context, &made.buffers, view, scene.quality.edge_samples, is_glossy)?;
         image.antialias.smooth_m = antialias::SMOOTH * made.hvds.grid.cell_size() as f32;
-        let tree = RecordTree::new(context, &made.cache_points.read()?, &scene.triangles)?;
+        let mut points: Vec<CachePoint> = made.cache_points.read()?;
+        points.truncate(points.len() - scene.measuring_points().iter().product::<usize>());
+        let tree = RecordTree::new(context, &points, &scene.triangles)?;
         let splat = Splat::new(context, tree.into(), image.size(), image.antialias.capacity.points)?;
         let (world, transport, statistics) = Self::upload(context, scene, made)?;
         let factor_count = transport.form_factors.point_count();
@@ -125,6 +132,7 @@ impl Renderer {
             )?,
             dirty: Dirty::new(world.scene.lights.len()),
             counters: FrameCounters::new(context)?,
+            meters: MeterPasses::new(context, &transport.gather, world.scene.measuring_points())?,
             world,
             transport,
             image,
@@ -287,6 +295,7 @@ impl Renderer {
             self.lights.record_upload(rec);
         }
         if plan.uploads.emission {
+            self.lights.record_sky_upload(rec);
             self.world.buffers.emission.record_upload(rec, &self.world.scene.lights);
         }
         if plan.uploads.materials {

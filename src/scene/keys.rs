@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 
 /// A key of a section.
 pub struct Key {
-    /// Section: `model`, `camera`, `light`, `environment`, `material` or `quality`.
+    /// Section: `model`, `camera`, `light`, `environment`, `material`, `meter` or `quality`.
     pub section: &'static str,
-    /// Kinds of light that have it, separated by blanks. Empty: all.
+    /// Kinds of light or meter that have it, separated by blanks. Empty: all.
     kinds: &'static str,
     /// Name in the file.
     pub name: &'static str,
@@ -26,12 +26,13 @@ pub struct Key {
 }
 
 /// Sections in the order of a scene file, and what each holds.
-pub const SECTIONS: [(&str, &str); 6] = [
+pub const SECTIONS: [(&str, &str); 7] = [
     ("model", "[[model]]: a model, in world space; at least one"),
     ("camera", "[camera], or [[camera]] for several; the first is used unless --camera names another"),
     ("light", "[[light]]: a light of one of four kinds"),
     ("environment", "[environment]: light from all directions, seen where rays leave the scene"),
     ("material", "[[material]]: replaces properties of the models' material of that name"),
+    ("meter", "[[meter]]: a light meter, for the command measure"),
     ("quality", "[quality]: settings of the precomputation; defaults are those of the preset"),
 ];
 
@@ -81,7 +82,8 @@ keys! {
     }
     "light" "point spot" {
         position: "3 numbers, m", "±1e12", "needed", "Position of the light", "[0.0, 1.9, 0.0]", "[1e13, 0.0, 0.0]";
-        intensity: "3 numbers, W/sr", "0 to 1e15", "needed", "Radiant intensity, red, green, blue", "[5.0, 5.0, 5.0]", "[-1.0, 0.0, 0.0]";
+        intensity: "3 numbers, W/sr", "0 to 1e15", "needed, or a power", "Radiant intensity, red, green, blue", "[5.0, 5.0, 5.0]", "[-1.0, 0.0, 0.0]";
+        candela: "number, cd", "0 to 1e15", "none", "Luminous intensity, on the axis of a spot, instead of intensity", "100.0", "-1.0";
     }
     "light" "spot directional" {
         direction: "3 numbers", "not zero", "needed", "Direction in which light leaves", "[0.0, -1.0, 0.0]", "[0.0, 0.0, 0.0]";
@@ -94,12 +96,22 @@ keys! {
         corner: "3 numbers, m", "±1e12", "needed", "Corner of the parallelogram", "[0.0, 1.9, 0.0]", "[1e13, 0.0, 0.0]";
         edge_u: "3 numbers, m", "±1e12", "needed", "First edge from the corner", "[0.5, 0.0, 0.0]", "[0.0, 0.0, 0.0]";
         edge_v: "3 numbers, m", "±1e12", "needed", "Second edge; light leaves towards edge_u × edge_v", "[0.0, 0.0, 0.5]", "[0.5, 0.0, 0.0]";
-        radiance: "3 numbers, W/m²/sr", "0 to 1e15", "needed", "Emitted radiance, red, green, blue", "[4.0, 4.0, 4.0]", "[-1.0, 0.0, 0.0]";
+        radiance: "3 numbers, W/m²/sr", "0 to 1e15", "needed, or a power", "Emitted radiance, red, green, blue", "[4.0, 4.0, 4.0]", "[-1.0, 0.0, 0.0]";
+        nits: "number, cd/m²", "0 to 1e15", "none", "Luminance instead of radiance", "1000.0", "-1.0";
         samples: "integer", "1 to 4 096", "10", "Point samples of the light; penumbrae have more", "16", "0";
         visible: "true or false", "", "false", "Whether it is a surface that is seen, which cannot be moved then", "true", "";
     }
     "light" "directional" {
-        irradiance: "3 numbers, W/m²", "0 to 1e15", "needed", "Irradiance of a surface that faces the light", "[1.0, 1.0, 1.0]", "[-1.0, 0.0, 0.0]";
+        irradiance: "3 numbers, W/m²", "0 to 1e15", "needed, or lux", "Irradiance of a surface that faces the light", "[1.0, 1.0, 1.0]", "[-1.0, 0.0, 0.0]";
+        lux: "number, lx", "0 to 1e15", "none", "Illuminance of such a surface instead of irradiance", "50000.0", "-1.0";
+    }
+    "light" "point spot area" {
+        lumens: "number, lm", "0 to 1e15", "none", "Luminous flux instead of intensity or radiance", "800.0", "-1.0";
+        watts: "number, W", "0 to 1e15", "none", "Radiant flux of white light as bright, instead of intensity or radiance", "10.0", "-1.0";
+    }
+    "light" "point spot area directional" {
+        kelvin: "number, K", "1 667 to 25 000", "white", "Colour of a power: that of a black body", "2700.0", "500.0";
+        tint: "3 numbers", "0 to 1", "white", "Colour of a power; beside kelvin its factor", "[1.0, 0.9, 0.8]", "[2.0, 0.0, 0.0]";
     }
     "environment" "" {
         radiance: "3 numbers, W/m²/sr", "0 to 1e15", "[1, 1, 1]", "Radiance of the sky; with an image, its factor", "[0.5, 0.6, 0.8]", "[-1.0, 0.0, 0.0]";
@@ -124,6 +136,20 @@ keys! {
         thin: "true or false", "", "the model's", "Whether its surface is a pane of its diffuse colour: light passes, and none is reflected", "true", "";
         opacity: "number", "0 to 1", "the model's; 0 if thin", "Fraction of light that does not pass; below 1 the surface is a pane", "0.25", "2.0";
     }
+    "meter" "" {
+        name: "text", "", "none", "Name for --set meter.NAME.KEY and for tables", "\"desk\"", "";
+        kind: "text", "point, plane", "needed", "Kind of the meter", "", "\"line\"";
+    }
+    "meter" "point" {
+        position: "3 numbers, m", "±1e12", "needed", "Position of the meter", "[0.0, 0.8, 0.0]", "[1e13, 0.0, 0.0]";
+        normal: "3 numbers", "not zero", "needed", "Direction in which it faces", "[0.0, 1.0, 0.0]", "[0.0, 0.0, 0.0]";
+    }
+    "meter" "plane" {
+        corner: "3 numbers, m", "±1e12", "needed", "Corner of the parallelogram", "[-0.5, 0.8, 0.5]", "[1e13, 0.0, 0.0]";
+        edge_u: "3 numbers, m", "±1e12", "needed", "First edge from the corner", "[1.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]";
+        edge_v: "3 numbers, m", "±1e12", "needed", "Second edge; the meter faces edge_u × edge_v", "[0.0, 0.0, -1.0]", "[0.5, 0.0, 0.0]";
+        grid: "2 integers", "1 to 128", "as in EN 12464-1", "Points along both edges, in the middles of equal cells", "[4, 3]", "[0, 3]";
+    }
     "quality" "" {
         preset: "text", "draft, paper, high", "paper", "Where all other settings come from", "\"draft\"", "\"best\"";
         entry_points: "integer", "1 to 16 777 216", "100 000; 400 000; 1 600 000", "Light paths, one from each entry point", "1000", "0";
@@ -140,14 +166,14 @@ keys! {
 }
 
 impl Key {
-    /// Whether the section, for lights of that kind, has the key.
+    /// Whether the section, for lights or meters of that kind, has the key.
     pub fn belongs_to(&self, section: &str, kind: Option<&str>) -> bool {
         let has_kind = |kind| self.kinds.split(' ').any(|one| one == kind);
         self.section == section && (self.kinds.is_empty() || kind.is_none_or(has_kind))
     }
 }
 
-/// Names of the keys of a section; of a light of that kind.
+/// Names of the keys of a section; of a light or meter of that kind.
 pub(super) fn names(section: &str, kind: Option<&str>) -> Vec<&'static str> {
     KEYS.iter().filter(|key| key.belongs_to(section, kind)).map(|key| key.name).collect()
 }

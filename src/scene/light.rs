@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec3};
 
 use super::keys;
-use super::value::{COORDINATE, POWER, Section, unknown};
+use super::photometry::{self, Extent};
+use super::value::{COORDINATE, Section, unknown};
 use crate::Result;
 
 /// A named light.
@@ -188,7 +189,7 @@ impl LightKind {
         let vector = |key, range, expected| section.need(section.vector(key, range)?, key, expected);
         let place = |key| Ok((vector(key, COORDINATE, "three numbers, metres")? - origin).as_vec3());
         let edge = |key| Ok(vector(key, COORDINATE, "three numbers, metres")?.as_vec3());
-        let power = |key, unit| Ok(vector(key, POWER, unit)?.as_vec3());
+        let power = |key, unit, extent| photometry::emission(section, key, unit, extent);
         let direction = || {
             let direction = section.need(section.direction("direction")?, "direction", "three numbers")?;
             Ok(direction.as_vec3())
@@ -201,16 +202,18 @@ impl LightKind {
         match kind {
             "point" => Ok(Self::Point {
                 position: place("position")?,
-                intensity: power("intensity", "three numbers, W/sr")?,
+                intensity: power("intensity", "W/sr", Extent::SPHERE)?,
             }),
             "spot" => {
                 let angle = section.number("angle", 0.01..=90.0)?;
+                let angle = section.need(angle, "angle", "half-angle in degrees")?.to_radians();
+                let penumbra = section.number("penumbra", 0.0..=1.0)?.unwrap_or(0.0);
                 Ok(Self::Spot {
                     position: place("position")?,
                     direction: direction()?,
-                    intensity: power("intensity", "three numbers, W/sr")?,
-                    angle: section.need(angle, "angle", "half-angle in degrees")?.to_radians() as f32,
-                    penumbra: section.number("penumbra", 0.0..=1.0)?.unwrap_or(0.0) as f32,
+                    intensity: power("intensity", "W/sr", Extent::cone(angle, penumbra))?,
+                    angle: angle as f32,
+                    penumbra: penumbra as f32,
                 })
             }
             "area" => {
@@ -223,13 +226,13 @@ impl LightKind {
                     corner: place("corner")?,
                     edge_u,
                     edge_v,
-                    radiance: power("radiance", "three numbers, W/m²/sr")?,
+                    radiance: power("radiance", "W/m²/sr", Extent::Surface(u.cross(v).length()))?,
                     samples: section.integer("samples", 1..=4096)?.unwrap_or(Self::SAMPLES),
                 })
             }
             _ => Ok(Self::Directional {
                 direction: direction()?,
-                irradiance: power("irradiance", "three numbers, W/m²")?,
+                irradiance: power("irradiance", "W/m²", Extent::Infinity)?,
             }),
         }
     }

@@ -23,6 +23,10 @@ pub const FOLDER_NAMES: usize = 1 << 16;
 pub const MATERIALS: usize = 1 << 16;
 /// Lights of a scene, including lights that a film adds.
 pub const LIGHTS: usize = 1024;
+/// `[[meter]]`s of a scene.
+pub const METERS: usize = 1024;
+/// Measuring points of all meters.
+pub const METER_POINTS: usize = 1 << 14;
 /// `[[camera]]`s of a scene.
 pub const CAMERAS: usize = 1024;
 /// Keys of a film for its camera, for all its lights, and for all its materials.

@@ -41,6 +41,7 @@ pub mod material;
 mod material_names;
 pub mod measures;
 mod metallic;
+pub mod meter;
 mod missed;
 mod model_keys;
 mod models;
@@ -54,6 +55,7 @@ pub mod octahedral;
 pub mod octree;
 pub mod opacity;
 pub mod panes;
+pub mod photometry;
 mod ply;
 mod polygons;
 pub mod quality;
@@ -90,6 +92,7 @@ pub use load_options::LoadOptions;
 pub use load_options::Memory;
 pub use material::Material;
 pub use measures::{Measure, Measures};
+pub use meter::Meter;
 pub use opacity::OpacityMaps;
 pub use panes::Pane;
 pub use quality::Quality;
@@ -157,6 +160,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Surfaces and directions that these lights stand for.
     pub emission: Arc<Emission>,
+    /// Light meters, recentred.
+    pub meters: Vec<Meter>,
     /// Cameras, recentred; at least one, the first is the default.
     pub cameras: Vec<Camera>,
     /// Interior viewpoints beside the cameras: closed spaces around them take part in transport.
@@ -209,6 +214,16 @@ impl Scene {
             .collect()
     }
 
+    /// Number of measuring points of all meters, and of cache points at each. Zero without cache
+    /// points: there is no indirect light then.
+    pub fn measuring_points(&self) -> [usize; 2] {
+        let count: usize = self.meters.iter().map(Meter::count).sum();
+        match self.quality.cache_points {
+            0 => [0, 1],
+            _ => [count, meter::cache_points_at(count, self.quality.gather_rays)],
+        }
+    }
+
     /// Smallest and largest corner of the bounding box, metres.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         self.triangles
@@ -244,6 +259,10 @@ impl Scene {
         rows.extend(
             self.lights.iter().map(|light| row("light", format!("{} ({})", light.name, light.kind.word()))),
         );
+        rows.extend(self.meters.iter().map(|meter| {
+            let [columns, rows] = meter.grid();
+            row("meter", format!("{} ({columns}×{rows})", meter.name))
+        }));
         rows.extend(self.cameras.iter().map(|camera| {
             let [width, height] = camera.size;
             row("camera", format!("{} ({width}×{height}, {}°)", camera.name, camera.fov_y_degrees))

@@ -5,7 +5,8 @@ use super::value::{Kind, Node, Origin, printable, unknown};
 use crate::{Error, Result};
 
 /// Tables of a scene file.
-pub(super) const SECTIONS: [&str; 6] = ["model", "camera", "light", "environment", "material", "quality"];
+pub(super) const SECTIONS: [&str; 7] =
+    ["model", "camera", "light", "environment", "material", "meter", "quality"];
 
 /// A change to the scene file.
 pub(super) struct Setting {
@@ -38,6 +39,7 @@ impl Setting {
             "camera" => (1..=2, "camera.KEY or camera.NAME.KEY"),
             "light" => (2..=2, "light.NAME.KEY or light.NUMBER.KEY"),
             "material" => (2..=2, "material.NAME.KEY"),
+            "meter" => (2..=2, "meter.NAME.KEY or meter.NUMBER.KEY"),
             _ => (2..=2, "model.NUMBER.KEY"),
         };
         if !lengths.contains(&keys.len()) {

@@ -14,10 +14,10 @@ use std::sync::Arc;
 
 /// One in this many points may see a light past an edge that f32 moves to the other side; in
 /// practice hardly any does.
-const GRAZING: usize = 250;
+pub(crate) const GRAZING: usize = 250;
 
 /// Lights of each kind, and an area light with more samples than one dispatch takes.
-fn lights() -> Vec<LightSource> {
+pub(crate) fn lights() -> Vec<LightSource> {
     let mut lights = path_trace::lights();
     let mut many = lights[2].kind;
     if let LightKind::Area { samples, corner, .. } = &mut many {
@@ -29,7 +29,7 @@ fn lights() -> Vec<LightSource> {
 
 /// Irradiance of a surface that faces a light, if the light faces it. Errors are relative to it,
 /// because cosines vanish at grazing angles.
-fn overhead(light: &LightSource, position: Vec3) -> f64 {
+pub(crate) fn overhead(light: &LightSource, position: Vec3) -> f64 {
     let distance = |number| {
         let u = cpu::lights::lattice_point(light, number).as_vec2();
         (light.position + u.x * light.edge_u + u.y * light.edge_v - position).length()
@@ -42,7 +42,7 @@ fn overhead(light: &LightSource, position: Vec3) -> f64 {
     }
 }
 
-fn one<'a>(table: &'a Buffer, lights: &[LightSource], index: usize) -> OneLight<'a> {
+pub(crate) fn one<'a>(table: &'a Buffer, lights: &[LightSource], index: usize) -> OneLight<'a> {
     OneLight::new(table, index as u32, &lights[index])
 }
 

@@ -33,6 +33,7 @@ mod light_paths;
 mod lights;
 mod loop_limit;
 mod merged_rays;
+mod meters;
 mod near_field;
 mod near_hits;
 mod near_lights;

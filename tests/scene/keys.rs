@@ -7,22 +7,44 @@ use std::fmt::Write as _;
 const KINDS: [&str; 4] = ["point", "spot", "area", "directional"];
 const OBJ: &str = "usemtl wall\nv 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n";
 
+/// Keys that state the power of a light, each instead of intensity, radiance or irradiance.
+const POWERS: [&str; 5] = ["lumens", "candela", "nits", "lux", "watts"];
+
+/// The kind of section with the kind of a light: lights and meters have kinds.
+fn kind_of(section: &str, kind: &'static str) -> &'static str {
+    match (section, kind) {
+        ("meter", "area") => "plane",
+        ("meter", _) => "point",
+        _ => kind,
+    }
+}
+
 /// A scene file in which every key of every section has its example, and `change` another value.
 /// Left out are keys that exclude others, unless they change.
-fn file(kind: &str, change: Option<(&Key, &str)>) -> String {
+fn file(kind: &'static str, change: Option<(&Key, &str)>) -> String {
     let mut text = String::new();
+    let changes = |section: &str, name: &str| {
+        change.is_some_and(|(other, _)| other.section == section && other.name == name)
+    };
+    let has_colour = changes("light", "kelvin") || changes("light", "tint");
+    let has_power = has_colour || POWERS.iter().any(|power| changes("light", power));
     for (section, _) in SECTIONS {
-        let is_list = ["model", "light", "material"].contains(&section);
+        let is_list = ["model", "light", "material", "meter"].contains(&section);
         let _ = writeln!(text, "{}", if is_list { format!("[[{section}]]") } else { format!("[{section}]") });
+        let kind = kind_of(section, kind);
         for key in KEYS.iter().filter(|key| key.belongs_to(section, Some(kind))) {
             let changed = change.filter(|(other, _)| std::ptr::eq(*other, key));
+            let power = if kind == "directional" { "lux" } else { "lumens" };
             let is_left_out = match key.name {
-                "built_in" | "triangles" | "tint" | "matrix" => changed.is_none(),
-                "translate" | "rotate" | "scale" => change.is_some_and(|(other, _)| other.name == "matrix"),
-                "diffuse" => change.is_some_and(|(other, _)| other.name == "tint"),
+                _ if changed.is_some() => false,
+                "intensity" | "radiance" | "irradiance" if section == "light" => has_power,
+                name if POWERS.contains(&name) => !(has_colour && name == power),
+                "built_in" | "triangles" | "tint" | "matrix" | "kelvin" => true,
+                "translate" | "rotate" | "scale" => changes("model", "matrix"),
+                "diffuse" => changes("material", "tint"),
                 // No image is there.
                 "image" => true,
-                "file" => change.is_some_and(|(other, _)| ["built_in", "triangles"].contains(&other.name)),
+                "file" => changes("model", "built_in") || changes("model", "triangles"),
                 _ => false,
             };
             let value = match changed {
@@ -34,7 +56,7 @@ fn file(kind: &str, change: Option<(&Key, &str)>) -> String {
                 let _ = writeln!(text, "{} = {value}", key.name);
             }
         }
-        if section == "model" && change.is_some_and(|(key, _)| key.name == "triangles") {
+        if section == "model" && changes("model", "triangles") {
             text.push_str("built_in = \"room\"\n");
         }
     }
@@ -45,8 +67,10 @@ fn file(kind: &str, change: Option<(&Key, &str)>) -> String {
 fn the_reader_takes_every_key_that_is_listed_and_refuses_what_is_out_of_range() {
     for kind in KINDS {
         load(&file(kind, None), OBJ).unwrap_or_else(|error| panic!("{kind}: {error}"));
-        for key in KEYS.iter().filter(|key| key.belongs_to(key.section, Some(kind))) {
-            if ["built_in", "triangles", "tint", "matrix"].contains(&key.name) && !key.example.is_empty() {
+        for key in KEYS.iter().filter(|key| key.belongs_to(key.section, Some(kind_of(key.section, kind)))) {
+            let is_alone = ["built_in", "triangles", "tint", "matrix", "kelvin"].contains(&key.name)
+                || POWERS.contains(&key.name);
+            if is_alone && !key.example.is_empty() {
                 load(&file(kind, Some((key, key.example))), OBJ)
                     .unwrap_or_else(|error| panic!("{}: {error}", key.name));
             }

@@ -28,6 +28,7 @@ mod limits;
 mod metallic;
 mod model_keys;
 mod panes;
+mod photometry;
 mod places;
 mod recording;
 mod refused;

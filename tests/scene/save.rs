@@ -130,7 +130,7 @@ fn edit(scene: &mut Scene, dice: &mut Dice) {
 
 /// Edits a scene again and again, and saves and loads it after each edit. Every second time, the
 /// scene that was loaded first is saved.
-fn edit_often(spec: &str, options: &LoadOptions, times: usize) {
+pub(crate) fn edit_often(spec: &str, options: &LoadOptions, times: usize) {
     let folder = tempfile::tempdir().unwrap();
     let to = folder.path().join("saved.toml");
     let mut dice = Dice(11);

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{Aov, ExactStage, Rendered, layer};
+use super::layers::{self, Aov, layer};
+use super::{ExactStage, Rendered};
 use crate::app::args::{DeviceArgs, device_label};
 use crate::app::capture;
 use crate::error::Result;
@@ -75,19 +76,23 @@ pub(super) fn render(
         }
     };
     let mut layers = vec![layer(None, find(Layer::Beauty)?)];
-    for &aov in aovs.iter().filter(|aov| **aov != Aov::Error) {
+    for &aov in aovs.iter().filter(|aov| !matches!(aov, Aov::Error | Aov::Lights)) {
         let source = match aov {
             Aov::Direct => Layer::Direct,
             Aov::Indirect => Layer::Indirect,
             Aov::Albedo => Layer::Albedo,
             Aov::Normal => Layer::Normal,
             Aov::Depth => Layer::Depth,
-            Aov::Variance | Aov::Error => unreachable!("refused before anything is rendered"),
+            Aov::Variance | Aov::Error | Aov::Lights => unreachable!("refused, or made below"),
         };
         layers.push(layer(Some(aov), find(source)?));
     }
     let statistics = renderer.statistics()?;
     let relit_ms = relit_ms(&mut renderer, relit_frames)?;
+    let document = document(context, &renderer, &frame, &statistics);
+    if aovs.contains(&Aov::Lights) {
+        layers.extend(layers::of_lights(&mut renderer)?);
+    }
     Ok(Rendered {
         warnings,
         relit_ms,
@@ -100,7 +105,7 @@ pub(super) fn render(
             frame.frame_ms,
             device_label(context)
         ),
-        document: document(context, &renderer, &frame, &statistics),
+        document,
     })
 }
 

@@ -1,5 +1,7 @@
 //! `lightpaths render`: renders one image without a window.
 
+mod combinations;
+mod layers;
 mod lightpaths;
 mod path_judge;
 pub(super) mod sampled;
@@ -17,6 +19,7 @@ use super::{capture, overlap, picture};
 use crate::error::{Error, Result};
 use crate::image::ExrLayer;
 use crate::reference::{PathTracer, PhotonMapper};
+use layers::{Aov, Layer, layer};
 
 /// Render one image
 ///
@@ -54,7 +57,8 @@ pub(super) struct Render {
     #[arg(long, value_name = "Y", allow_negative_numbers = true, value_parser = parse_positive, help_heading = "Method")]
     target_ms: Option<f64>,
     /// Further layers of an EXR: direct, indirect, albedo, normal, depth; for the method path also
-    /// variance (of the mean); for lightpaths also error (relative, 1 is 100 %, judged by paths)
+    /// variance (of the mean); for lightpaths also error (relative, 1 is 100 %, judged by paths) and
+    /// lights (direct and indirect light of each, which add up to the picture)
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', help_heading = "Output")]
     aov: Vec<Aov>,
     /// Brightens a PNG by this many stops; auto: its mean becomes middle grey [default: 0; for a
@@ -92,41 +96,6 @@ enum ExactStage {
     Splat,
     Clusters,
     Gather,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Aov {
-    Direct,
-    Indirect,
-    Albedo,
-    Normal,
-    Depth,
-    Variance,
-    Error,
-}
-
-const RGB: &[&str] = &["R", "G", "B"];
-
-/// A layer of the written image.
-struct Layer {
-    name: &'static str,
-    channels: &'static [&'static str],
-    pixels: Vec<[f32; 3]>,
-}
-
-/// The main layer, or the layer of an AOV.
-fn layer(aov: Option<Aov>, pixels: Vec<[f32; 3]>) -> Layer {
-    let (name, channels): (_, &[&str]) = match aov {
-        None => ("", RGB),
-        Some(Aov::Direct) => ("direct", RGB),
-        Some(Aov::Indirect) => ("indirect", RGB),
-        Some(Aov::Albedo) => ("albedo", RGB),
-        Some(Aov::Normal) => ("normal", &["X", "Y", "Z"]),
-        Some(Aov::Depth) => ("depth", &["Z"]),
-        Some(Aov::Variance) => ("variance", RGB),
-        Some(Aov::Error) => ("error", &["Y"]),
-    };
-    Layer { name, channels, pixels }
 }
 
 /// The result of a method.
@@ -170,12 +139,6 @@ impl Format {
             Some("png") => Ok(Self::Png),
             _ => Err(Error::output(path, "unknown image format; end the name in .exr or .png")),
         }
-    }
-}
-
-impl Method {
-    fn name(self) -> String {
-        self.to_possible_value().expect("no method is skipped").get_name().to_owned()
     }
 }
 
@@ -265,83 +228,6 @@ impl Render {
         Ok(rendered)
     }
 
-    /// Refuses contradictory arguments before any file is read or written.
-    fn check_combinations(&self, format: Format) -> Result<()> {
-        let refuse = |message: String| Err(Error::Usage(message));
-        for (given, flag) in [(self.spp.is_some(), "--spp"), (self.seconds.is_some(), "--seconds")] {
-            if given && !matches!(self.method, Method::Path | Method::Photon) && !self.judges() {
-                let method = self.method.name();
-                return refuse(format!(
-                    "{flag} is for --method path or photon, --aov error and --target-error; --method {method} takes no samples"
-                ));
-            }
-        }
-        for (given, flag) in [
-            (self.aov.contains(&Aov::Error), "--aov error"),
-            (self.target_error.is_some(), "--target-error"),
-            (self.target_ms.is_some(), "--target-ms"),
-        ] {
-            if given && self.method != Method::Lightpaths {
-                return refuse(format!("{flag} is for --method lightpaths"));
-            }
-        }
-        if self.judges() && self.spp.is_some_and(|spp| spp < 4) {
-            return refuse("an error needs at least --spp 4".to_owned());
-        }
-        for (given, flag) in [(self.exact.is_some(), "--exact"), (self.capture.is_some(), "--capture")] {
-            if given && (self.target_error.is_some() || self.target_ms.is_some()) {
-                return refuse(format!(
-                    "{flag} is for one setting; first have --target-error or --target-ms find it"
-                ));
-            }
-        }
-        if self.exact.is_some() && self.method != Method::Lightpaths {
-            let method = self.method.name();
-            return refuse(format!(
-                "--exact is for --method lightpaths; --method {method} has no such stage"
-            ));
-        }
-        if self.no_skip && matches!(self.method, Method::Path | Method::Photon) {
-            let method = self.method.name();
-            return refuse(format!(
-                "--no-skip is for --method lightpaths and direct; --method {method} skips nothing"
-            ));
-        }
-        if self.capture.is_some() && matches!(self.method, Method::Path | Method::Photon) {
-            let method = self.method.name();
-            return refuse(format!(
-                "--capture is for --method lightpaths and direct; --method {method} has no single frame"
-            ));
-        }
-        if self.cache_args.path().is_some() && self.method != Method::Lightpaths {
-            let method = self.method.name();
-            return refuse(format!(
-                "--cache is for --method lightpaths; --method {method} traces none that could be kept"
-            ));
-        }
-        if self.exact.is_some() && format == Format::Png {
-            return refuse("--exact needs an .exr output".to_owned());
-        }
-        if format == Format::Png && !self.aov.is_empty() {
-            return refuse("--aov needs an .exr output; a PNG has no layers".to_owned());
-        }
-        if format == Format::Exr && self.exposure.is_some() {
-            return refuse("--exposure is for .png outputs; an EXR holds radiance as it is".to_owned());
-        }
-        if self.method == Method::Direct && self.aov.contains(&Aov::Indirect) {
-            return refuse("--aov indirect needs --method lightpaths, path or photon".to_owned());
-        }
-        if self.aov.contains(&Aov::Variance) {
-            if self.method != Method::Path {
-                return refuse("--aov variance needs --method path".to_owned());
-            }
-            if self.spp.is_some_and(|spp| spp < 4) {
-                return refuse("--aov variance needs at least --spp 4".to_owned());
-            }
-        }
-        overlap::refuse_repeated(self.outputs().chain(self.cache_args.path()))
-    }
-
     /// Whether paths judge the error.
     fn judges(&self) -> bool {
         self.aov.contains(&Aov::Error) || self.target_error.is_some()
@@ -358,7 +244,7 @@ impl Render {
         let layers: Vec<ExrLayer> = rendered
             .layers
             .iter()
-            .map(|layer| ExrLayer { name: layer.name, channels: layer.channels, pixels: &layer.pixels })
+            .map(|layer| ExrLayer { name: &layer.name, channels: layer.channels, pixels: &layer.pixels })
             .collect();
         picture::write_exr(output, rendered.size, &layers)
     }
@@ -367,65 +253,6 @@ impl Render {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::Parser;
-
-    #[derive(Parser)]
-    struct Line {
-        #[command(flatten)]
-        render: Render,
-    }
-
-    fn refusal(arguments: &str) -> Option<String> {
-        let line = Line::try_parse_from(format!("render {arguments}").split_whitespace()).unwrap();
-        let format = Format::from_path(&line.render.output).unwrap();
-        line.render.check_combinations(format).err().map(|error| error.to_string())
-    }
-
-    #[test]
-    fn contradictions_are_refused_and_name_the_argument() {
-        for (arguments, word) in [
-            ("-o a.png --spp 4", "--spp"),
-            ("-o a.png --seconds 2", "--seconds"),
-            ("-o a.png --method direct --spp 4", "--spp"),
-            ("-o a.exr --exact splat --method path", "--exact"),
-            ("-o a.exr --exact gather --method direct", "--exact"),
-            ("-o a.exr --no-skip --method path", "--no-skip"),
-            ("-o a.png --capture c --method photon", "--capture"),
-            ("-o a.exr --cache c --method direct", "--cache"),
-            ("-o a.exr --cache c --method path", "--cache"),
-            ("-o a.png --exact clusters", ".exr"),
-            ("-o a.exr --exact clusters --spp 4", "--spp"),
-            ("-o a.exr --aov variance", "--method path"),
-            ("-o a.exr --method photon --aov variance", "--method path"),
-            ("-o a.exr --method path --spp 3 --aov variance", "--spp 4"),
-            ("-o a.png --aov depth", "--aov"),
-            ("-o a.png --aov error", "--aov"),
-            ("-o a.exr --method path --aov error", "--aov error"),
-            ("-o a.exr --method direct --target-error 1e-3", "--target-error"),
-            ("-o a.exr --method photon --target-ms 9", "--target-ms"),
-            ("-o a.exr --target-error 1e-3 --spp 3", "--spp 4"),
-            ("-o a.exr --target-error 1e-3 --exact splat", "--exact"),
-            ("-o a.png --target-ms 5 --capture c", "--capture"),
-            ("-o a.exr --target-ms 5 --spp 64", "--spp"),
-            ("-o a.exr --exposure 1", "--exposure"),
-            ("-o a.exr --method direct --aov direct,indirect", "indirect"),
-            ("-o a.exr --stats a.exr", "two outputs"),
-        ] {
-            assert!(refusal(arguments).is_some_and(|line| line.contains(word)), "{arguments}");
-        }
-        for arguments in [
-            "-o a.PNG --exposure -1.5",
-            "-o a.exr --exact gather --aov indirect",
-            "-o a.exr --exact gather --aov error --spp 16 --seconds 3",
-            "-o a.png --target-error 1e-3 --target-ms 20 --spp 64 --cache c",
-            "room -o a.exr --aov direct,indirect,albedo,normal,depth",
-            "-o a.exr --method path --spp 4 --seconds 2 --aov variance",
-            "-o a.exr --method photon --spp 1 --seconds 2 --aov direct,indirect,albedo,normal,depth",
-        ] {
-            assert_eq!(refusal(arguments), None, "{arguments}");
-        }
-    }
-
     /// Simulates a faulty method: one pixel of a layer is NaN.
     #[test]
     fn a_picture_that_is_not_finite_is_not_written() {

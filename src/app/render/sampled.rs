@@ -53,7 +53,7 @@ pub(super) fn render(
             Aov::Normal => hits.normal.clone(),
             Aov::Depth => hits.depth.clone(),
             Aov::Variance => renderer.variance()?,
-            Aov::Error => unreachable!("refused before anything is rendered"),
+            Aov::Error | Aov::Lights => unreachable!("refused before anything is rendered"),
         };
         layers.push(layer(Some(aov), pixels));
     }

@@ -72,6 +72,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
         materials,
         lights,
         emission,
+        meters: _,
         cameras,
         interior_viewpoints: _,
         origin: _,

@@ -87,6 +87,15 @@ impl SizeField {
         Ok(Self { probe, samples, clearances })
     }
 
+    /// Whether each of these points is in a solid.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn in_solids(&self, buffers: &SceneBuffers, points: &[CachePoint]) -> Result<Vec<bool>> {
+        let measured = self.probe.measure(buffers, points, None)?;
+        Ok(measured.iter().map(|clearance| clearance.distance < 0.0).collect())
+    }
+
     /// Interpolated clearance, metres, at the middle of each fragment of another hierarchy of
     /// the same surface.
     pub fn clearances_of(&self, geometry: &Geometry<'_>, other: &Hvds) -> Vec<f32> {

@@ -67,4 +67,11 @@ impl Neighbourhoods {
         }
         neighbourhoods
     }
+
+    /// Adds a record after the last, without neighbours.
+    pub fn push_alone(&mut self) {
+        let record = self.first.len() as u32 - 1;
+        self.list.push(Neighbour { record, weight: 1.0 });
+        self.first.push(self.list.len() as u32);
+    }
 }

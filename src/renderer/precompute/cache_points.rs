@@ -1,6 +1,7 @@
 //! Third step: cache points, where indirect irradiance is gathered.
 
 use super::hierarchy::Hierarchy;
+use super::meters;
 use super::surfaces::Reachable;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
@@ -24,7 +25,8 @@ const SEES_NEAR: f32 = 2.0;
 const NARROW: f32 = 0.5;
 
 /// The cache points. Points that see near clusters come first, and among these the points
-/// in narrow cavities.
+/// in narrow cavities. Measuring points come last: their records have no neighbours, and no pixel
+/// reads them.
 pub(super) struct Points {
     pub(super) placement: Placement,
     pub(super) points: Vec<CachePoint>,
@@ -59,11 +61,17 @@ impl Points {
         let [is_narrow, is_near] =
             [NARROW, SEES_NEAR].map(|cells| within(if has_gaps { cells } else { 0.0 }));
         placement.points.sort_by_key(|placed| (!is_near(placed), !is_narrow(placed)));
-        let points: Vec<CachePoint> = placement.points.iter().map(|placed| placed.point).collect();
+        let mut points: Vec<CachePoint> = placement.points.iter().map(|placed| placed.point).collect();
+        let mut neighbourhoods = Neighbourhoods::new(&placement.points);
+        if scene.measuring_points()[0] > 0 {
+            let meters = meters::points(scene, &reachable.buffers, size_field, placement.min_radius)?;
+            meters.iter().for_each(|_| neighbourhoods.push_alone());
+            points.extend(meters);
+        }
         let patches = &hierarchy.patches[..hierarchy.extent.end(hvds)];
         Ok(Self {
             buffer: Buffer::from_slice(context, GrowsWith::GatherRays.named("cache points"), &points)?,
-            neighbourhoods: Neighbourhoods::new(&placement.points),
+            neighbourhoods,
             narrow_count: placement.points.partition_point(is_narrow) as u32,
             near_count: placement.points.partition_point(is_near) as u32,
             near_clusters: match quality.takes(Measure::NearClusters) {

@@ -3,6 +3,7 @@
 
 mod cache_points;
 mod hierarchy;
+mod meters;
 mod recipe;
 mod surfaces;
 mod targets;

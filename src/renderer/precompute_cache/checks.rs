@@ -146,7 +146,11 @@ fn radii(points: &[CachePoint], scene: &Scene) -> Result<(), CacheMiss> {
 fn records(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let points = &contents.cache_points;
     let is_point = |record: u32| (record as usize) < points.len();
-    radii(points, scene)?;
+    let Some(first_meter) = points.len().checked_sub(scene.measuring_points().iter().product()) else {
+        return demand(false, "measuring points");
+    };
+    radii(&points[..first_meter], scene)?;
+    demand(points[first_meter..].iter().all(|point| point.radius >= 0.0), "measuring points")?;
     for point in points {
         let vectors = [point.position, point.normal, point.occluder, point.facet];
         let is_finite = vectors.into_iter().all(Vec3::is_finite) && point.radius.is_finite();

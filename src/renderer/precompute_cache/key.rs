@@ -4,7 +4,7 @@
 use crate::cache_file::{Key, hash};
 use crate::gpu::Context;
 use crate::gpu::shaders::{SHADERS, Shader};
-use crate::scene::{Material, Scene};
+use crate::scene::{Material, Meter, Scene};
 use glam::Vec3;
 
 /// Version of the contents and of the host's algorithms, which no shader hash covers.
@@ -57,6 +57,9 @@ fn geometry(scene: &Scene) -> [u64; 2] {
     words.push((scene.cell_sizes.reach_m as f32).to_bits());
     for pane in &scene.panes {
         pane.positions.iter().chain([&pane.colour]).for_each(|&v| push(&mut words, v));
+    }
+    for (position, normal) in scene.meters.iter().flat_map(Meter::points) {
+        [position, normal].into_iter().for_each(|v| push(&mut words, v));
     }
     hash(bytemuck::cast_slice(&words))
 }

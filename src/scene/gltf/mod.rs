@@ -22,6 +22,7 @@ use super::material_names::shown;
 use super::reading::Reading;
 use super::texture;
 use super::value::printable;
+use crate::scene::photometry::LUMENS_A_WATT;
 use crate::{Error, Result};
 use accessors::used;
 use buffers::Buffers;
@@ -30,9 +31,6 @@ use materials::{Mapping, Materials};
 /// Depth of nodes, and their number, where shared ones count for each parent.
 const DEPTH: usize = 256;
 const NODES: usize = 1 << 20;
-
-/// Lumens of one watt at 555 nm, as exporters take it: glTF states candela and lux.
-const LUMENS_A_WATT: f64 = 683.0;
 
 /// The contents of a glTF file.
 #[derive(Default)]

@@ -5,8 +5,9 @@ use glam::{DVec3, Vec3};
 use super::{node, without};
 use crate::scene::light::LightKind;
 use crate::scene::material::MAX_ALBEDO;
-use crate::scene::value::{Kind, Node, unit};
-use crate::scene::{Camera, Light, Material, camera as cameras, numbers};
+use crate::scene::value::{Kind, Node, Section, unit};
+use crate::scene::{Camera, Light, Material, camera as cameras, numbers, photometry};
+use std::path::Path;
 
 /// Largest half-angle of a spot, degrees.
 const MAX_ANGLE: f64 = 90.0;
@@ -53,7 +54,7 @@ fn is_named(root: &Node, name: &str) -> bool {
 
 /// Writes the emission of materials and of the sky that has changed since they were `loaded`. A
 /// light that is off is black.
-pub(super) fn emission(root: &mut Node, loaded: &[Material], lights: &[Light]) {
+pub(super) fn emissions(root: &mut Node, loaded: &[Material], lights: &[Light]) {
     let mut sky: Option<(Vec3, f32)> = None;
     for light in lights {
         let on = if light.is_on { 1.0 } else { 0.0 };
@@ -94,39 +95,56 @@ fn edit_light(table: &mut Node, light: &Light, number: usize, origin: DVec3) {
         set_text(table, "kind", word);
     }
     match light.kind {
-        LightKind::Surface { radiance, .. } => vector(table, "radiance", radiance),
+        LightKind::Surface { .. } => emission(table, "radiance", light.kind),
         LightKind::Sky { .. } => (),
-        LightKind::Point { position, intensity } => {
+        LightKind::Point { position, .. } => {
             place(table, "position", position, origin);
-            vector(table, "intensity", intensity);
+            emission(table, "intensity", light.kind);
         }
-        LightKind::Spot { position, direction: axis, intensity, angle, penumbra } => {
+        LightKind::Spot { position, direction: axis, angle, penumbra, .. } => {
             place(table, "position", position, origin);
             direction(table, "direction", axis);
             let degrees = |radians| numbers::degrees(radians, MAX_ANGLE);
             self::number(table, "angle", angle, None, |n| n.to_radians() as f32, degrees);
             self::number(table, "penumbra", penumbra, Some(0.0), |n| n as f32, numbers::plain);
-            vector(table, "intensity", intensity);
+            emission(table, "intensity", light.kind);
         }
-        LightKind::Area { corner, edge_u, edge_v, radiance, samples } => {
+        LightKind::Area { corner, edge_u, edge_v, samples, .. } => {
             place(table, "corner", corner, origin);
             vector(table, "edge_u", edge_u);
             vector(table, "edge_v", edge_v);
-            vector(table, "radiance", radiance);
+            emission(table, "radiance", light.kind);
             let is_stated = table.get("samples").map(|node| node.as_number());
             if is_stated.unwrap_or(Some(f64::from(LightKind::SAMPLES))) != Some(f64::from(samples)) {
                 table.set("samples", node(Kind::Integer(samples.into())));
             }
         }
-        LightKind::Directional { direction: way, irradiance } => {
+        LightKind::Directional { direction: way, .. } => {
             direction(table, "direction", way);
-            vector(table, "irradiance", irradiance);
+            emission(table, "irradiance", light.kind);
         }
     }
     let was_on = !matches!(table.get("on"), Some(Node { kind: Kind::Bool(false), .. }));
     if was_on != light.is_on {
         table.set("on", node(Kind::Bool(light.is_on)));
     }
+}
+
+/// Writes the emission of a light whose other keys are written. A power in photometric units stays
+/// as long as it is that of the light.
+fn emission(table: &mut Node, key: &str, kind: LightKind) {
+    if photometry::is_stated(table) {
+        let stated = Section::new(Path::new(""), "light", table)
+            .and_then(|section| LightKind::read(&section, DVec3::ZERO))
+            .map(|kind| kind.emission());
+        if stated.is_ok_and(|stated| stated == kind.emission()) {
+            return;
+        }
+        for own in photometry::keys() {
+            *table = without(table, own);
+        }
+    }
+    vector(table, key, kind.emission());
 }
 
 /// Writes the properties of materials that have changed since they were `loaded`.

@@ -111,7 +111,7 @@ impl SceneText {
         let cameras = self.edit_cameras(&mut root, edited.camera);
         let lights = edits::lights(&mut root, edited.lights, self.origin);
         edits::materials(&mut root, &self.materials, edited.materials);
-        edits::emission(&mut root, &self.materials, edited.lights);
+        edits::emissions(&mut root, &self.materials, edited.lights);
         let text = text::write(&self.source.text, &root, [("camera", &cameras), ("light", &lights)])?;
         self.check(to, &text)?;
         Ok(text)

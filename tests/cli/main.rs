@@ -14,6 +14,7 @@ mod judge;
 #[path = "../common/layer.rs"]
 mod layer;
 mod lights;
+mod meters;
 mod outputs;
 mod profile;
 mod scale;

@@ -1,10 +1,11 @@
 //! Writes the index of shaders that `src/gpu/shaders.rs` embeds: for each `glsl/<stem>.comp` its
 //! stem, the hash of its source with the includes in place, and its binary. The binary is the
 //! committed `spirv/<stem>.spv`, or, under the feature `shaderc`, one compiled here and now.
-//! Nothing is ever written into the source tree.
+//! Nothing is ever written into the source tree. Names the commit and the features for `--version`.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::{env, fs};
 
 #[path = "src/gpu/glsl.rs"]
@@ -18,6 +19,11 @@ fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it"));
     println!("cargo:rerun-if-changed=glsl");
     println!("cargo:rerun-if-changed=spirv");
+    println!("cargo:rustc-env=LIGHTPATHS_COMMIT={}", commit(&root));
+    let features = [("window", cfg!(feature = "window")), ("shaderc", cfg!(feature = "shaderc"))];
+    let on: Vec<&str> = features.iter().filter(|feature| feature.1).map(|feature| feature.0).collect();
+    let on = if on.is_empty() { "none".to_owned() } else { on.join(" ") };
+    println!("cargo:rustc-env=LIGHTPATHS_FEATURES={on}");
 
     let mut sources: Vec<PathBuf> = fs::read_dir(root.join("glsl"))
         .expect("glsl/ is part of the package")
@@ -41,6 +47,24 @@ fn main() {
     }
     index.push(']');
     fs::write(out.join("shaders.rs"), index).expect("OUT_DIR can be written");
+}
+
+/// The commit of a checkout, in brackets after a blank. Empty without one, and in other builds than
+/// those for release, which a commit would make stale.
+fn commit(root: &Path) -> String {
+    let git = root.join(".git");
+    if env::var("PROFILE").as_deref() != Ok("release") || !git.exists() {
+        return String::new();
+    }
+    let ask = |arguments: &[&str]| {
+        let output = Command::new("git").arg("-C").arg(root).args(arguments).output().ok()?;
+        let text = String::from_utf8(output.stdout).ok()?;
+        output.status.success().then(|| text.trim().to_owned())
+    };
+    if let Some(log) = ask(&["rev-parse", "--git-path", "logs/HEAD"]) {
+        println!("cargo:rerun-if-changed={}", root.join(log).display());
+    }
+    ask(&["rev-parse", "--short", "HEAD"]).map_or_else(String::new, |commit| format!(" ({commit})"))
 }
 
 #[cfg(not(feature = "shaderc"))]

@@ -81,7 +81,7 @@ trap 'rm -rf "$DIR"' EXIT
 start=$SECONDS
 # Only the library and the program are optimised (profile.test): see scripts/rustc_for_tests.sh.
 RUSTC_WORKSPACE_WRAPPER=$PWD/scripts/rustc_for_tests.sh $CARGO test --locked -p lightpaths -p lightpaths-models \
-    --lib --example time_ratios --test '*' --no-run 2>&1 | tee "$DIR/cargo"
+    --lib --example time_ratios --example relight --test '*' --no-run 2>&1 | tee "$DIR/cargo"
 built=$((SECONDS - start))
 
 # Processes inherit ignored signals from nohup and from background jobs. Tests of signals need the default

@@ -3,17 +3,22 @@
 use std::fmt::Write;
 
 use clap::Args;
+use glam::Vec3;
+use serde_json::json;
 
 use super::args::SceneArgs;
 use crate::error::{Error, Result};
 use crate::gpu::{Context, DeviceSummary};
-use crate::scene::{Quality, Scene};
+use crate::scene::{Camera, Light, Quality, Scene};
 
 /// List Vulkan devices with the limits that matter, and what a scene holds
 #[derive(Debug, Args)]
 pub(super) struct Info {
     /// A scene, as for render [default: devices only]
     scene: Option<String>,
+    /// Prints both as JSON
+    #[arg(long)]
+    json: bool,
     #[command(flatten, next_help_heading = "Scene")]
     scene_args: SceneArgs,
 }
@@ -23,6 +28,13 @@ impl Info {
         let scene = self.scene.as_deref().map(|spec| self.scene_args.load_with_meters(spec)).transpose()?;
         let devices = Context::devices();
         let mut text = String::new();
+        if self.json {
+            super::print(&format!(
+                "{:#}\n",
+                document(devices.as_deref().unwrap_or_default(), scene.as_ref())
+            ))?;
+            return self.result(scene.is_some(), false, devices);
+        }
         match &devices {
             Ok(devices) => devices.iter().for_each(|device| describe_device(&mut text, device)),
             // A scene can be inspected without a device, so a missing device is a note,
@@ -35,15 +47,64 @@ impl Info {
             describe_scene(&mut text, scene);
         }
         super::print(&text)?;
+        self.result(scene.is_some(), text.is_empty(), devices)
+    }
+
+    /// The error if no device can be used. A scene can be described without one.
+    fn result(&self, has_scene: bool, is_empty: bool, devices: Result<Vec<DeviceSummary>>) -> Result<()> {
         let usable = devices.map(|devices| devices.iter().any(|device| device.unmet.is_none()));
         match usable {
-            _ if scene.is_some() => Ok(()),
+            _ if has_scene => Ok(()),
             Ok(true) => Ok(()),
-            Ok(false) if text.is_empty() => Err(Error::no_device_found()),
+            Ok(false) if is_empty => Err(Error::no_device_found()),
             Ok(false) => Err(Error::NoDevice("each one found lacks something, as listed".to_owned())),
             Err(error) => Err(error),
         }
     }
+}
+
+/// Devices and the scene as JSON.
+fn document(devices: &[DeviceSummary], scene: Option<&Scene>) -> serde_json::Value {
+    let device = |device: &DeviceSummary| {
+        let DeviceSummary { index, name, kind, driver, limits, unmet, .. } = device;
+        json!({
+            "index": index, "name": name, "kind": kind, "driver": driver, "unmet": unmet, "limits": limits,
+        })
+    };
+    let devices: Vec<_> = devices.iter().map(device).collect();
+    match scene {
+        None => json!({"devices": devices}),
+        Some(scene) => json!({"devices": devices, "scene": scene_document(scene)}),
+    }
+}
+
+/// Lengths and places in the coordinates of the scene file, metres.
+fn scene_document(scene: &Scene) -> serde_json::Value {
+    let world = |place: Vec3| (place.as_dvec3() + scene.origin).to_array();
+    let (low, high) = scene.bounds();
+    let light = |light: &Light| {
+        json!({
+            "name": light.name, "kind": light.kind.word(), "on": light.is_on,
+            "position": light.kind.position().map(world), "emission": light.kind.emission().to_array(),
+        })
+    };
+    let camera = |camera: &Camera| {
+        json!({
+            "name": camera.name, "size": camera.size, "fov_y": camera.fov_y_degrees,
+            "position": world(camera.position), "target": world(camera.target),
+        })
+    };
+    json!({
+        "name": scene.name, "triangles": scene.triangles.len(), "area_m2": scene.area_m2(),
+        "bounds": [world(low), world(high)],
+        "materials": scene.materials.iter().map(|material| &material.name).collect::<Vec<_>>(),
+        "lights": scene.lights.iter().map(light).collect::<Vec<_>>(),
+        "cameras": scene.cameras.iter().map(camera).collect::<Vec<_>>(),
+        "meters": scene.meters.iter().map(|meter| json!({"name": meter.name, "grid": meter.grid()})).collect::<Vec<_>>(),
+        "quality": scene.quality,
+        "device_memory_bytes": memory_need_bytes(scene, scene.cameras[0].size),
+        "warnings": scene.warnings,
+    })
 }
 
 fn describe_device(text: &mut String, device: &DeviceSummary) {

@@ -34,13 +34,22 @@ mod precompute;
 mod progress;
 mod render;
 mod scale;
+mod shell;
 mod sweep;
 mod time;
 mod tune;
 
+/// Version, commit (in release builds of a checkout) and features.
+const VERSION: &str = concat!(
+    env!("CARGO_PKG_VERSION"),
+    env!("LIGHTPATHS_COMMIT"),
+    ", features: ",
+    env!("LIGHTPATHS_FEATURES")
+);
+
 /// Interactive relighting with full global illumination from precomputed light paths.
 #[derive(Debug, Parser)]
-#[command(name = "lightpaths", version, arg_required_else_help = true, disable_help_subcommand = true)]
+#[command(name = "lightpaths", version = VERSION, arg_required_else_help = true, disable_help_subcommand = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -64,6 +73,8 @@ enum Command {
     Init(init::Init),
     #[cfg(feature = "window")]
     Demo(demo::Demo),
+    Completions(shell::Completions),
+    Man(shell::Man),
     Help(help::Help),
 }
 
@@ -93,6 +104,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Init(command) => command.run(),
             #[cfg(feature = "window")]
             Command::Demo(command) => command.run(),
+            Command::Completions(command) => command.run(Cli::command()),
+            Command::Man(command) => command.run(Cli::command()),
             Command::Help(command) => command.run(Cli::command()),
         },
         Err(refusal) => match refusal.kind() {

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 const TEXEL_BYTES: u64 = 16;
 
 /// The limits of a device that passes and buffers depend on.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Limits {
     /// Largest buffer that can be bound, as storage and as texels of four words, in bytes.
     pub storage_range_bytes: u64,

@@ -133,7 +133,11 @@ fn help_and_version_succeed_and_no_command_fails() {
             &["time", "--help"],
             &["--frames", "--json", "--predict", "--trace", "--repeat", "--capture", "--statistics"],
         ),
-        (&["--version"], &[env!("CARGO_PKG_VERSION")]),
+        (&["measure", "--help"], &["--by-light", "--csv", "--json"]),
+        (&["solve", "--help"], &["--target", "--max-factor", "--output"]),
+        (&["--version"], &[env!("CARGO_PKG_VERSION"), "features: "]),
+        (&["completions", "bash"], &["_lightpaths()", "measure"]),
+        (&["completions", "zsh"], &["#compdef lightpaths"]),
     ] {
         let output = run(&folder, arguments);
         assert!(output.status.success());
@@ -142,6 +146,35 @@ fn help_and_version_succeed_and_no_command_fails() {
     }
     assert_eq!(run(&folder, &[]).status.code(), Some(2));
     assert_refused(&run(&folder, &["rendre"]), 2, &["rendre", "render"]);
+}
+
+#[test]
+fn manual_pages_are_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(&folder, &["man", "-o", "man1"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let page = |name: &str| fs::read_to_string(folder.path().join("man1").join(name)).unwrap();
+    assert!(page("lightpaths.1").contains("lightpaths\\-render"), "{}", page("lightpaths.1"));
+    assert!(page("lightpaths-render.1").contains("target"));
+}
+
+#[test]
+fn info_says_the_same_as_json() {
+    let folder = cube();
+    let output = run(&folder, &["info", "cube.toml", "--json"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let info: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(info["devices"][0]["limits"]["storage_range_bytes"].as_u64().unwrap() > 0);
+    assert_eq!(
+        (&info["scene"]["triangles"], &info["scene"]["lights"][0]["name"]),
+        (&12.into(), &"lamp".into())
+    );
+    let place = &info["scene"]["lights"][0]["position"];
+    for (axis, expected) in [0.2, 1.6, 0.1].into_iter().enumerate() {
+        assert!((place[axis].as_f64().unwrap() - expected).abs() < 1e-6, "{place}");
+    }
+    let text = stdout(&run(&folder, &["info", "cube.toml"]));
+    assert!(text.contains("lamp (point)"), "{text}");
 }
 
 #[test]

@@ -128,6 +128,34 @@ fn solved_powers_give_what_was_wanted() {
     assert!(text.contains("not reachable") && text.contains("2.0000") && !text.contains("panel"), "{text}");
 }
 
+/// A lamp beside one meter cannot light both alike from where it is; it moves to the middle.
+#[test]
+fn a_light_moves_where_powers_do_not_suffice() {
+    let head = SCENE.split("[[light]]").next().unwrap();
+    let meter = |name: &str, x: f32| {
+        format!(
+            "[[meter]]\nname = \"{name}\"\nkind = \"point\"\nposition = [{x}, 0.3, 0.0]\nnormal = [0.0, 1.0, 0.0]\n"
+        )
+    };
+    let light = "[[light]]\nname = \"lamp\"\nkind = \"point\"\nposition = [-0.5, 1.5, 0.0]\ncandela = 100\n";
+    let quality = SCENE.split("[quality]").nth(1).unwrap();
+    let scene = format!("{head}{light}{}{}[quality]{quality}", meter("left", -0.6), meter("right", 0.6));
+    let folder = folder_with(&[("cube.obj", CUBE), ("s.toml", &scene)]);
+    let solve = ["solve", "s.toml", "--target", "left=100", "--target", "right=100", "--json"];
+    let fixed = document(&folder, &solve);
+    assert_eq!(fixed["targets"][0]["reached"], false, "{fixed}");
+    let moved = document(&folder, &[&solve[..], &["--move", "lamp", "-o", "new.toml"]].concat());
+    assert_eq!(
+        (&moved["targets"][0]["reached"], &moved["targets"][1]["reached"]),
+        (&true.into(), &true.into())
+    );
+    assert!(moved["lights"][0]["position"][0].as_f64().unwrap().abs() < 0.1, "{moved}");
+    let measured = document(&folder, &["measure", "new.toml", "--json"]);
+    for meter in measured["meters"].as_array().unwrap() {
+        assert!((meter["mean_lux"].as_f64().unwrap() / 100.0 - 1.0).abs() < 0.02, "{measured}");
+    }
+}
+
 /// Layers of single lights add up to the picture.
 #[test]
 fn layers_of_lights_add_up() {
@@ -173,6 +201,8 @@ fn faulty_arguments_of_meters_are_named() {
         (&["solve", "s.toml", "--target", "disk=5"], "desk, wall"),
         (&["solve", "s.toml", "--target", "desk=5", "--target", "desk=6"], "has two"),
         (&["solve", "s.toml", "--target", "desk=5", "--light", "off"], "on are lamp, panel.a"),
+        (&["solve", "s.toml", "--target", "desk=5", "--move", "off"], "--move"),
+        (&["solve", "s.toml", "--target", "desk=5", "--reach", "2"], "--move"),
         (&["solve", "s.toml", "--target", "desk=5", "-o", "s.toml"], "s.toml"),
     ] {
         let output = run(&folder, arguments);

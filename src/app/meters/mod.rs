@@ -2,6 +2,7 @@
 
 mod least_squares;
 pub(super) mod measure;
+mod search;
 pub(super) mod solve;
 
 use super::args::{CacheArgs, DeviceArgs, SceneArgs};

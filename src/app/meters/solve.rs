@@ -5,22 +5,23 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use super::least_squares;
-use super::{Reading, active, by_meter, measure_with, open};
+use super::search::{Goal, Search, means};
+use super::{active, open};
 use crate::app::args::{CacheArgs, DeviceArgs, SceneArgs};
 use crate::app::numbers::parse_positive;
 use crate::app::output::OutputFile;
 use crate::app::overlap;
 use crate::error::{Error, Result};
 use crate::renderer::Renderer;
-use crate::scene::Scene;
 use crate::scene::save::{Edited, SceneText};
+use crate::scene::{Light, LightKind, Scene};
 
 /// Find the powers of lights that give wanted illuminances
 ///
 /// Each light alone is measured at the meters of the scene. The powers then follow from linear
 /// least squares of the relative errors, without negative powers. Where several powers fit, those
-/// nearest to the scene's own are chosen. The result is rendered and measured again.
+/// nearest to the scene's own are chosen. Lights that may move take a few Gauss-Newton steps, with
+/// the powers solved at each. The result is rendered and measured again.
 #[derive(Debug, Args)]
 pub(in crate::app) struct Solve {
     /// A .toml scene file with meters
@@ -31,6 +32,12 @@ pub(in crate::app) struct Solve {
     /// A light whose power may change; may be repeated [default: all that are on]
     #[arg(long = "light", value_name = "NAME")]
     lights: Vec<String>,
+    /// A light whose position may change as well, if powers alone do not suffice; may be repeated
+    #[arg(long = "move", value_name = "NAME")]
+    moved: Vec<String>,
+    /// How far such a light may move, metres [default: 1]
+    #[arg(long, value_name = "METRES", requires = "moved", allow_negative_numbers = true, value_parser = parse_positive)]
+    reach: Option<f64>,
     /// Greatest factor of a light's power [default: none]
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = parse_positive)]
     max_factor: Option<f64>,
@@ -55,16 +62,15 @@ struct Target {
     lux: f64,
 }
 
-/// Weight of a light's change beside the relative errors: it only chooses among powers that fit
-/// equally well.
-const KEEP: f64 = 1e-4;
+/// Metres that a light may move unless the user states them.
+const REACH_M: f64 = 1.0;
 /// Relative error up to which a target is reached.
 const REACHED: f64 = 0.02;
 
 /// What was found.
 struct Solution {
-    /// Light and factor of its power.
-    factors: Vec<(usize, f64)>,
+    /// Light, as it was found, and factor of its power.
+    lights: Vec<(usize, LightKind, f64)>,
     /// Illuminance of each target before and after, lx, as rendered.
     rendered: Vec<[f64; 2]>,
 }
@@ -82,9 +88,9 @@ impl Solve {
         let (context, mut renderer) =
             open(&self.scene, &self.scene_args, &self.cache_args, &self.device_args)?;
         overlap::refuse_inputs(self.output.as_deref(), &renderer.scene().inputs)?;
-        let targets = self.targets_of(renderer.scene())?;
+        let goals = self.goals(renderer.scene())?;
         let lights = self.lights_of(renderer.scene())?;
-        let solution = self.solution(&mut renderer, &targets, &lights)?;
+        let solution = self.solution(&mut renderer, &goals, &lights)?;
         if let Some(output) = output {
             self.write(&output, &solution)?;
         }
@@ -97,20 +103,20 @@ impl Solve {
         crate::app::print(&text)
     }
 
-    /// Index of the meter of each target.
-    fn targets_of(&self, scene: &Scene) -> Result<Vec<usize>> {
-        let mut found = Vec::new();
-        for Target { meter, .. } in &self.targets {
+    /// The targets, with the indices of their meters.
+    fn goals(&self, scene: &Scene) -> Result<Vec<Goal>> {
+        let mut found: Vec<Goal> = Vec::new();
+        for Target { meter, lux } in &self.targets {
             let index = scene.meters.iter().position(|known| known.name == *meter);
             let names =
                 || scene.meters.iter().map(|meter| meter.name.as_str()).collect::<Vec<_>>().join(", ");
             let index = index.ok_or_else(|| {
                 Error::Usage(format!("--target: no meter is named {meter:?}; the scene has {}", names()))
             })?;
-            if found.contains(&index) {
+            if found.iter().any(|goal| goal.meter == index) {
                 return Err(Error::Usage(format!("--target: {meter:?} has two")));
             }
-            found.push(index);
+            found.push(Goal { meter: index, lux: *lux });
         }
         Ok(found)
     }
@@ -141,54 +147,52 @@ impl Solve {
         Ok(lights)
     }
 
-    fn solution(&self, renderer: &mut Renderer, meters: &[usize], lights: &[usize]) -> Result<Solution> {
+    fn solution(&self, renderer: &mut Renderer, goals: &[Goal], lights: &[usize]) -> Result<Solution> {
         let all = active(renderer.scene());
-        let means = |renderer: &mut Renderer, on: &[usize]| -> Result<Vec<f64>> {
-            let points = measure_with(renderer, |light| on.contains(&light))?;
-            let points = by_meter(renderer.scene(), &points);
-            Ok(meters.iter().map(|&meter| Reading::new(points[meter]).mean).collect())
-        };
-        let before = means(renderer, &all)?;
-        let others: Vec<usize> = all.iter().copied().filter(|light| !lights.contains(light)).collect();
-        let fixed = if others.is_empty() { vec![0.0; meters.len()] } else { means(renderer, &others)? };
-        let alone = lights.iter().map(|&light| means(renderer, &[light])).collect::<Result<Vec<_>>>()?;
+        let moved = self.moved_of(renderer.scene(), lights)?;
+        let before = means(renderer, goals, &all)?;
+        let mut on: Vec<usize> = all.into_iter().filter(|light| !lights.contains(light)).collect();
+        let max_factor = self.max_factor.unwrap_or(f64::INFINITY);
+        let mut search = Search::new(renderer, goals, (lights, &on), max_factor)?;
+        search.descend(renderer, &moved, self.reach.unwrap_or(REACH_M) as f32)?;
 
-        let relative = |target: usize, value: f64| value / self.targets[target].lux;
-        let mut rows: Vec<Vec<f64>> = (0..meters.len())
-            .map(|target| alone.iter().map(|means| relative(target, means[target])).collect())
-            .collect();
-        let mut wanted: Vec<f64> =
-            (0..meters.len()).map(|target| 1.0 - relative(target, fixed[target])).collect();
-        for light in 0..lights.len() {
-            rows.push((0..lights.len()).map(|other| if other == light { KEEP } else { 0.0 }).collect());
-            wanted.push(KEEP);
-        }
-        let most = self.max_factor.unwrap_or(f64::INFINITY);
-        let found = least_squares::solve(&rows, &wanted, 0.0, &vec![most; lights.len()]);
-        let factors: Vec<(usize, f64)> = lights.iter().copied().zip(found).collect();
-
-        let mut on = others;
-        for &(light, factor) in &factors {
-            let kind = renderer.scene().lights[light].kind;
+        let (factors, _) = search.powers();
+        let mut found = Vec::new();
+        for (&light, factor) in lights.iter().zip(factors) {
+            let mut kind = renderer.scene().lights[light].kind;
             if factor > 0.0 {
-                renderer.set_light(light, kind.with_emission(kind.emission() * factor as f32))?;
+                kind = kind.with_emission(kind.emission() * factor as f32);
+                renderer.set_light(light, kind)?;
                 on.push(light);
             }
+            found.push((light, kind, factor));
         }
-        let after = means(renderer, &on)?;
-        Ok(Solution { factors, rendered: before.into_iter().zip(after).map(|(a, b)| [a, b]).collect() })
+        let after = means(renderer, goals, &on)?;
+        Ok(Solution { lights: found, rendered: before.into_iter().zip(after).map(|(a, b)| [a, b]).collect() })
     }
 
-    /// Writes the scene file with the factors applied to the powers as loaded.
+    /// Places in `lights` of the lights that may move.
+    fn moved_of(&self, scene: &Scene, lights: &[usize]) -> Result<Vec<usize>> {
+        let find = |name: &String| {
+            let place = lights.iter().position(|&light| scene.lights[light].name == *name);
+            let place = place.ok_or_else(|| {
+                Error::Usage(format!("--move: {name:?} is none of the lights whose power may change"))
+            })?;
+            match scene.lights[lights[place]].kind.position() {
+                Some(_) => Ok(place),
+                None => Err(Error::Usage(format!("--move: the light {name:?} has no position"))),
+            }
+        };
+        self.moved.iter().map(find).collect()
+    }
+
+    /// Writes the scene file with these lights.
     fn write(&self, output: &OutputFile, solution: &Solution) -> Result<()> {
         let mut scene = self.scene_args.load_with_meters(&self.scene)?;
         let text = SceneText::new(&self.scene, &self.scene_args.options(), &scene)?;
-        for &(light, factor) in &solution.factors {
-            let light = &mut scene.lights[light];
-            match factor {
-                0.0 => light.is_on = false,
-                factor => light.kind = light.kind.with_emission(light.kind.emission() * factor as f32),
-            }
+        for &(light, kind, factor) in &solution.lights {
+            scene.lights[light].kind = kind;
+            scene.lights[light].is_on = factor > 0.0;
         }
         let text = text.with_edits(&Edited::from_scene(&scene), output.path())?;
         output.write(|out| std::io::Write::write_all(out, text.as_bytes()))
@@ -196,11 +200,17 @@ impl Solve {
 
     fn text(&self, scene: &Scene, solution: &Solution) -> String {
         let names = self.targets.iter().map(|target| target.meter.chars().count());
-        let lights = solution.factors.iter().map(|&(light, _)| scene.lights[light].name.chars().count());
+        let lights = solution.lights.iter().map(|&(light, ..)| scene.lights[light].name.chars().count());
         let width = names.chain(lights).max().unwrap_or(0).max(5);
         let mut text = format!("{:width$}  {:>9}\n", "light", "factor");
-        for &(light, factor) in &solution.factors {
-            text += &format!("{:width$}  {factor:9.4}\n", scene.lights[light].name);
+        for &(light, kind, factor) in &solution.lights {
+            let Light { name, .. } = &scene.lights[light];
+            text += &format!("{name:width$}  {factor:9.4}");
+            if let Some(place) = kind.position().filter(|_| self.moved.contains(name)) {
+                let [x, y, z] = (place.as_dvec3() + scene.origin).to_array();
+                text += &format!("  at [{x:.3}, {y:.3}, {z:.3}]");
+            }
+            text += "\n";
         }
         text += &format!(
             "\n{:width$}  {:>10}  {:>10}  {:>10}\n",
@@ -214,10 +224,10 @@ impl Solve {
     }
 
     fn document(&self, scene: &Scene, solution: &Solution) -> serde_json::Value {
-        let lights = solution
-            .factors
-            .iter()
-            .map(|&(light, factor)| json!({"name": scene.lights[light].name, "factor": factor}));
+        let lights = solution.lights.iter().map(|&(light, kind, factor)| {
+            let place = kind.position().map(|place| (place.as_dvec3() + scene.origin).to_array());
+            json!({"name": scene.lights[light].name, "factor": factor, "position": place})
+        });
         let targets = self.targets.iter().zip(&solution.rendered).map(|(target, [before, after])| {
             json!({
                 "meter": target.meter, "target_lux": target.lux, "before_lux": before, "after_lux": after,

@@ -18,6 +18,7 @@ mod compare;
 mod demo;
 mod estimate;
 mod exposure;
+mod false_colours;
 mod film;
 mod heatmap;
 mod help;

@@ -35,6 +35,8 @@ pub struct FirstHits {
     pub albedo: Vec<[f32; 3]>,
     /// Unit shading normal on the visible side; zero where the ray left the scene.
     pub normal: Vec<[f32; 3]>,
+    /// Place of the surface, recentred world space, metres; zero where the ray left the scene.
+    pub position: Vec<[f32; 3]>,
     /// Distance along the viewing direction, metres, three times; infinite where the ray
     /// left the scene.
     pub depth: Vec<[f32; 3]>,
@@ -105,6 +107,7 @@ impl TracedScene {
         Ok(FirstHits {
             albedo: colours.albedos(&pixels, &self.surfaces, &self.scene.materials)?,
             normal: pixels.iter().map(|pixel| pixel.normal.to_array()).collect(),
+            position: pixels.iter().map(|pixel| pixel.position.to_array()).collect(),
             depth: pixels.iter().map(depth).collect(),
         })
     }

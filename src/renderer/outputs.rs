@@ -53,6 +53,8 @@ impl Renderer {
             Layer::Beauty => fraction([1.0, 1.0]),
             Layer::Direct => fraction([1.0, 0.0]),
             Layer::Indirect => fraction([0.0, 1.0]),
+            Layer::Irradiance => self.irradiance(&pixels()?),
+            Layer::Position => Ok(pixels()?.iter().map(|pixel| pixel.position.to_array()).collect()),
             Layer::Albedo => self.image.pixel_colours.albedos(
                 &pixels()?,
                 &self.world.surfaces,
@@ -67,6 +69,18 @@ impl Renderer {
                 Ok(pixels()?.iter().map(|pixel| [depth(pixel); 3]).collect())
             }
         }
+    }
+
+    /// Direct and indirect irradiance of these pixels, W/m².
+    fn irradiance(&self, pixels: &[PixelSurface]) -> Result<Vec<[f32; 3]>> {
+        let direct: Vec<Vec3> = self.image.direct.irradiance.read_range(0, pixels.len())?;
+        let indirect: Vec<Vec3> = self.splat.irradiance().read_range(0, pixels.len())?;
+        let scale = self.lights.emission_scale;
+        let sum = |((pixel, direct), indirect): ((&PixelSurface, Vec3), Vec3)| match pixel.side {
+            NO_SIDE => [0.0; 3],
+            _ => (scale * (direct + indirect)).to_array(),
+        };
+        Ok(pixels.iter().zip(direct).zip(indirect).map(sum).collect())
     }
 
     /// Composes the picture again with these weights of direct and indirect light.

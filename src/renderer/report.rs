@@ -14,10 +14,14 @@ pub enum Layer {
     Direct,
     /// Radiance by indirect light only.
     Indirect,
+    /// Irradiance of the surface that each pixel's central ray meets, W/m²; zero where there is none.
+    Irradiance,
     /// Diffuse albedo of each pixel.
     Albedo,
     /// World-space unit shading normal.
     Normal,
+    /// Place of the surface, recentred world space, metres; zero where there is none.
+    Position,
     /// Distance along the viewing axis, metres, three times; infinite where the ray left the scene.
     Depth,
 }

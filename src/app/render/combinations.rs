@@ -4,6 +4,7 @@ use clap::ValueEnum;
 
 use super::layers::Aov;
 use super::{Format, Method, Render};
+use crate::app::false_colours::Quantity;
 use crate::app::overlap;
 use crate::error::{Error, Result};
 
@@ -67,6 +68,24 @@ impl Render {
             return refuse(format!(
                 "--cache is for --method lightpaths; --method {method} traces none that could be kept"
             ));
+        }
+        if self.false_color.is_some() {
+            if format == Format::Exr {
+                return refuse("--false-color is for .png outputs; --aov irradiance has values".to_owned());
+            }
+            if self.exposure.is_some() {
+                return refuse(
+                    "--exposure and --false-color exclude each other: --range sets its colours".to_owned(),
+                );
+            }
+        }
+        let wants_lux = self.false_color == Some(Quantity::Lux);
+        for (given, flag) in
+            [(wants_lux, "--false-color lux"), (self.aov.contains(&Aov::Irradiance), "--aov irradiance")]
+        {
+            if given && !matches!(self.method, Method::Lightpaths | Method::Direct) {
+                return refuse(format!("{flag} is for --method lightpaths and direct"));
+            }
         }
         if self.aov.contains(&Aov::Lights) {
             if !matches!(self.method, Method::Lightpaths | Method::Direct) {
@@ -137,6 +156,11 @@ mod tests {
             ("-o a.png --aov depth", "--aov"),
             ("-o a.png --aov error", "--aov"),
             ("-o a.exr --method path --aov error", "--aov error"),
+            ("-o a.exr --false-color lux", ".png"),
+            ("-o a.png --false-color nits --exposure 1", "--exposure"),
+            ("-o a.png --method path --false-color lux", "--false-color lux"),
+            ("-o a.exr --method photon --aov irradiance", "--aov irradiance"),
+            ("-o a.png --aov all", "--aov"),
             ("-o a.png --aov lights", "--aov"),
             ("-o a.exr --method path --aov lights", "--aov lights"),
             ("-o a.exr --exact splat --aov lights", "--exact"),
@@ -156,6 +180,8 @@ mod tests {
             "-o a.PNG --exposure -1.5",
             "-o a.exr --exact gather --aov indirect",
             "-o a.exr --method direct --aov direct,lights",
+            "-o a.exr --method path --aov all",
+            "-o a.png --method path --false-color nits --range 0:500",
             "-o a.exr --exact gather --aov error --spp 16 --seconds 3",
             "-o a.png --target-error 1e-3 --target-ms 20 --spp 64 --cache c",
             "room -o a.exr --aov direct,indirect,albedo,normal,depth",

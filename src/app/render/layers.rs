@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use crate::error::{Error, Result};
 use crate::renderer::{self, Renderer};
 use crate::scene::Light;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Lights of one picture with layers: two a light, 24 bytes a pixel.
 const MAX_LIGHTS: usize = 256;
@@ -18,12 +18,15 @@ const NAME_CHARS: usize = 200;
 pub(super) enum Aov {
     Direct,
     Indirect,
+    Irradiance,
     Albedo,
     Normal,
+    Position,
     Depth,
     Variance,
     Error,
     Lights,
+    All,
 }
 
 const RGB: &[&str] = &["R", "G", "B"];
@@ -41,14 +44,40 @@ pub(super) fn layer(aov: Option<Aov>, pixels: Vec<[f32; 3]>) -> Layer {
         None => ("", RGB),
         Some(Aov::Direct) => ("direct", RGB),
         Some(Aov::Indirect) => ("indirect", RGB),
+        Some(Aov::Irradiance) => ("irradiance", RGB),
         Some(Aov::Albedo) => ("albedo", RGB),
+        Some(Aov::Position) => ("position", &["X", "Y", "Z"]),
         Some(Aov::Normal) => ("normal", &["X", "Y", "Z"]),
         Some(Aov::Depth) => ("depth", &["Z"]),
         Some(Aov::Variance) => ("variance", RGB),
         Some(Aov::Error) => ("error", &["Y"]),
-        Some(Aov::Lights) => unreachable!("each light has layers of its own"),
+        Some(Aov::Lights | Aov::All) => unreachable!("these are several layers"),
     };
     Layer { name: name.into(), channels, pixels }
+}
+
+impl Aov {
+    /// The layers of a file, in order, without repetition. `all` are those that cost no paths.
+    pub(super) fn in_order(wanted: &[Self], of_lightpaths: bool, has_indirect: bool) -> Vec<Self> {
+        let is_cheap = |aov: Self| match aov {
+            Self::Error | Self::Variance | Self::All => false,
+            Self::Irradiance | Self::Lights => of_lightpaths,
+            Self::Indirect => has_indirect,
+            _ => true,
+        };
+        let takes_all = wanted.contains(&Self::All);
+        let is_wanted =
+            |aov: &Self| *aov != Self::All && (wanted.contains(aov) || takes_all && is_cheap(*aov));
+        Self::value_variants().iter().copied().filter(is_wanted).collect()
+    }
+}
+
+/// Places in the coordinates of the scene file; zero where there is none, as before.
+pub(super) fn in_file(mut layer: Vec<[f32; 3]>, normals: &[[f32; 3]], origin: DVec3) -> Vec<[f32; 3]> {
+    for (place, _) in layer.iter_mut().zip(normals).filter(|(_, normal)| **normal != [0.0; 3]) {
+        *place = (DVec3::from(place.map(f64::from)) + origin).as_vec3().to_array();
+    }
+    layer
 }
 
 /// Layers of each light that is on: its direct light and its indirect light, which add up to the

@@ -80,12 +80,18 @@ pub(super) fn render(
         let source = match aov {
             Aov::Direct => Layer::Direct,
             Aov::Indirect => Layer::Indirect,
+            Aov::Irradiance => Layer::Irradiance,
             Aov::Albedo => Layer::Albedo,
+            Aov::Position => Layer::Position,
             Aov::Normal => Layer::Normal,
             Aov::Depth => Layer::Depth,
-            Aov::Variance | Aov::Error | Aov::Lights => unreachable!("refused, or made below"),
+            Aov::Variance | Aov::Error | Aov::Lights | Aov::All => unreachable!("refused, or made below"),
         };
-        layers.push(layer(Some(aov), find(source)?));
+        let pixels = match source {
+            Layer::Position => layers::in_file(find(source)?, &find(Layer::Normal)?, renderer.scene().origin),
+            source => find(source)?,
+        };
+        layers.push(layer(Some(aov), pixels));
     }
     let statistics = renderer.statistics()?;
     let relit_ms = relit_ms(&mut renderer, relit_frames)?;

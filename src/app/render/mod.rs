@@ -13,6 +13,7 @@ use clap::{Args, ValueEnum};
 
 use super::args::{CacheArgs, DeviceArgs, SceneArgs};
 use super::exposure::Exposure;
+use super::false_colours::{self, Quantity, Scale};
 use super::numbers::{parse_positive, parse_seconds, whole};
 use super::output::OutputFile;
 use super::{capture, overlap, picture};
@@ -56,15 +57,22 @@ pub(super) struct Render {
     /// with --target-error, a limit to those
     #[arg(long, value_name = "Y", allow_negative_numbers = true, value_parser = parse_positive, help_heading = "Method")]
     target_ms: Option<f64>,
-    /// Further layers of an EXR: direct, indirect, albedo, normal, depth; for the method path also
-    /// variance (of the mean); for lightpaths also error (relative, 1 is 100 %, judged by paths) and
-    /// lights (direct and indirect light of each, which add up to the picture)
+    /// Further layers of an EXR: direct, indirect, albedo, normal, position, depth; for the method
+    /// path also variance (of the mean); for lightpaths also irradiance (W/m²), lights (direct and
+    /// indirect light of each, which add up to the picture) and error (relative, 1 is 100 %, judged
+    /// by paths); all: those that cost no paths
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', help_heading = "Output")]
     aov: Vec<Aov>,
     /// Brightens a PNG by this many stops; auto: its mean becomes middle grey [default: 0; for a
     /// model alone: auto]
     #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = Exposure::parse, help_heading = "Output")]
     exposure: Option<Exposure>,
+    /// Makes a PNG of illuminance (lux) or luminance (nits) as colours
+    #[arg(long, value_name = "QUANTITY", value_enum, help_heading = "Output")]
+    false_color: Option<Quantity>,
+    /// Range of the colours, as in 1:1000; linear if it begins at 0 [default: follows the picture]
+    #[arg(long, value_name = "MIN:MAX", requires = "false_color", value_parser = Scale::parse, help_heading = "Output")]
+    range: Option<Scale>,
     /// Does work that cannot change the picture, too: the picture is the same to the bit
     #[arg(long, help_heading = "Method")]
     no_skip: bool,
@@ -166,9 +174,7 @@ impl Render {
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let store = self.cache_args.store()?;
         let context = self.device_args.open()?;
-        // In the order of the file, without repetition.
-        let aovs: Vec<Aov> =
-            Aov::value_variants().iter().copied().filter(|aov| self.aov.contains(aov)).collect();
+        let aovs = self.aovs();
         let mut rendered = match self.method {
             Method::Path | Method::Photon => {
                 let mut progress = self.device_args.progress();
@@ -217,7 +223,16 @@ impl Render {
             }
         }?;
         rendered.warnings.iter().for_each(|warning| self.device_args.warn(warning));
-        if format == Format::Png {
+        if let Some(quantity) = self.false_color {
+            let source = match quantity {
+                Quantity::Nits => &rendered.layers[0],
+                Quantity::Lux => &rendered.layers[1],
+            };
+            let values = false_colours::values(&source.pixels);
+            let scale = self.range.unwrap_or_else(|| Scale::of(&values));
+            self.device_args.say(&format!("false colours: {}", scale.words(quantity)));
+            rendered.display = values.iter().map(|&value| scale.colour(value)).collect();
+        } else if format == Format::Png {
             let pixels = &rendered.layers[0].pixels;
             let exposure = self.exposure.unwrap_or_else(|| Exposure::of_scene(&self.scene));
             let (stops, said) = exposure.stops(pixels);
@@ -226,6 +241,15 @@ impl Render {
         }
         self.device_args.report_validation(&context);
         Ok(rendered)
+    }
+
+    /// Layers of the file.
+    fn aovs(&self) -> Vec<Aov> {
+        let of_lightpaths = matches!(self.method, Method::Lightpaths | Method::Direct);
+        if self.false_color == Some(Quantity::Lux) {
+            return vec![Aov::Irradiance];
+        }
+        Aov::in_order(&self.aov, of_lightpaths, self.method != Method::Direct)
     }
 
     /// Whether paths judge the error.

@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Aov, Rendered, layer};
+use super::Rendered;
+use super::layers::{Aov, in_file, layer};
 use crate::app::args::device_label;
 use crate::error::Result;
 use crate::reference::{FirstHits, Progressive};
@@ -40,10 +41,11 @@ pub(super) fn render(
     renderer.set_deadline(allowed.and_then(|allowed| Instant::now().checked_add(allowed)));
     let seconds = spend(&mut renderer, budget, progress)?;
     let picture = renderer.picture()?;
-    let hits = match aovs.iter().any(|aov| matches!(aov, Aov::Albedo | Aov::Normal | Aov::Depth)) {
-        true => renderer.traced_scene().first_hits()?,
-        false => FirstHits::default(),
-    };
+    let hits =
+        match aovs.iter().any(|aov| matches!(aov, Aov::Albedo | Aov::Normal | Aov::Position | Aov::Depth)) {
+            true => renderer.traced_scene().first_hits()?,
+            false => FirstHits::default(),
+        };
     let mut layers = vec![layer(None, picture.beauty.clone())];
     for &aov in aovs {
         let pixels = match aov {
@@ -52,8 +54,13 @@ pub(super) fn render(
             Aov::Albedo => hits.albedo.clone(),
             Aov::Normal => hits.normal.clone(),
             Aov::Depth => hits.depth.clone(),
+            Aov::Position => {
+                in_file(hits.position.clone(), &hits.normal, renderer.traced_scene().scene.origin)
+            }
             Aov::Variance => renderer.variance()?,
-            Aov::Error | Aov::Lights => unreachable!("refused before anything is rendered"),
+            Aov::Irradiance | Aov::Error | Aov::Lights | Aov::All => {
+                unreachable!("refused before anything is rendered")
+            }
         };
         layers.push(layer(Some(aov), pixels));
     }

@@ -19,7 +19,7 @@ enum Act {
 }
 
 /// Pictures of the window for the documentation: the steps from the one before, and the file.
-const SHOTS: [(&[Act], &str); 10] = [
+const SHOTS: [(&[Act], &str); 11] = [
     (&[], "window-box.png"),
     (&[Act::Key(b'2' as u32)], "window-direct.png"),
     (&[Act::Key(b'3' as u32)], "window-indirect.png"),
@@ -27,6 +27,7 @@ const SHOTS: [(&[Act], &str); 10] = [
     (&[Act::Key(b'5' as u32)], "window-cells.png"),
     (&[Act::Key(b'5' as u32), Act::Key(b'5' as u32), Act::Key(b'5' as u32)], "window-cells-coarse.png"),
     (&[Act::Key(b'6' as u32), Act::Click((250, 410))], "window-rays.png"),
+    (&[Act::Key(b'8' as u32)], "window-light.png"),
     (
         &[Act::Key(b'1' as u32), Act::Click((300, 400)), Act::Key(b'm' as u32), Act::Wait(45)],
         "window-monte-carlo.png",
@@ -53,6 +54,8 @@ fn photograph(demo: &Demo, shots: &[(&[Act], &str)]) {
             sleep(Duration::from_millis(500));
         }
         demo.client().move_to((300, 200));
+        // Values under the pointer are shown in the next frame.
+        sleep(Duration::from_millis(500));
         let picture = if is_endless { demo.capture() } else { demo.settled(None) };
         picture.save(folder.join(file)).unwrap();
     }

@@ -82,7 +82,7 @@ fn the_light_is_dragged(demo: &Demo, home: &RgbImage) {
 
 fn every_view_is_another_one(demo: &Demo, home: &RgbImage) {
     let mut seen = vec![home.clone()];
-    for key in ['2', '3', '4', '5', '6'] {
+    for key in ['2', '3', '4', '5', '6', '8', '8'] {
         tap(demo, key);
         if key == '6' {
             // Shows rays and paths of the clicked point.

@@ -8,6 +8,7 @@ use super::session::Session;
 use super::shortcuts::Action;
 use super::ui_state::{Chosen, Request, UiState, View};
 use super::viewport::Viewport;
+use crate::app::false_colours::Quantity;
 use crate::scene::Camera;
 use crate::scene::save::PlacedModel;
 
@@ -44,6 +45,13 @@ pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState,
         Action::CachePoints => ui_state.view = View::CachePoints,
         Action::Cells => ui_state.view = next_level(ui_state.view, session),
         Action::Inspect => ui_state.view = View::Inspect,
+        Action::FalseColours => {
+            let quantity = match ui_state.view {
+                View::FalseColours(Quantity::Lux) => Quantity::Nits,
+                _ => Quantity::Lux,
+            };
+            (ui_state.view, ui_state.light_range) = (View::FalseColours(quantity), None);
+        }
         Action::Split => ui_state.split = if ui_state.split.is_some() { None } else { Some(0.5) },
         Action::ShowError => {
             ui_state.shows_error = ui_state.split.is_none() || !ui_state.shows_error;

@@ -7,6 +7,7 @@ mod files;
 mod films;
 mod gizmos;
 mod host_picture;
+mod light_map;
 mod navigate;
 mod overlays;
 mod panels;

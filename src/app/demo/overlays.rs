@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3};
 
 use super::document::LightEntry;
 use super::gizmos::{Axis, Gizmo, Part, Projection, Shape};
+use super::light_map::LightMap;
 use super::panels::{AXES, PALETTE};
 use super::session::Session;
 use super::ui_state::{UiState, View};
@@ -30,6 +31,8 @@ pub(super) struct Overlays {
     /// Depth of each pixel, with the picture's version and size.
     depth: (u64, [u32; 2], Vec<f32>),
     lines: Lines,
+    /// Values of the picture that is shown as false colours.
+    pub(super) light: Option<LightMap>,
 }
 
 /// Rays and a path for the clicked position.
@@ -68,6 +71,13 @@ impl Overlays {
                 self.points(&painter, projection, session.version, renderer, pointer)
             }
             View::Inspect => self.rays(&painter, projection, renderer, ui_state, session),
+            View::FalseColours(_) => {
+                let pointer = ui.input(|input| input.pointer.hover_pos());
+                if let (Some(light), Some(pointer)) = (&self.light, pointer) {
+                    light.label(&painter, projection, pointer);
+                }
+                Ok(())
+            }
             _ => Ok(()),
         }
     }

@@ -21,6 +21,7 @@ pub(super) enum Action {
     Inspect,
     Split,
     ShowError,
+    FalseColours,
     FrameAll,
     ResetCamera,
     AddLight,
@@ -54,7 +55,7 @@ const fn command(logical_key: Key, action: Action, text: &'static str) -> Bindin
 }
 
 /// All bindings. A combination stands before the shorter ones that it contains.
-pub(super) const BINDINGS: [Binding; 33] = [
+pub(super) const BINDINGS: [Binding; 34] = [
     key(Key::F1, Action::Help, "Show or hide this list"),
     key(Key::H, Action::Help, "Show or hide this list"),
     key(Key::P, Action::Panels, "Show or hide the panels"),
@@ -76,6 +77,7 @@ pub(super) const BINDINGS: [Binding; 33] = [
     key(Key::Num5, Action::Cells, "Cells of the hierarchy; again: the next level"),
     key(Key::Num6, Action::Inspect, "Gather rays and light path of what is clicked"),
     key(Key::Num7, Action::ShowError, "Ours beside its error, as Monte Carlo finds it"),
+    key(Key::Num8, Action::FalseColours, "Illuminance as colours; again: luminance"),
     key(Key::M, Action::Split, "Ours beside Monte Carlo"),
     key(Key::F, Action::FrameAll, "Look at all of the scene"),
     key(Key::Home, Action::ResetCamera, "Back to the scene's camera"),

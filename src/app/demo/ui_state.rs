@@ -1,5 +1,6 @@
 //! The UI state: the chosen item, the view, the open panels. None of it belongs to the scene.
 
+use crate::app::false_colours::{Quantity, Scale};
 use glam::Vec3;
 
 /// The item that panels and gizmos edit.
@@ -25,6 +26,8 @@ pub(super) enum View {
     /// Gather rays of the cache point, and the light path of the entry point, that are nearest to
     /// the clicked position.
     Inspect,
+    /// Illuminance or luminance as colours.
+    FalseColours(Quantity),
 }
 
 /// A request that the window gizmos outside of the panels.
@@ -93,6 +96,8 @@ pub(super) struct UiState {
     /// The map of our error stands in place of Monte Carlo.
     pub(super) shows_error: bool,
     pub(super) verdict: Option<Verdict>,
+    /// Range of false colours. `None`: follows the next picture.
+    pub(super) light_range: Option<Scale>,
 }
 
 /// Our picture against Monte Carlo's.
@@ -137,6 +142,7 @@ impl UiState {
             is_playing: false,
             shows_error: false,
             verdict: None,
+            light_range: None,
         }
     }
 }

@@ -56,7 +56,7 @@ enum Hold {
 #[derive(Clone, Copy)]
 pub(super) struct Textures {
     pub(super) picture: egui::TextureId,
-    /// Colours of cells, drawn over it.
+    /// Colours of cells or of light, drawn over it.
     pub(super) over: Option<egui::TextureId>,
     /// Monte Carlo, drawn beside it.
     pub(super) beside: Option<egui::TextureId>,

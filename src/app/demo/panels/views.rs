@@ -1,10 +1,12 @@
 //! The panel that selects the picture's content.
 
-use egui::{Slider, Ui};
+use egui::{DragValue, Slider, Ui};
 
 use super::row;
+use crate::app::demo::light_map::legend;
 use crate::app::demo::session::Session;
 use crate::app::demo::ui_state::{Request, UiState, Verdict, View};
+use crate::app::false_colours::Quantity;
 use crate::app::heatmap;
 
 const EXPOSURE: std::ops::RangeInclusive<f32> = -10.0..=10.0;
@@ -19,10 +21,32 @@ pub(super) fn views(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) 
             (View::CachePoints, "Cache points"),
             (View::Cells(level), "Cells"),
             (View::Inspect, "Rays and paths"),
+            (View::FalseColours(Quantity::Lux), "Illuminance"),
+            (View::FalseColours(Quantity::Nits), "Luminance"),
         ] {
-            ui.selectable_value(&mut ui_state.view, view, name);
+            if ui.selectable_value(&mut ui_state.view, view, name).changed() {
+                ui_state.light_range = None;
+            }
         }
     });
+    if let (View::FalseColours(quantity), Some(range)) = (ui_state.view, &mut ui_state.light_range) {
+        legend(ui, *range, quantity);
+        let mut fits = false;
+        row(ui, "Range", |ui| {
+            let value = |value| DragValue::new(value).range(0.0..=1e9).max_decimals(3);
+            let speed = 0.01 * range.high;
+            ui.add(value(&mut range.low).speed(speed));
+            ui.label("to");
+            ui.add(value(&mut range.high).speed(speed));
+            fits = ui.button("Fit").on_hover_text("Three decades up to the picture's brightest").clicked();
+        });
+        range.high = range.high.max(1e-6);
+        range.low = range.low.min(0.9 * range.high);
+        ui.small("Logarithmic; linear from 0. The pointer shows values.");
+        if fits {
+            ui_state.light_range = None;
+        }
+    }
     if let View::Cells(level) = &mut ui_state.view {
         let levels = session.renderer().map_or(1, crate::renderer::Renderer::hvds_level_count);
         row(ui, "Level", |ui| ui.add(Slider::new(level, 0..=levels.saturating_sub(1))));

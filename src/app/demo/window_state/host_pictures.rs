@@ -1,9 +1,11 @@
 //! Pictures beside and over the main picture.
 
-use super::WindowState;
+use super::{Over, WindowState};
 use crate::app::demo::cells;
+use crate::app::demo::light_map::LightMap;
 use crate::app::demo::reference::Reference;
 use crate::app::demo::ui_state::{Verdict, View};
+use crate::app::false_colours::Scale;
 use crate::app::heatmap;
 use crate::error::Result;
 use crate::metrics::{NoisyError, half_noise};
@@ -61,18 +63,47 @@ impl WindowState {
         Ok(())
     }
 
-    /// Updates the cell colours if the cell view is on.
-    pub(super) fn colour_cells(&mut self) -> Result<()> {
-        let (View::Cells(level), Some(renderer)) = (self.ui_state.view, self.session.renderer()) else {
+    /// Updates the colours over the picture: of cells, or of illuminance and luminance.
+    pub(super) fn colour_over(&mut self) -> Result<()> {
+        let Some(renderer) = self.session.renderer() else {
             self.over.of = None;
             return Ok(());
         };
-        let of = (self.session.version, level);
-        if self.over.of != Some(of) {
-            let pixels = cells::colours(renderer, level, self.session.exposure_stops)?;
-            self.over.show(&self.context, &mut self.painter, of, renderer.size(), &pixels)?;
-            self.window.request_redraw();
-        }
+        let (version, size) = (self.session.version, renderer.size());
+        let (of, pixels) = match self.ui_state.view {
+            View::Cells(level) => {
+                let of = Over::Cells(version, level);
+                if self.over.of == Some(of) {
+                    return Ok(());
+                }
+                (of, cells::colours(renderer, level, self.session.exposure_stops)?)
+            }
+            View::FalseColours(quantity) => {
+                let light = match self.overlays.light.take().filter(|light| light.is_of(renderer, version)) {
+                    Some(light) => light,
+                    None => LightMap::new(renderer, version)?,
+                };
+                let values = light.values(quantity);
+                let range = *self.ui_state.light_range.get_or_insert_with(|| Scale::of(values));
+                let of = Over::Light(version, quantity, range);
+                let is_shown = self.over.of == Some(of);
+                let pixels = match is_shown {
+                    true => Vec::new(),
+                    false => values.iter().map(|&value| range.colour(value)).collect(),
+                };
+                self.overlays.light = Some(light);
+                if is_shown {
+                    return Ok(());
+                }
+                (of, pixels)
+            }
+            _ => {
+                self.over.of = None;
+                return Ok(());
+            }
+        };
+        self.over.show(&self.context, &mut self.painter, of, size, &pixels)?;
+        self.window.request_redraw();
         Ok(())
     }
 }

@@ -28,6 +28,7 @@ use super::stage::Wake;
 use super::start::{Demo, Start, WakeUp, no_display};
 use super::ui_state::{UiState, View};
 use super::viewport::{Textures, Viewport};
+use crate::app::false_colours::{Quantity, Scale};
 use crate::app::note;
 use crate::error::Result;
 use crate::gpu::window::{FRAMES, Painting, PictureId, Shown, WindowPainter};
@@ -47,6 +48,15 @@ const DEVICE: Duration = Duration::from_millis(2);
 /// Size of the picture before the first one exists.
 const NO_PICTURE: [u32; 2] = [1, 1];
 
+/// What the colours over the picture show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Over {
+    /// Cells of a level, in the picture of a version.
+    Cells(u64, u32),
+    /// Illuminance or luminance in that picture.
+    Light(u64, Quantity, Scale),
+}
+
 /// A window with its session, painter and panels. Fields drop in order: the painter goes
 /// before the window.
 pub(super) struct WindowState {
@@ -57,7 +67,7 @@ pub(super) struct WindowState {
     /// Version of the picture that the painter has.
     shown: u64,
     /// Colours of cells, with the picture version and the level that they show.
-    over: HostPicture<(u64, u32)>,
+    over: HostPicture<Over>,
     /// The Monte Carlo picture beside ours, or, if set, the map of our error.
     beside: HostPicture<bool>,
     reference: Option<Reference>,
@@ -248,8 +258,8 @@ impl WindowState {
         if let Some(recorder) = &mut self.recorder {
             recorder.note(&self.session);
         }
-        let commands = self.submit_before_cells(commands)?;
-        let coloured = self.colour_cells();
+        let commands = self.submit_before_colours(commands)?;
+        let coloured = self.colour_over();
         self.tolerate(coloured)?;
         let shown = self.paint(output, commands)?;
         self.settle(shown == Shown::Yes && !is_new);
@@ -366,11 +376,11 @@ impl WindowState {
         }
     }
 
-    /// Submits the commands of a picture by themselves if the window shows cells: the host reads
-    /// their light before it draws.
-    fn submit_before_cells(&mut self, commands: Option<Recorder>) -> Result<Option<Recorder>> {
+    /// Submits the commands of a picture by themselves if the window shows colours of cells or of
+    /// light: the host reads values before it draws.
+    fn submit_before_colours(&mut self, commands: Option<Recorder>) -> Result<Option<Recorder>> {
         match commands {
-            Some(commands) if matches!(self.ui_state.view, View::Cells(_)) => {
+            Some(commands) if matches!(self.ui_state.view, View::Cells(_) | View::FalseColours(_)) => {
                 let session = &mut self.session;
                 self.painter.run(commands, &mut |in_flight| session.check(in_flight))?;
                 Ok(None)

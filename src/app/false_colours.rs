@@ -1,5 +1,5 @@
-//! Illuminance and luminance as colours. The map is perceptually uniform and grows brighter with the
-//! light.
+//! Illuminance and luminance as colours. The map is perceptually uniform, and grows brighter
+//! with the values.
 
 use crate::scene::photometry::lux;
 use clap::ValueEnum;
@@ -54,7 +54,7 @@ impl Scale {
         Self { low: DECADES * high, high }
     }
 
-    /// Parses MIN:MAX.
+    /// Parses the text `MIN:MAX`.
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         let ends = text.split_once(':').and_then(|(low, high)| Some((low.parse().ok()?, high.parse().ok()?)));
         match ends {

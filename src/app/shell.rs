@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 /// For bash: lightpaths completions bash > ~/.local/share/bash-completion/completions/lightpaths
 #[derive(Debug, Args)]
 pub(super) struct Completions {
-    /// The shell
+    /// The shell that reads them
     #[arg(value_enum)]
     shell: Shell,
 }

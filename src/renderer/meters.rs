@@ -100,8 +100,8 @@ impl Renderer {
         self.with_direct(own, records.chunks(times).map(mean))
     }
 
-    /// The same with path-traced indirect light: `paths` from each point, at least one for each
-    /// gather ray.
+    /// The same with path-traced indirect light: `paths` from each point, and at least one of them
+    /// for each gather ray.
     ///
     /// # Errors
     /// The device lacks memory or failed.

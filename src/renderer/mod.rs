@@ -63,7 +63,6 @@ use gloss::GlossPasses;
 use image::{Image, IndirectLight};
 use lights::Lights;
 use liveness::LiveSets;
-use meters::MeterPasses;
 use precompute::Precomputed;
 use report::FrameWatch;
 use std::sync::Arc;
@@ -83,7 +82,7 @@ pub struct Renderer {
     dirty: Dirty,
     counters: FrameCounters,
     /// `None` without meters.
-    meters: Option<MeterPasses>,
+    meters: Option<meters::MeterPasses>,
     statistics: Statistics,
     /// Passes wait for each other, so that each can be timed.
     is_serialised: bool,
@@ -132,7 +131,7 @@ impl Renderer {
             )?,
             dirty: Dirty::new(world.scene.lights.len()),
             counters: FrameCounters::new(context)?,
-            meters: MeterPasses::new(context, &transport.gather, world.scene.measuring_points())?,
+            meters: meters::MeterPasses::new(context, &transport.gather, world.scene.measuring_points())?,
             world,
             transport,
             image,

@@ -14,7 +14,7 @@ pub enum Layer {
     Direct,
     /// Radiance by indirect light only.
     Indirect,
-    /// Irradiance of the surface that each pixel's central ray meets, W/m²; zero where there is none.
+    /// Irradiance of the surface that each pixel's central ray meets, W/m²; zero beside the scene.
     Irradiance,
     /// Diffuse albedo of each pixel.
     Albedo,

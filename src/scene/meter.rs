@@ -9,8 +9,8 @@ use crate::Result;
 /// Maximum number of points along an edge of a plane.
 const GRID: std::ops::RangeInclusive<u32> = 1..=128;
 
-/// Gather rays of a measuring point, and of all measuring points. A picture averages over the points
-/// of a surface, a meter reads single ones.
+/// Gather rays of a measuring point, and of all measuring points. A picture averages over the
+/// points of a surface, a meter reads single ones.
 const RAYS: [usize; 2] = [1 << 12, 1 << 24];
 
 /// Number of cache points at each of `count` measuring points: each has its own gather rays.
@@ -31,7 +31,7 @@ pub struct Meter {
 /// Where a light meter measures, and in which direction it faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MeterShape {
-    /// One point.
+    /// A single point.
     Point {
         /// Where it is.
         position: Vec3,

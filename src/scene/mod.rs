@@ -34,6 +34,7 @@ mod image_map;
 pub mod keys;
 mod kinds;
 pub mod light;
+mod light_power;
 pub mod limits;
 mod lines;
 mod load_options;

@@ -8,8 +8,8 @@ use std::ops::RangeInclusive;
 use super::value::{Node, POWER, Section};
 use crate::Result;
 
-/// Lumens of one watt at 555 nm: the convention of glTF and of most renderers, where a spectrum is
-/// three colours.
+/// Lumens of one watt at 555 nm. It is the convention of glTF and of most renderers, whose spectra
+/// are three colours.
 pub const LUMENS_A_WATT: f64 = 683.0;
 /// Luminance of linear Rec.709.
 const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
@@ -26,14 +26,14 @@ pub fn lux(irradiance: Vec3) -> f64 {
     LUMENS_A_WATT * luminance(irradiance.as_dvec3())
 }
 
-fn luminance(colour: DVec3) -> f64 {
+pub(super) fn luminance(colour: DVec3) -> f64 {
     LUMINANCE.dot(colour)
 }
 
 /// Colour of a black body of that temperature, linear Rec.709 of luminance 1. Colours outside of
 /// Rec.709 lose their negative part.
 ///
-/// The chromaticity is the cubic fit of [Kim 2002] to the Planckian locus.
+/// The chromaticity is the cubic fit of [Kang 2002] to the Planckian locus.
 pub(super) fn black_body(kelvin: f64) -> DVec3 {
     let t = 1e3 / kelvin;
     let cubic = |[a, b, c, d]: [f64; 4], x: f64| ((a * x + b) * x + c) * x + d;
@@ -50,7 +50,7 @@ pub(super) fn black_body(kelvin: f64) -> DVec3 {
     colour / luminance(colour)
 }
 
-/// Linear Rec.709 of luminance 1 with these CIE 1931 chromaticities. [IEC 61966-2-1]
+/// Linear Rec.709 (white D65) of luminance 1 with these CIE 1931 chromaticities.
 fn of_chromaticity(xy: DVec2) -> DVec3 {
     let xyz = DVec3::new(xy.x / xy.y, 1.0, (1.0 - xy.x - xy.y) / xy.y);
     DVec3::new(
@@ -72,7 +72,7 @@ pub(super) enum Extent {
 }
 
 impl Extent {
-    /// All directions.
+    /// The sphere of all directions.
     pub(super) const SPHERE: Self = Self::SolidAngle(4.0 * PI);
 
     /// A cone of that half-angle, radians. The intensity falls to zero over its outer `penumbra`,
@@ -97,7 +97,7 @@ impl Extent {
     }
 
     /// Flux of a light of unit emission, W.
-    fn flux(self) -> f64 {
+    pub(super) fn flux(self) -> f64 {
         match self {
             Self::SolidAngle(steradians) => steradians,
             Self::Surface(area_m2) => PI * area_m2,
@@ -156,7 +156,7 @@ pub(super) fn keys() -> Vec<&'static str> {
 mod tests {
     use super::*;
 
-    /// Chromaticities of black bodies by Planck's law and the CIE 1931 observer. [Wyszecki 1982]
+    /// Chromaticities of black bodies by Planck's law and the CIE 1931 observer, four digits.
     #[test]
     fn black_bodies_have_their_colours() {
         for (kelvin, x, y) in [

@@ -1,5 +1,5 @@
-//! Illuminance and luminance of the picture: false colours with their legend, and the values under
-//! the pointer.
+//! Illuminance and luminance of the picture: false colours with their legend, and values at the
+//! position of the pointer.
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Ui, pos2, vec2};
 

@@ -8,6 +8,7 @@ mod films;
 mod gizmos;
 mod host_picture;
 mod light_map;
+mod mixer;
 mod navigate;
 mod overlays;
 mod panels;

@@ -1,5 +1,6 @@
 //! The UI state: the chosen item, the view, the open panels. None of it belongs to the scene.
 
+use super::mixer::Mixer;
 use crate::app::false_colours::{Quantity, Scale};
 use glam::Vec3;
 
@@ -98,6 +99,7 @@ pub(super) struct UiState {
     pub(super) verdict: Option<Verdict>,
     /// Range of false colours. `None`: follows the next picture.
     pub(super) light_range: Option<Scale>,
+    pub(super) mixer: Mixer,
 }
 
 /// Our picture against Monte Carlo's.
@@ -143,6 +145,7 @@ impl UiState {
             shows_error: false,
             verdict: None,
             light_range: None,
+            mixer: Mixer::default(),
         }
     }
 }

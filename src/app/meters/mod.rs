@@ -13,7 +13,7 @@ use crate::scene::{Scene, photometry::lux};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Side of the picture, which nobody sees.
+/// Side of the picture, which is not shown.
 const SIDE: u32 = 16;
 
 /// Opens a scene for its meters.

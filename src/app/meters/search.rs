@@ -5,8 +5,8 @@ use crate::error::Result;
 use crate::renderer::Renderer;
 use glam::Vec3;
 
-/// Weight of a light's change beside the relative errors: it only chooses among powers that fit
-/// equally well.
+/// Weight of a light's change beside the relative errors. It only chooses among powers that fit the
+/// goals equally well.
 const KEEP: f64 = 1e-4;
 /// Sum of squared relative errors at which no light moves any further: half a percent.
 const ENOUGH: f64 = 2.5e-5;
@@ -89,8 +89,8 @@ impl<'a> Search<'a> {
     }
 
     /// Moves lights, each at most `reach` metres, until the powers reach all goals or no step
-    /// helps. `moved` are places in the list of lights. Damped Gauss-Newton steps of the errors that
-    /// the best powers leave. [Golub 1973]
+    /// helps. `moved` are places in the list of lights. The steps are damped Gauss-Newton steps of
+    /// the errors that the best powers leave. [Golub 1973]
     pub(super) fn descend(&mut self, renderer: &mut Renderer, moved: &[usize], reach: f32) -> Result<()> {
         let places = |renderer: &Renderer| -> Vec<Vec3> {
             moved.iter().map(|&own| place_of(renderer, self.lights[own])).collect()
@@ -138,8 +138,8 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// Slopes of the errors, 1/m, along each axis for each light that may move: by one measurement
-    /// each.
+    /// Slopes of the errors, 1/m, along each axis for each light that may move. Each is the
+    /// difference of two measurements.
     fn slopes(
         &mut self,
         renderer: &mut Renderer,

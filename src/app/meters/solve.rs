@@ -29,7 +29,7 @@ pub(in crate::app) struct Solve {
     /// Wanted mean illuminance of a meter, lx, as in --target desk=500; may be repeated
     #[arg(long = "target", value_name = "METER=LUX", required = true, value_parser = parse_target)]
     targets: Vec<Target>,
-    /// A light whose power may change; may be repeated [default: all that are on]
+    /// A light whose power may change; may be repeated [default: all lights that are on]
     #[arg(long = "light", value_name = "NAME")]
     lights: Vec<String>,
     /// A light whose position may change as well, if powers alone do not suffice; may be repeated

@@ -57,7 +57,7 @@ pub(super) fn layer(aov: Option<Aov>, pixels: Vec<[f32; 3]>) -> Layer {
 }
 
 impl Aov {
-    /// The layers of a file, in order, without repetition. `all` are those that cost no paths.
+    /// The layers of a file, in order, without repetition. `all` are the layers that cost no paths.
     pub(super) fn in_order(wanted: &[Self], of_lightpaths: bool, has_indirect: bool) -> Vec<Self> {
         let is_cheap = |aov: Self| match aov {
             Self::Error | Self::Variance | Self::All => false,
@@ -85,7 +85,7 @@ pub(super) fn in_file(mut layer: Vec<[f32; 3]>, normals: &[[f32; 3]], origin: DV
 ///
 /// Extrapolated records are clamped at zero, so that indirect light of single lights is a little
 /// more than that of all: below 1e-4 in the mean. Each pixel's difference is spread over the lights
-/// in proportion.
+/// in proportion to them.
 pub(super) fn of_lights(renderer: &mut Renderer) -> Result<Vec<Layer>> {
     let lights = renderer.scene().lights.clone();
     let is_active = |light: &Light| light.is_on && light.kind.emission() != Vec3::ZERO;

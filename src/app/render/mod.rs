@@ -60,7 +60,7 @@ pub(super) struct Render {
     /// Further layers of an EXR: direct, indirect, albedo, normal, position, depth; for the method
     /// path also variance (of the mean); for lightpaths also irradiance (W/m²), lights (direct and
     /// indirect light of each, which add up to the picture) and error (relative, 1 is 100 %, judged
-    /// by paths); all: those that cost no paths
+    /// by paths); all: the layers that cost no paths
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', help_heading = "Output")]
     aov: Vec<Aov>,
     /// Brightens a PNG by this many stops; auto: its mean becomes middle grey [default: 0; for a

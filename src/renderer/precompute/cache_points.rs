@@ -25,8 +25,8 @@ const SEES_NEAR: f32 = 2.0;
 const NARROW: f32 = 0.5;
 
 /// The cache points. Points that see near clusters come first, and among these the points
-/// in narrow cavities. Measuring points come last: their records have no neighbours, and no pixel
-/// reads them.
+/// in narrow cavities. Measuring points come last: their records have no neighbours, and pixels do
+/// not read them.
 pub(super) struct Points {
     pub(super) placement: Placement,
     pub(super) points: Vec<CachePoint>,

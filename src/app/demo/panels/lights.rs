@@ -14,7 +14,7 @@ const ANGLES: std::ops::RangeInclusive<f32> = 0.01..=90.0;
 
 /// Draws the list, and below it the chosen light.
 pub(super) fn lights(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
-    let mut removed = None;
+    let (mut removed, mut alone) = (None, None);
     for entry in &mut session.document.lights {
         ui.horizontal(|ui| {
             ui.checkbox(&mut entry.light.is_on, "").on_hover_text("On or off (O)");
@@ -27,8 +27,20 @@ pub(super) fn lights(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
                 if ui.small_button("✖").on_hover_text("Remove (Del)").clicked() {
                     removed = Some(entry.id);
                 }
+                let mut percent = ui_state.mixer.percent(entry);
+                let value = DragValue::new(&mut percent).range(0.0..=1e4).suffix(" %").max_decimals(0);
+                if ui.add(value).on_hover_text("Dim: percent of its power at first").changed() {
+                    ui_state.mixer.dim(entry, percent);
+                }
+                let is_alone = ui_state.mixer.is_alone(entry.id);
+                if ui.selectable_label(is_alone, "S").on_hover_text("This light alone (solo)").clicked() {
+                    alone = Some(entry.id);
+                }
             });
         });
+    }
+    if let Some(id) = alone {
+        ui_state.mixer.toggle_alone(&mut session.document, id);
     }
     if let Some(id) = removed {
         session.document.lights.retain(|entry| entry.id != id);
@@ -95,6 +107,7 @@ fn chosen(ui: &mut Ui, entry: &mut LightEntry, origin: Vec3) {
     row(ui, "Name", |ui| ui.text_edit_singleline(&mut entry.light.name));
     let kind = &mut entry.light.kind;
     emission(ui, kind);
+    power(ui, kind);
     match kind {
         LightKind::Point { position, .. } => place(ui, "Position", position, origin),
         LightKind::Spot { position, direction, angle, penumbra, .. } => {
@@ -153,6 +166,24 @@ fn emission(ui: &mut Ui, kind: &mut LightKind) {
         let colour = Vec3::from(colour);
         *kind = kind.with_emission(colour / colour.max_element().max(1e-6) * requested);
     }
+}
+
+/// Power in photometric units, and colour temperature.
+fn power(ui: &mut Ui, kind: &mut LightKind) {
+    let Some((mut amount, unit)) = kind.power() else { return };
+    let mut kelvin = kind.kelvin();
+    row(ui, "Power", |ui| {
+        let speed = (0.01 * amount).max(0.1);
+        let value = DragValue::new(&mut amount).speed(speed).range(0.0..=1e12).suffix(format!(" {unit}"));
+        if ui.add(value.max_decimals(1)).changed() {
+            *kind = kind.with_power(amount);
+        }
+        let value = DragValue::new(&mut kelvin).speed(20.0).range(1667.0..=25_000.0).suffix(" K");
+        let hint = "Colour of a black body of that temperature";
+        if ui.add(value.max_decimals(0)).on_hover_text(hint).changed() {
+            *kind = kind.with_kelvin(kelvin);
+        }
+    });
 }
 
 /// A point or an edge; points are in the coordinates of the scene's file.

@@ -51,11 +51,25 @@ impl<'a> Desk<'a> {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("room.obj"), ROOM).unwrap();
         std::fs::write(folder.path().join("s.toml"), scene(WHITE)).unwrap();
+        Self::open_in(display, folder)
+    }
+
+    fn open_in(display: &'a Display, folder: TempDir) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
         command.args(["demo", "s.toml", "--size", SIZE, "--validation"]).current_dir(folder.path());
         let demo = Demo::run(Some(display), command);
         demo.wait_for_line("lightpaths: ready", READY);
         Self { folder, demo }
+    }
+
+    /// Ends the process as a crash does, and opens another window.
+    fn crash(self, display: &'a Display) -> Self {
+        let Self { folder, demo } = self;
+        let killed = Command::new("kill").args(["-9", &demo.process().to_string()]).status().unwrap();
+        assert!(killed.success());
+        until("end", SOON, || (!demo.is_running()).then_some(()));
+        drop(demo);
+        Self::open_in(display, folder)
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -199,6 +213,48 @@ fn edits_outlive_every_change_on_disk_until_there_is_an_answer() {
     desk.undo();
     assert!(same(&mine, &changed(&desk.demo, &red)), "even what was discarded is one step back");
     assert!(!desk.path("s-mine-002.toml").exists());
+    close(&desk.demo);
+}
+
+/// Position of the answers about edits of a window that has crashed.
+const BRING_BACK: Point = (60, 42);
+const DELETE: Point = (160, 42);
+const LEFT: &str = "lightpaths: s.toml has edits of the last time that were not saved";
+
+#[test]
+fn edits_outlive_a_crash() {
+    let display = Display::start();
+    let desk = Desk::open(&display);
+    let autosave = "s-autosave.toml";
+    let before = settled(&desk.demo);
+    assert!(!desk.path(autosave).exists());
+    desk.demo.client().tap(&[], keys::of('l'));
+    let mine = changed(&desk.demo, &before);
+    assert_eq!(lights(&desk.path(autosave)), 2);
+    // What is taken back is not unsaved.
+    desk.undo();
+    changed(&desk.demo, &mine);
+    until("no autosave", SOON, || (!desk.path(autosave).exists()).then_some(()));
+    desk.demo.client().tap(&[], keys::of('l'));
+    changed(&desk.demo, &before);
+
+    let desk = desk.crash(&display);
+    assert_eq!(desk.count(LEFT), 1);
+    assert!(same(&before, &settled(&desk.demo)), "nothing happens before there is an answer");
+    desk.answered("lightpaths: the edits of the last time are back", || desk.answer(BRING_BACK));
+    assert!(same(&mine, &changed(&desk.demo, &before)), "they are back");
+    assert_eq!(lights(&desk.path(autosave)), 2, "and still not saved");
+
+    // Edits before there is an answer replace nothing.
+    let desk = desk.crash(&display);
+    desk.demo.client().tap(&[], keys::of('o'));
+    desk.demo.wait_for_line("lightpaths: the edits of the last time are in s-rescued-001.toml", SOON);
+    assert_eq!((lights(&desk.path("s-rescued-001.toml")), lights(&desk.path(autosave))), (2, 1));
+
+    let desk = desk.crash(&display);
+    desk.answered("lightpaths: the edits of the last time are deleted", || desk.answer(DELETE));
+    assert!(!desk.path(autosave).exists());
+    assert!(same(&before, &settled(&desk.demo)));
     close(&desk.demo);
 }
 

@@ -43,7 +43,8 @@ fn mine(scene: &Path) -> PathBuf {
     names.find(|path| path.symlink_metadata().is_err()).expect("numbers do not end")
 }
 
-fn write_scene(session: &Session, path: &Path) -> Result<String> {
+/// Writes the edited scene; it stays unsaved. Returns a message.
+pub(super) fn write_scene(session: &Session, path: &Path) -> Result<String> {
     if path.extension().is_none_or(|extension| extension != "toml") {
         return Err(Error::output(path, "is no name of a scene file: let it end in .toml"));
     }
@@ -65,11 +66,16 @@ fn write_scene(session: &Session, path: &Path) -> Result<String> {
 
 /// Saves the edited scene under a free name beside its usual path; returns the new path.
 pub(super) fn rescue_scene(session: &Session, scene_to: &str) -> Result<PathBuf> {
-    let stem = Path::new(scene_to).with_extension("");
-    let free = |number: u32| PathBuf::from(format!("{}-rescued-{number:03}.toml", stem.display()));
-    let path = (1..).map(free).find(|path| !path.exists()).expect("numbers do not end");
+    let path = free_rescue_name(Path::new(scene_to));
     write_scene(session, &path)?;
     Ok(path)
+}
+
+/// The first free one of `NAME-rescued-001.toml`, `NAME-rescued-002.toml` …
+pub(super) fn free_rescue_name(scene_to: &Path) -> PathBuf {
+    let stem = scene_to.with_extension("");
+    let free = |number: u32| PathBuf::from(format!("{}-rescued-{number:03}.toml", stem.display()));
+    (1..).map(free).find(|path| !path.exists()).expect("numbers do not end")
 }
 
 /// Saves the picture beside the scene: tone-mapped as PNG and linear as EXR. Returns a message.

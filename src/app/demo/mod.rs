@@ -1,6 +1,7 @@
 //! `lightpaths demo`: the window.
 
 mod actions;
+mod autosave;
 mod cells;
 mod document;
 mod files;

@@ -54,6 +54,10 @@ pub(super) enum Request {
     QuitAnyway,
     /// Saves the scene, and closes the window if that succeeds.
     SaveAndQuit,
+    /// Brings unsaved edits of an earlier window back.
+    Restore,
+    /// Deletes these edits.
+    Discard,
 }
 
 /// Answers for a scene that has changed on disk and has unsaved edits.
@@ -86,6 +90,8 @@ pub(super) struct UiState {
     pub(super) requests: Vec<Request>,
     /// The window asks what becomes of unsaved edits before it closes.
     pub(super) asks_to_close: bool,
+    /// An earlier window has left unsaved edits.
+    pub(super) asks_to_restore: bool,
     /// Path for the saved scene and pictures.
     pub(super) save_to: String,
     /// Path of the model that the user is about to add.
@@ -137,6 +143,7 @@ impl UiState {
             place: None,
             requests: Vec::new(),
             asks_to_close: false,
+            asks_to_restore: false,
             save_to: format!("{scene}-edited.toml"),
             model_to_add: String::new(),
             text_scale: 1.0,

@@ -51,7 +51,10 @@ impl App {
 
     /// Returns the result of the event loop.
     pub(super) fn into_result(mut self) -> Result<()> {
-        if let Some(open) = self.open.take() {
+        if let Some(mut open) = self.open.take() {
+            if self.failure.is_none() {
+                open.end();
+            }
             let (context, device_args) = (open.context.clone(), &self.args.device_args);
             if !device_args.is_quiet() {
                 open.say_memory();
@@ -104,7 +107,7 @@ impl ApplicationHandler<WakeUp> for App {
     }
 
     fn user_event(&mut self, _: &ActiveEventLoop, wake_up: WakeUp) {
-        let Some(open) = &self.open else { return };
+        let Some(open) = &mut self.open else { return };
         match wake_up {
             WakeUp::Shows => open.window.request_redraw(),
             WakeUp::Ends(kept) => {

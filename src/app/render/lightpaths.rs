@@ -15,8 +15,8 @@ use crate::scene::Scene;
 /// Paths per stratum of a cache point's hemisphere if path tracing replaces a stage.
 const EXACT_SAMPLES: u32 = 4;
 
-/// Frames after a moved light. Their median is stated, so that the first, which compiles, does not
-/// count.
+/// Frames after a moved light. Their median is stated, so that the first, which compiles, has no
+/// influence on it.
 pub(super) const RELIT_FRAMES: usize = 5;
 
 /// Options of the frame.

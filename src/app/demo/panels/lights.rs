@@ -173,9 +173,9 @@ fn power(ui: &mut Ui, kind: &mut LightKind) {
     let Some((mut amount, unit)) = kind.power() else { return };
     let mut kelvin = kind.kelvin();
     row(ui, "Power", |ui| {
-        let speed = (0.01 * amount).max(0.1);
+        let (speed, decimals) = ((0.01 * amount).max(0.1), usize::from(amount < 100.0));
         let value = DragValue::new(&mut amount).speed(speed).range(0.0..=1e12).suffix(format!(" {unit}"));
-        if ui.add(value.max_decimals(usize::from(amount < 100.0))).changed() {
+        if ui.add(value.max_decimals(decimals)).changed() {
             *kind = kind.with_power(amount);
         }
         let value = DragValue::new(&mut kelvin).speed(20.0).range(1667.0..=25_000.0).suffix(" K");

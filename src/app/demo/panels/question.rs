@@ -1,4 +1,5 @@
-//! Questions about unsaved edits: the scene has changed on disk, or the window is about to close.
+//! Questions about unsaved edits: the scene has changed on disk, the window is about to close, or
+//! an earlier window has left some.
 
 use egui::{Align2, Area, Context, Frame, Key, RichText};
 
@@ -28,6 +29,12 @@ const CHANGED: [Choice; 3] = [
     ),
 ];
 
+/// What to do with edits that an earlier window has left.
+const LEFT: [Choice; 2] = [
+    ("Bring them back", Request::Restore, "Ctrl+Z takes them out again"),
+    ("Delete them", Request::Discard, "The scene stays as its file is"),
+];
+
 /// What to do before the window closes.
 const CLOSE: [Choice; 2] = [
     ("Save and close", Request::SaveAndQuit, "Saves the scene to the file of the panel `Scene and film`"),
@@ -42,6 +49,9 @@ pub(in crate::app::demo) fn questions(context: &Context, session: &Session, ui_s
         let text = format!("{} has unsaved edits.", session.scene.name);
         let goes_on = ask(context, &text, &CLOSE, Some("Do not close"), ui_state);
         ui_state.asks_to_close = !goes_on && !context.input(|input| input.key_pressed(Key::Escape));
+    } else if ui_state.asks_to_restore {
+        let text = format!("{} has edits of the last time that were not saved.", session.source.spec);
+        ask(context, &text, &LEFT, None, ui_state);
     } else if session.is_asked {
         let text = format!("{} has changed on disk. You have unsaved edits.", session.source.spec);
         ask(context, &text, &CHANGED, None, ui_state);

@@ -7,9 +7,25 @@ use crate::app::demo::watch::Watch;
 use crate::error::{Error, Result};
 use crate::renderer::{Renderer, Work};
 use crate::scene::save::{PlacedModel, SceneText};
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::{Camera, LoadOptions, Scene};
 
 impl Session {
+    /// Takes lights, materials, models and camera of another scene file over, as one edit.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub(in crate::app::demo) fn restore(&mut self, spec: &str) -> Result<()> {
+        let allow_outside = self.source.options.allow_outside;
+        let options = LoadOptions { allow_outside, ..LoadOptions::default() };
+        let scene = Scene::load(spec, &options)?;
+        let models = SceneText::new(spec, &options, &scene)?.models();
+        let rebase = Rebase::new(&scene, &self.scene);
+        self.document = rebase.document(&Document::from_scene(&scene, models));
+        self.camera = Camera { size: self.camera.size, ..rebase.camera(&scene.cameras[0]) };
+        self.history.settle(&self.document);
+        Ok(())
+    }
+
     /// Reloads the scene, as one undo step. Returns the conversion of the edits. `None` if the
     /// scene cannot be read: the session stays, and a note gives the reason.
     pub(in crate::app::demo) fn reload(&mut self) -> Result<Option<Rebase>> {

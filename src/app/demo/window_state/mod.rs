@@ -16,6 +16,7 @@ use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::{Fullscreen, Window};
 
 use super::actions;
+use super::autosave::Autosave;
 use super::films::{FilmRecorder, Player};
 use super::host_picture::HostPicture;
 use super::overlays::Overlays;
@@ -83,6 +84,7 @@ pub(super) struct WindowState {
     viewport: Viewport,
     overlays: Overlays,
     ui_state: UiState,
+    autosave: Autosave,
     panels: egui_winit::State,
     /// When the panels need to be drawn without an event.
     pub(super) again: Option<Instant>,
@@ -136,6 +138,14 @@ impl WindowState {
         });
         let mut ui_state = UiState::new(&scene.name);
         ui_state.vsync = !args.no_vsync;
+        let autosave = Autosave::new(&source.spec);
+        ui_state.asks_to_restore = autosave.found().is_some();
+        if ui_state.asks_to_restore && !args.device_args.is_quiet() {
+            note(&format!(
+                "lightpaths: {} has edits of the last time that were not saved; they wait for an answer",
+                source.spec
+            ));
+        }
         let session = Session::new(&context, source, scene, watch, wake.clone())?;
         let egui = egui::Context::default();
         egui.set_theme(egui::Theme::Dark);
@@ -161,6 +171,7 @@ impl WindowState {
             viewport: Viewport::new(),
             overlays: Overlays::default(),
             ui_state,
+            autosave,
             panels,
             again: None,
             last_event: now,
@@ -249,6 +260,7 @@ impl WindowState {
         self.tolerate(followed)?;
         let output = self.run_panels()?;
         self.entitle();
+        self.save_edits();
         let commands = self.record_frame()?;
         let is_new = self.shown != self.session.version;
         if is_new {

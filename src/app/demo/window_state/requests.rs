@@ -58,6 +58,18 @@ impl WindowState {
                     chosen => self.tolerate(chosen)?,
                 }
             }
+            Request::Restore => match self.autosave.restore(&mut self.session) {
+                Ok(()) => {
+                    self.ui_state.asks_to_restore = false;
+                    self.tell("the edits of the last time are back; Ctrl+Z takes them out".to_owned());
+                }
+                Err(error) => self.tell_alarm(&error),
+            },
+            Request::Discard => {
+                self.autosave.discard();
+                self.ui_state.asks_to_restore = false;
+                self.tell("the edits of the last time are deleted".to_owned());
+            }
             Request::Answer(answer) => {
                 let done = self.answer(answer);
                 self.tolerate(done)?;
@@ -126,14 +138,36 @@ impl WindowState {
     }
 
     /// Saves the edited scene before the program ends, beside its usual path. Prints the new path.
-    pub(in crate::app::demo) fn rescue(&self) {
+    pub(in crate::app::demo) fn rescue(&mut self) {
         if !self.session.has_unsaved_edits() {
             return;
         }
         note(&match files::rescue_scene(&self.session, &self.ui_state.save_to) {
-            Ok(path) => format!("lightpaths: the edited scene is in {}", path.display()),
+            Ok(path) => {
+                self.autosave.end();
+                format!("lightpaths: the edited scene is in {}", path.display())
+            }
             Err(error) => format!("lightpaths: the edited scene is lost: {error}"),
         });
+    }
+
+    /// Keeps unsaved edits in the autosave. A drag and a film that plays are no edits yet.
+    pub(super) fn save_edits(&mut self) {
+        if self.is_held || self.player.is_some() {
+            return;
+        }
+        match self.autosave.follow(&self.session) {
+            Ok(said) => {
+                self.ui_state.asks_to_restore &= said.is_none();
+                said.into_iter().for_each(|line| self.tell(line));
+            }
+            Err(error) => self.tell(format!("edits are not kept while the window is open: {error}")),
+        }
+    }
+
+    /// Ends the window as the user wishes: what is unsaved is not kept.
+    pub(in crate::app::demo) fn end(&mut self) {
+        self.autosave.end();
     }
 
     /// Prints that the window is up to date, if a script waits for it. `is_still`: the frame was

@@ -1,0 +1,113 @@
+//! Autosave: unsaved edits are in a file beside the scene's, so that a crash loses none of them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::document::Document;
+use super::files;
+use super::session::Session;
+use crate::error::{Error, Result};
+use crate::scene::builtin;
+
+/// The file, and what it holds.
+pub(super) struct Autosave {
+    scene: PathBuf,
+    /// `None`: the scene is built in, or the file cannot be written.
+    path: Option<PathBuf>,
+    /// The edits that this window has written. `None`: none.
+    written: Option<Document>,
+    /// A file of an earlier window waits for an answer.
+    waits: bool,
+}
+
+impl Autosave {
+    /// Finds the file of an earlier window that did not end as it should.
+    pub(super) fn new(spec: &str) -> Self {
+        let path = (!builtin::NAMES.contains(&spec)).then(|| beside(Path::new(spec)));
+        let waits = path.as_ref().is_some_and(|path| path.is_file());
+        Self { scene: PathBuf::from(spec), path, written: None, waits }
+    }
+
+    /// The file of an earlier window, if it waits for an answer.
+    pub(super) fn found(&self) -> Option<&Path> {
+        self.path.as_deref().filter(|_| self.waits)
+    }
+
+    /// Writes edits that the file does not hold yet. Deletes the file if nothing is unsaved.
+    /// Returns a line for the user if edits of an earlier window are kept under another name.
+    ///
+    /// # Errors
+    /// The file cannot be written. There is no autosave from then on.
+    pub(super) fn follow(&mut self, session: &Session) -> Result<Option<String>> {
+        let Some(path) = self.path.clone() else { return Ok(None) };
+        if !session.has_unsaved_edits() {
+            if self.written.take().is_some() {
+                remove(&path);
+            }
+            return Ok(None);
+        }
+        if self.written.as_ref() == Some(&session.document) {
+            return Ok(None);
+        }
+        let mut said = None;
+        if std::mem::take(&mut self.waits) {
+            let kept = files::free_rescue_name(&self.scene);
+            fs::rename(&path, &kept).map_err(|error| Error::output(&kept, error.to_string()))?;
+            said = Some(format!("the edits of the last time are in {}", kept.display()));
+        }
+        if let Err(error) = files::write_scene(session, &path) {
+            self.path = None;
+            return Err(error);
+        }
+        self.written = Some(session.document.clone());
+        Ok(said)
+    }
+
+    /// Brings the edits of an earlier window back as one edit.
+    ///
+    /// # Errors
+    /// The file cannot be read. It stays.
+    pub(super) fn restore(&mut self, session: &mut Session) -> Result<()> {
+        let Some(path) = self.found() else { return Ok(()) };
+        session.restore(&path.display().to_string())?;
+        self.waits = false;
+        Ok(())
+    }
+
+    /// Deletes what an earlier window left.
+    pub(super) fn discard(&mut self) {
+        if let Some(path) = self.found() {
+            remove(path);
+        }
+        self.waits = false;
+    }
+
+    /// Deletes this window's file: it ends as it should, or its edits are saved elsewhere.
+    pub(super) fn end(&mut self) {
+        if let (Some(path), Some(_)) = (&self.path, self.written.take()) {
+            remove(path);
+        }
+    }
+}
+
+/// The path of the autosave of a scene.
+fn beside(scene: &Path) -> PathBuf {
+    PathBuf::from(format!("{}-autosave.toml", scene.with_extension("").display()))
+}
+
+fn remove(path: &Path) {
+    // A file that is gone already is as it should be.
+    let _ = fs::remove_file(path);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_autosave_stands_beside_its_scene() {
+        assert_eq!(beside(Path::new("a/room.v2.toml")), Path::new("a/room.v2-autosave.toml"));
+        assert_eq!(beside(Path::new("model.obj")), Path::new("model-autosave.toml"));
+        assert!(Autosave::new("box").path.is_none());
+    }
+}

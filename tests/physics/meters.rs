@@ -69,6 +69,25 @@ fn an_area_light_has_its_closed_form() {
     }
 }
 
+/// A lamp of 1000 lm in the middle of an integrating sphere: its light at a distance, and what the
+/// sphere adds.
+#[test]
+fn a_lamp_in_lumens_lights_a_sphere_as_it_should() {
+    const LUMENS: f64 = 1000.0;
+    let mut scene = shapes::integrating_sphere(1.5, 4, 0.5, Vec3::ZERO, 1.0);
+    scene.lights[0].kind = scene.lights[0].kind.with_power(LUMENS).with_kelvin(2700.0);
+    let distances = [0.2_f32, 0.7, 1.3];
+    scene.meters = distances.iter().map(|&distance| at(distance * Vec3::Y, -Vec3::Y)).collect();
+    let around = LUMENS / scene.area_m2();
+    let renderer = render(scene, Quality { cache_points: 400, ..Quality::PAPER });
+    for (distance, point) in distances.iter().zip(renderer.measured().unwrap()) {
+        let direct = LUMENS / (4.0 * std::f64::consts::PI * f64::from(*distance).powi(2));
+        assert_close(&format!("direct, {distance} m"), lux(point.direct), direct, 1e-4);
+        assert_close(&format!("all, {distance} m"), lux(point.irradiance()), direct + around, 0.01);
+    }
+    assert_silent(&context());
+}
+
 /// In an integrating sphere indirect irradiance is Φ/A·ρ/(1−ρ) everywhere, also in mid-air and for
 /// every orientation; direct irradiance is that of the lamp.
 #[test]

@@ -20,8 +20,8 @@ use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{Kind, Node, Origin, Section, unknown};
 use super::{
-    Camera, Emission, Light, LightKind, Material, Meter, Quality, Scene, Triangle, camera, emission, fit,
-    gltf, kinds, limits, model_keys, ply, regions, sky, stl, subdivide, vertex_colours,
+    Camera, Emission, Light, LightKind, Material, Quality, Scene, Triangle, camera, emission, fit, gltf,
+    kinds, limits, meter, model_keys, ply, regions, sky, stl, subdivide, vertex_colours,
 };
 use crate::files::guarded;
 use crate::{Error, Result};
@@ -103,7 +103,7 @@ impl Scene {
             materials,
             lights,
             emission: Arc::new(emission),
-            meters: read_meters(&file, root, origin)?,
+            meters: meter::read_all(&file, root, origin)?,
             cameras,
             quality,
             draft,
@@ -432,22 +432,6 @@ pub(super) fn read_lights(file: &Path, root: &Node, origin: DVec3) -> Result<Vec
     let lights = lights.collect::<Result<Vec<_>>>()?;
     refuse_repeated(&sections, lights.iter().map(|light| light.name.as_str()))?;
     Ok(lights)
-}
-
-fn read_meters(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Meter>> {
-    let sections = Section::list(file, root, "meter", limits::METERS)?;
-    let meters = sections.iter().enumerate().map(|(number, section)| Meter::read(section, number, origin));
-    let meters = meters.collect::<Result<Vec<_>>>()?;
-    refuse_repeated(&sections, meters.iter().map(|meter| meter.name.as_str()))?;
-    let mut count = 0;
-    for (section, meter) in sections.iter().zip(&meters) {
-        count += meter.count();
-        if count > limits::METER_POINTS {
-            let most = limits::METER_POINTS;
-            return Err(section.fault(format!("the meters have more than {most} points together")));
-        }
-    }
-    Ok(meters)
 }
 
 pub(super) fn read_cameras(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Camera>> {

@@ -2,9 +2,11 @@
 
 use glam::{DVec3, Vec3};
 
-use super::keys;
-use super::value::{COORDINATE, Section, unknown};
+use super::models::refuse_repeated;
+use super::value::{COORDINATE, Node, Section, unknown};
+use super::{keys, limits};
 use crate::Result;
+use std::path::Path;
 
 /// Maximum number of points along an edge of a plane.
 const GRID: std::ops::RangeInclusive<u32> = 1..=128;
@@ -122,6 +124,23 @@ impl Meter {
             }
         }
     }
+}
+
+/// Reads the meters of a scene file.
+pub(super) fn read_all(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Meter>> {
+    let sections = Section::list(file, root, "meter", limits::METERS)?;
+    let meters = sections.iter().enumerate().map(|(number, section)| Meter::read(section, number, origin));
+    let meters = meters.collect::<Result<Vec<_>>>()?;
+    refuse_repeated(&sections, meters.iter().map(|meter| meter.name.as_str()))?;
+    let mut count = 0;
+    for (section, meter) in sections.iter().zip(&meters) {
+        count += meter.count();
+        if count > limits::METER_POINTS {
+            let most = limits::METER_POINTS;
+            return Err(section.fault(format!("the meters have more than {most} points together")));
+        }
+    }
+    Ok(meters)
 }
 
 #[cfg(test)]

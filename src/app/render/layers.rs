@@ -84,8 +84,8 @@ pub(super) fn in_file(mut layer: Vec<[f32; 3]>, normals: &[[f32; 3]], origin: DV
 /// picture. Each is a frame with the others off; light paths stay.
 ///
 /// Extrapolated records are clamped at zero, so that indirect light of single lights is a little
-/// more than that of all: below 1e-4 in the mean. Each pixel's difference is spread over the lights
-/// in proportion to them.
+/// more than that of all: up to 2.5e-4 in the mean. Each pixel's difference is spread over the
+/// lights in proportion to them.
 pub(super) fn of_lights(renderer: &mut Renderer) -> Result<Vec<Layer>> {
     let lights = renderer.scene().lights.clone();
     let is_active = |light: &Light| light.is_on && light.kind.emission() != Vec3::ZERO;

@@ -135,10 +135,10 @@ fn meters_agree_with_path_tracing() {
         let (found, exact) = (renderer.measured().unwrap(), renderer.measured_by_paths(1 << 16).unwrap());
         assert_eq!(found.len(), 13);
         let mean = |points: &[Measured]| points.iter().map(|point| lux(point.indirect)).sum::<f64>();
-        assert_close("mean", mean(&found), mean(&exact), 0.01);
+        assert_close("mean", mean(&found), mean(&exact), 0.005);
         for (number, (found, exact)) in found.iter().zip(&exact).enumerate() {
             assert_eq!(found.direct, exact.direct);
-            assert_close(&format!("{number}"), lux(found.indirect), lux(exact.indirect), 0.04);
+            assert_close(&format!("{number}"), lux(found.indirect), lux(exact.indirect), 0.015);
         }
     }
     assert_silent(&context());

@@ -49,17 +49,25 @@ impl Autosave {
         if self.written.as_ref() == Some(&session.document) {
             return Ok(None);
         }
+        let written = self.replace(session, &path);
+        match written {
+            Ok(_) => self.written = Some(session.document.clone()),
+            // What an earlier window left must not be replaced by the next edit either.
+            Err(_) => self.path = None,
+        }
+        written
+    }
+
+    /// Moves what an earlier window left out of the way, and writes the edits.
+    fn replace(&mut self, session: &Session, path: &Path) -> Result<Option<String>> {
         let mut said = None;
-        if std::mem::take(&mut self.waits) {
+        if self.waits {
             let kept = files::free_rescue_name(&self.scene);
-            fs::rename(&path, &kept).map_err(|error| Error::output(&kept, error.to_string()))?;
+            fs::rename(path, &kept).map_err(|error| Error::output(&kept, error.to_string()))?;
+            self.waits = false;
             said = Some(format!("the edits of the last time are in {}", kept.display()));
         }
-        if let Err(error) = files::write_scene(session, &path) {
-            self.path = None;
-            return Err(error);
-        }
-        self.written = Some(session.document.clone());
+        files::write_scene(session, path)?;
         Ok(said)
     }
 

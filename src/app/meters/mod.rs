@@ -73,14 +73,14 @@ impl Reading {
     }
 }
 
-/// Cuts the points of all meters into those of each.
+/// Cuts the points of all meters into the points of each.
 fn by_meter<'a>(scene: &Scene, mut points: &'a [Measured]) -> Vec<&'a [Measured]> {
-    let mut cut = Vec::with_capacity(scene.meters.len());
-    for meter in &scene.meters {
-        let (own, rest) = points.split_at(meter.count());
-        (points, cut) = (rest, [cut, vec![own]].concat());
-    }
-    cut
+    let mut cut = |count: usize| {
+        let (own, rest) = points.split_at(count);
+        points = rest;
+        own
+    };
+    scene.meters.iter().map(|meter| cut(meter.count())).collect()
 }
 
 /// Renders a frame with these lights on and all others off, and measures.

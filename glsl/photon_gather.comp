@@ -41,7 +41,7 @@ layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
-layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
+layout(binding = 4) uniform usamplerBuffer Lights;
 layout(scalar, binding = 5) readonly buffer Points { MapEntry points[]; };
 layout(scalar, binding = 6) readonly buffer EntryOffsets { uint entry_offsets[]; };
 layout(scalar, binding = 7) readonly buffer Reaches { uvec4 reaches[]; };
@@ -116,7 +116,7 @@ vec3 direct_light(Vertex vertex, Reflectance material, uint ray, uint seed, out 
     uint count = largest(material.diffuse + material.specular) > 0.0 ? push.light_count : 0u;
     for (uint i = 0u; i < count; ++i) {
         vec3 u = sample_3d(ray, hash(seed, i));
-        LightSource light = chosen_part(lights[i], u.z);
+        LightSource light = chosen_part(light_at(Lights, i), u.z);
         LightSample found;
         if (!sample_light(light, at.position, u.xy, found)) continue;
         float cosine = dot(vertex.shading, found.direction);

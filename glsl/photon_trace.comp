@@ -42,7 +42,7 @@ layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
-layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
+layout(binding = 4) uniform usamplerBuffer Lights;
 layout(scalar, binding = 5) buffer PhotonPaths { PhotonPath paths[]; };
 layout(scalar, binding = 6) writeonly buffer Photons { Photon photons[]; };
 layout(scalar, binding = 7) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
@@ -68,7 +68,7 @@ void main() {
     if (path.depth == 0u) {
         vec3 u = sample_3d(path.ray, hash(stream, 0u));
         vec3 v = sample_3d(path.ray, hash(stream, 1u));
-        LightSource light = chosen_part(lights[path.light], u.z);
+        LightSource light = chosen_part(light_at(Lights, path.light), u.z);
         EmittedRay ray = emit(light, push.scene_centre, push.scene_radius, u.xy, v);
         // An area light may lie in the plane of a wall.
         vec3 axis = dot(light.axis, ray.direction) < 0.0 ? -light.axis : light.axis;

@@ -37,6 +37,6 @@ EmittedRay emit(LightSource light, vec3 scene_centre, float scene_radius, vec2 u
     float height = cap * u.x;
     vec3 local = vec3(sqrt(height * (2.0 - height)) * around, 1.0 - height);
     vec3 direction = is_spot ? frame_around(light.axis) * local : local;
-    float falloff = is_spot ? spot_falloff(light, direction) : 1.0;
+    float falloff = is_spot ? spot_fraction(light, direction) : 1.0;
     return EmittedRay(light.position, direction, 2.0 * PI * cap * falloff * light.emission);
 }

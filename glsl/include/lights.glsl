@@ -1,4 +1,5 @@
-// Light sources seen from a surface point. Include after types.glsl and bvh.glsl.
+// Light sources seen from a surface point. Include after types.glsl, texels.glsl, math.glsl and
+// bvh.glsl. The including shader binds the texels `Lights`.
 
 // A direction in which a light may be seen.
 struct LightSample {
@@ -16,6 +17,36 @@ float spot_falloff(LightSource light, vec3 direction) {
     float angle = atan(length(cross(light.axis, direction)), dot(light.axis, direction));
     if (angle <= light.inner_angle) return 1.0;
     return angle < light.outer_angle ? (light.outer_angle - angle) / (light.outer_angle - light.inner_angle) : 0.0;
+}
+
+// Fraction of a measured spot's largest intensity in a unit direction of travel: bilinear between
+// the nodes of its grid. At the light's first word are the numbers of nodes from the axis and
+// about it, the azimuth of the plane C0, then the fractions. As Grid in src/scene/luminaire.
+float measured_fraction(LightSource light, vec3 direction) {
+    uint first = uint(light.area);
+    vec3 local = direction * frame_around(light.axis);
+    float angle = atan(length(local.xy), local.z);
+    if (angle > light.outer_angle) return 0.0;
+    uint rows = uint(number_at(Lights, first));
+    uint columns = uint(number_at(Lights, first + 1u));
+    float row = angle / light.outer_angle * float(rows - 1u);
+    uint low = min(uint(row), rows - 2u);
+    // Horizontal angles increase clockwise for someone who looks along the axis.
+    float turn = (number_at(Lights, first + 2u) - atan(local.y, local.x)) / (2.0 * PI);
+    float column = (turn - floor(turn)) * float(columns);
+    uint left = min(uint(column), columns - 1u);
+    uint right = left + 1u == columns ? 0u : left + 1u;
+    uvec2 node = first + 3u + uvec2(left, right) * rows + low;
+    vec2 near = vec2(number_at(Lights, node.x), number_at(Lights, node.y));
+    vec2 far = vec2(number_at(Lights, node.x + 1u), number_at(Lights, node.y + 1u));
+    vec2 of_columns = mix(near, far, row - float(low));
+    return mix(of_columns.x, of_columns.y, column - float(left));
+}
+
+// Fraction of a spot's intensity in a unit direction of travel.
+float spot_fraction(LightSource light, vec3 direction) {
+    if (light.area > 0.0) return measured_fraction(light, direction);
+    return spot_falloff(light, direction);
 }
 
 // Image of `u` in the unit square, on the triangle (0,0), (1,0), (0,1) if the light is one. Keeps
@@ -61,7 +92,7 @@ bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample foun
     float inverse = inversesqrt(distance2);
     vec3 direction = to_light * inverse;
     float factor = 1.0;
-    if (light.kind == LIGHT_SPOT) factor = spot_falloff(light, -direction);
+    if (light.kind == LIGHT_SPOT) factor = spot_fraction(light, -direction);
     if (light.kind == LIGHT_AREA) factor = light.area * emitted_cosine(light, -direction);
     found = LightSample(direction, distance2 * inverse, light.emission * (factor * inverse * inverse));
     return factor > 0.0;

@@ -1,7 +1,7 @@
 // Vertices of paths from the eye or a surface: their reflected light and the continuation of the
 // path. Include after receivers.glsl, bvh.glsl, lights.glsl, light_parts.glsl, brdf.glsl and
-// textures.glsl. The including shader binds the texels `Surfaces`, `Reflectance materials[]` and
-// `LightSource lights[]`; its push block `push` has `light_count`.
+// textures.glsl. The including shader binds the texels `Surfaces` and `Lights` and `Reflectance
+// materials[]`; its push block `push` has `light_count`.
 
 struct Vertex {
     vec3 position;
@@ -34,7 +34,7 @@ vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint ray
     vec3 radiance = vec3(0.0);
     gathered = vec3(0.0);
     for (uint i = 0u; i < push.light_count; ++i) {
-        LightSource light = lights[i];
+        LightSource light = light_at(Lights, i);
         vec3 u = vec3(0.0);
         if_any (light.kind == LIGHT_AREA || light.kind == LIGHT_GROUP) u = sample_3d(sample_index, hash(seed, ~i));
         light = chosen_part(light, u.z);

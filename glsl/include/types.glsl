@@ -166,7 +166,7 @@ struct LightSource {
     vec3 position;      // point, spot: where it is; area: its corner
     uint kind;          // LIGHT_*
     vec3 axis;          // spot: unit axis; area: unit normal of the emitting side; directional: unit direction of travel
-    float area;         // area: m²
+    float area;         // area: m²; spot: first word of its measured intensities, 0 if it has none
     vec3 emission;      // point, spot: W/sr; area: W/m²/sr; directional: W/m² on a facing surface
     float inner_angle;  // spot: half-angles up to which the intensity is full, and from which on it is zero
     vec3 edge_u;        // area: edges from the corner

@@ -1,6 +1,6 @@
 //! Reference of the direct illumination.
 
-use crate::cpu::lights::{PointSamples, is_lit, sample_light};
+use crate::cpu::lights::{Intensities, PointSamples, is_lit, sample_light};
 use crate::cpu::rays::Geometry;
 use crate::cpu::receivers::receiver;
 use crate::types::{LIGHT_AREA, LightSource, NO_SIDE, PixelSurface, SHAPE_SURFACE, SHAPE_TRIANGLE};
@@ -64,7 +64,7 @@ fn weight_of(
     let afar = 1.0 / (1.0 + area_m2 / PI / distance.powi(2));
     let white = LightSource { emission: Vec3::ONE, ..*light };
     let open = |place: &DVec2| {
-        let found = sample_light(&white, position, *place)?;
+        let found = sample_light(&white, Intensities::NONE, position, *place)?;
         Some(shading.dot(found.direction).max(0.0) * found.irradiance.x)
     };
     let sum = samples.points.iter().filter_map(open).sum::<f64>() / count;
@@ -112,7 +112,7 @@ fn reached(
     let white = LightSource { emission: Vec3::ONE, ..*light };
     let weight = weight_of(light, samples, position.as_dvec3(), shading.as_dvec3(), area_m2.into());
     let sample = |(number, place): (u32, &DVec2)| {
-        let found = sample_light(&white, position.as_dvec3(), *place)?;
+        let found = sample_light(&white, Intensities::NONE, position.as_dvec3(), *place)?;
         let cosine = shading.as_dvec3().dot(found.direction);
         let faces = cosine > 0.0 && normal.as_dvec3().dot(found.direction) > 0.0;
         // [Wallace]

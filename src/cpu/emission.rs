@@ -1,7 +1,7 @@
 //! Mirrors `glsl/include/emission.glsl`: rays that leave light sources, and their power.
 
 use crate::cpu::hemisphere::frame;
-use crate::cpu::lights::{on_shape, sky_direction, spot_falloff};
+use crate::cpu::lights::{Intensities, on_shape, sky_direction};
 use crate::cpu::sampling::sample_cosine;
 use crate::types::{
     LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_GROUP, LIGHT_SKY, LIGHT_SPOT, LightSource, SHAPE_TWO_SIDED,
@@ -31,9 +31,13 @@ fn spot_solid_angle(light: &LightSource) -> f64 {
 
 /// Power that a light sends into the scene, W. For a light at infinity: through the disc of the
 /// scene's bounding sphere. `table` has the parts of the light.
-pub fn light_power(light: &LightSource, table: &[LightSource], scene_radius: f64) -> DVec3 {
+pub fn light_power(
+    light: &LightSource,
+    (table, intensities): (&[LightSource], Intensities<'_>),
+    scene_radius: f64,
+) -> DVec3 {
     let factor = match light.kind {
-        LIGHT_SPOT => spot_solid_angle(light),
+        LIGHT_SPOT => intensities.steradians(light).unwrap_or_else(|| spot_solid_angle(light)),
         LIGHT_AREA if light.shape & SHAPE_TWO_SIDED != 0 => 2.0 * PI * f64::from(light.area),
         LIGHT_AREA => PI * f64::from(light.area),
         LIGHT_DIRECTIONAL => PI * scene_radius.powi(2),
@@ -42,7 +46,7 @@ pub fn light_power(light: &LightSource, table: &[LightSource], scene_radius: f64
             let parts = &table[light.stride as usize..][..light.modulus as usize];
             let power = |part: &LightSource| {
                 let unit = LightSource { emission: Vec3::splat(part.relative), ..*part };
-                light_power(&unit, table, scene_radius).x
+                light_power(&unit, (table, intensities), scene_radius).x
             };
             parts.iter().map(power).sum()
         }
@@ -53,10 +57,16 @@ pub fn light_power(light: &LightSource, table: &[LightSource], scene_radius: f64
 
 /// Samples a ray. `u` selects its direction, or the position on the disc of a light at infinity;
 /// `v` selects the position on an area light and the side, or the direction of a part of the sky.
-pub fn emit(light: &LightSource, scene_centre: DVec3, scene_radius: f64, u: DVec2, v: DVec3) -> EmittedRay {
+pub fn emit(
+    light: &LightSource,
+    intensities: Intensities<'_>,
+    (scene_centre, scene_radius): (DVec3, f64),
+    u: DVec2,
+    v: DVec3,
+) -> EmittedRay {
     let (sin, cos) = (TAU * u.y).sin_cos();
     let (position, axis) = (light.position.as_dvec3(), light.axis.as_dvec3());
-    let flux = light_power(light, &[], scene_radius);
+    let flux = light_power(light, (&[], intensities), scene_radius);
     match light.kind {
         LIGHT_DIRECTIONAL | LIGHT_SKY => {
             let is_sky = light.kind == LIGHT_SKY;
@@ -78,7 +88,7 @@ pub fn emit(light: &LightSource, scene_centre: DVec3, scene_radius: f64, u: DVec
             let radius = (height * (2.0 - height)).sqrt();
             let local = DVec3::new(radius * cos, radius * sin, 1.0 - height);
             let direction = if is_spot { frame(light.axis) * local } else { local };
-            let falloff = if is_spot { spot_falloff(light, direction) } else { 1.0 };
+            let falloff = if is_spot { intensities.fraction(light, direction) } else { 1.0 };
             EmittedRay { origin: position, direction, flux: TAU * cap * falloff * light.emission.as_dvec3() }
         }
     }
@@ -109,11 +119,14 @@ mod tests {
             (spot(0.7, 0.7), 3.0 * TAU * (1.0 - f64::cos(0.7))),
             (spot(1e-4, 1e-4), narrow),
         ] {
-            assert!((light_power(&light, &[], 1.0).x / power - 1.0).abs() < 1e-6, "{power}");
+            assert!(
+                (light_power(&light, (&[], Intensities::NONE), 1.0).x / power - 1.0).abs() < 1e-6,
+                "{power}"
+            );
             let rays = 1 << 12;
             let flux = |index| {
                 let u = sample_3d(index, 5).truncate().as_dvec2();
-                let ray = emit(&light, DVec3::ZERO, 1.0, u, DVec3::ZERO);
+                let ray = emit(&light, Intensities::NONE, (DVec3::ZERO, 1.0), u, DVec3::ZERO);
                 assert!((ray.direction.length() - 1.0).abs() < 1e-6);
                 ray.flux.x
             };
@@ -130,9 +143,15 @@ mod tests {
             ..LightSource::point(Vec3::ZERO, Vec3::ONE)
         };
         let centre = DVec3::new(1.0, 2.0, 3.0);
-        assert!((light_power(&light, &[], 2.0).x - 4.0 * PI).abs() < 1e-9);
+        assert!((light_power(&light, (&[], Intensities::NONE), 2.0).x - 4.0 * PI).abs() < 1e-9);
         for index in 0..64 {
-            let ray = emit(&light, centre, 2.0, sample_3d(index, 1).truncate().as_dvec2(), DVec3::ZERO);
+            let ray = emit(
+                &light,
+                Intensities::NONE,
+                (centre, 2.0),
+                sample_3d(index, 1).truncate().as_dvec2(),
+                DVec3::ZERO,
+            );
             let along = (ray.origin - centre).dot(ray.direction);
             let across = (ray.origin - centre - along * ray.direction).length();
             assert!((along + 2.0).abs() < 1e-5 && across <= 2.0 + 1e-5, "{along}, {across}");

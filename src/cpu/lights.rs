@@ -1,6 +1,8 @@
 //! Mirrors `glsl/include/lights.glsl`: light sources seen from a surface point.
 
+use crate::cpu::hemisphere::frame;
 use crate::cpu::rays::Geometry;
+use crate::scene::luminaire::Grid;
 use crate::types::{
     LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_GROUP, LIGHT_SKY, LIGHT_SPOT, LightSource, SHAPE_TRIANGLE,
     SHAPE_TWO_SIDED,
@@ -16,6 +18,44 @@ pub struct LightSample {
     pub distance: f64,
     /// Irradiance of a facing surface, before visibility, over the sample's pdf, W/m².
     pub irradiance: DVec3,
+}
+
+/// Values that follow the rows of a table of lights: measured intensities.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Intensities<'a> {
+    /// Word of the table at which the values start.
+    pub first_word: usize,
+    /// The values.
+    pub values: &'a [f32],
+}
+
+impl<'a> Intensities<'a> {
+    /// Of a table that has none.
+    pub const NONE: Self = Self { first_word: 0, values: &[] };
+
+    /// Azimuth of the plane C0 of a measured spot, radians, and the nodes of its intensities.
+    fn of(self, light: &LightSource) -> (f64, Grid<'a>) {
+        let own = &self.values[light.area as usize - self.first_word..];
+        let [rows, columns] = [own[0], own[1]].map(|count| count as u32);
+        let fractions = &own[3..][..(rows * columns) as usize];
+        (own[2].into(), Grid { rows, columns, widest: light.outer_angle.into(), fractions })
+    }
+
+    /// Fraction of a spot's intensity in a unit direction of travel.
+    pub fn fraction(self, light: &LightSource, direction: DVec3) -> f64 {
+        if light.area == 0.0 {
+            return spot_falloff(light, direction);
+        }
+        let (c0, grid) = self.of(light);
+        let local = frame(light.axis).transpose() * direction;
+        let axial = local.truncate().length().atan2(local.z);
+        grid.fraction(axial, c0 - local.y.atan2(local.x))
+    }
+
+    /// Integral of the measured fraction over all directions, sr. `None` if nothing was measured.
+    pub fn steradians(self, light: &LightSource) -> Option<f64> {
+        (light.kind == LIGHT_SPOT && light.area > 0.0).then(|| self.of(light).1.steradians())
+    }
 }
 
 /// Fraction of a spot's intensity in a unit direction of travel; linear in the angle between
@@ -72,7 +112,12 @@ pub fn chosen_part(light: &LightSource, table: &[LightSource], u: f64) -> LightS
 
 /// Samples a light as seen from `position`; `u` selects the point of an area light, uniformly, and
 /// is unused for other kinds. `None` if the light does not reach that point.
-pub fn sample_light(light: &LightSource, position: DVec3, u: DVec2) -> Option<LightSample> {
+pub fn sample_light(
+    light: &LightSource,
+    intensities: Intensities<'_>,
+    position: DVec3,
+    u: DVec2,
+) -> Option<LightSample> {
     let emission = light.emission.as_dvec3();
     if light.kind == LIGHT_DIRECTIONAL {
         let direction = -light.axis.as_dvec3();
@@ -91,7 +136,7 @@ pub fn sample_light(light: &LightSource, position: DVec3, u: DVec2) -> Option<Li
     }
     let direction = to_light / distance;
     let factor = match light.kind {
-        LIGHT_SPOT => spot_falloff(light, -direction),
+        LIGHT_SPOT => intensities.fraction(light, -direction),
         LIGHT_AREA => f64::from(light.area) * emitted_cosine(light, -direction),
         _ => 1.0,
     };
@@ -169,7 +214,12 @@ mod tests {
             [(0.0, 1.0), (0.2499, 1.0), (0.35, 0.8), (0.5, 0.5), (0.7, 0.1), (0.76, 0.0), (3.0, 0.0)]
         {
             let (sin, cos) = f64::sin_cos(angle);
-            let found = sample_light(&light, DVec3::new(2.0 * sin, 0.0, 1.0 - 2.0 * cos), DVec2::ZERO);
+            let found = sample_light(
+                &light,
+                Intensities::NONE,
+                DVec3::new(2.0 * sin, 0.0, 1.0 - 2.0 * cos),
+                DVec2::ZERO,
+            );
             let irradiance = found.map_or(0.0, |found| found.irradiance.x);
             assert!((irradiance - fraction).abs() < 1e-9, "{angle}: {irradiance}, {fraction}");
         }
@@ -183,7 +233,7 @@ mod tests {
     #[test]
     fn a_light_on_the_receiver_is_no_sample_and_an_area_light_emits_forward_only() {
         let light = LightSource::point(Vec3::X, Vec3::ONE);
-        assert!(sample_light(&light, DVec3::X, DVec2::ZERO).is_none());
+        assert!(sample_light(&light, Intensities::NONE, DVec3::X, DVec2::ZERO).is_none());
         let area = LightSource {
             kind: LIGHT_AREA,
             axis: Vec3::Z,
@@ -192,7 +242,7 @@ mod tests {
             edge_v: 2.0 * Vec3::Y,
             ..LightSource::point(Vec3::ZERO, Vec3::ONE)
         };
-        let at = |position| sample_light(&area, position, DVec2::splat(0.5));
+        let at = |position| sample_light(&area, Intensities::NONE, position, DVec2::splat(0.5));
         assert!(at(DVec3::new(0.5, 1.0, -3.0)).is_none());
         let found = at(DVec3::new(0.5, 1.0, 3.0)).unwrap();
         assert_eq!((found.direction, found.distance), (DVec3::NEG_Z, 3.0));

@@ -1,7 +1,7 @@
 //! Reference shared by all shaders that follow paths: hit surfaces and the light that they reflect.
 
 use crate::cpu::brdf::brdf;
-use crate::cpu::lights::{chosen_part, is_lit, sample_light};
+use crate::cpu::lights::{Intensities, chosen_part, is_lit, sample_light};
 use crate::cpu::rays::{Geometry, Hit};
 use crate::cpu::receivers::{Receiver, receiver};
 use crate::types::{LIGHT_GROUP, LightSource, Reflectance};
@@ -68,7 +68,7 @@ impl LitScene<'_> {
         for (number, light) in (0_u32..).zip(&self.lights[..count]) {
             let u = u(number);
             let light = chosen_part(light, self.lights, u.z);
-            let found = sample_light(&light, at.position.as_dvec3(), u.truncate());
+            let found = sample_light(&light, Intensities::NONE, at.position.as_dvec3(), u.truncate());
             let Some(found) = found else { continue };
             let cosine = vertex.shading.dot(found.direction);
             if cosine <= 0.0 || at.normal.as_dvec3().dot(found.direction) <= 0.0 {

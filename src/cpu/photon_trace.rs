@@ -2,7 +2,7 @@
 
 use crate::cpu::brdf::sample_brdf;
 use crate::cpu::emission::emit;
-use crate::cpu::lights::chosen_part;
+use crate::cpu::lights::{Intensities, chosen_part};
 use crate::cpu::lit_scene::LitScene;
 use crate::cpu::sampling::{hash_pair, sample_3d};
 use crate::types::{LIGHT_AREA, NO_SIDE};
@@ -59,7 +59,7 @@ impl Photons<'_> {
         let [u, v] = [0, 1].map(|number| sample_3d(ray, hash_pair(stream, number)).as_dvec3());
         let source = chosen_part(source, self.scene.lights, u.z);
         let (centre, radius) = (self.scene_centre.as_dvec3(), f64::from(self.scene_radius));
-        let emitted = emit(&source, centre, radius, u.truncate(), v);
+        let emitted = emit(&source, Intensities::NONE, (centre, radius), u.truncate(), v);
         let origin = emitted.origin.as_vec3();
         let origin = if source.kind == LIGHT_AREA {
             let is_back = source.axis.as_dvec3().dot(emitted.direction) < 0.0;

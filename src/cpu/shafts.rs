@@ -1,7 +1,7 @@
 //! Reference of the shafts: the occluders between a light and some points, by a test
 //! of every triangle.
 
-use crate::cpu::lights::{lattice_point, sample_light};
+use crate::cpu::lights::{Intensities, lattice_point, sample_light};
 use crate::cpu::rays::{Geometry, intersect};
 use crate::types::LightSource;
 use glam::Vec3;
@@ -15,7 +15,9 @@ pub fn hiders(geometry: Geometry<'_>, light: &LightSource, points: &[(Vec3, u32)
         let normal = geometry.normal(side);
         let origin = geometry.offset_origin(position, normal).as_dvec3();
         for number in 0..light.samples {
-            let Some(sample) = sample_light(light, position.as_dvec3(), lattice_point(light, number)) else {
+            let Some(sample) =
+                sample_light(light, Intensities::NONE, position.as_dvec3(), lattice_point(light, number))
+            else {
                 continue;
             };
             if normal.as_dvec3().dot(sample.direction) <= 0.0 {

@@ -30,14 +30,20 @@ impl DeviceFile {
     }
 
     fn folder(&self) -> Option<PathBuf> {
-        if let Some(folder) = env::var_os(self.variable) {
-            return (!folder.is_empty()).then(|| PathBuf::from(folder));
-        }
-        let variable = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-        let base = variable("XDG_CACHE_HOME").or_else(|| variable("LOCALAPPDATA"));
-        let base = base.or_else(|| variable("HOME").map(|home| home.join(".cache")))?;
-        Some(base.join("lightpaths").join(self.folder))
+        cache_folder(self.variable, self.folder)
     }
+}
+
+/// A folder in the program's cache folder, or the one that an environment variable names. `None` if
+/// the user has no cache folder, or if the variable is empty.
+pub fn cache_folder(variable: &str, folder: &str) -> Option<PathBuf> {
+    if let Some(folder) = env::var_os(variable) {
+        return (!folder.is_empty()).then(|| PathBuf::from(folder));
+    }
+    let variable = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let base = variable("XDG_CACHE_HOME").or_else(|| variable("LOCALAPPDATA"));
+    let base = base.or_else(|| variable("HOME").map(|home| home.join(".cache")))?;
+    Some(base.join("lightpaths").join(folder))
 }
 
 /// Drivers identify the device and version of their data by these numbers.

@@ -49,6 +49,7 @@ pub use capture::Capture;
 pub use command_counts::CommandCounts;
 pub use context::{Context, ContextOptions, MemoryUse};
 pub use device::{DeviceSummary, Limits};
+pub use device_files::cache_folder;
 pub use host_block::{HostBlock, HostUpload};
 pub use in_flight::InFlight;
 pub use optional::{PipelineStatistics, Statistic};

@@ -3,9 +3,12 @@
 
 use super::lattice::lattice;
 use super::one_light::SkyTable;
+use crate::cpu::hemisphere::frame;
+use crate::cpu::lights::Intensities;
 use crate::scene::emission::Sky;
 use crate::scene::emitters::Part;
 use crate::scene::environment::{Beam, Cell};
+use crate::scene::luminaire::Profile;
 use crate::scene::{Emission, Light, LightKind};
 use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_GROUP, LIGHT_SKY, LIGHT_SPOT, LightSource};
 use glam::{DVec2, DVec3, Vec3};
@@ -21,8 +24,8 @@ const MAX_PART_SAMPLES: u32 = super::one_light::SAMPLES_A_DISPATCH;
 pub struct LightTable {
     /// The rows; frames read one at a time.
     pub rows: Vec<LightSource>,
-    /// Radiances of skies per unit emission, which follow the rows.
-    pub sky_radiances: Vec<f32>,
+    /// Values that follow the rows: radiances of skies per unit emission, measured intensities.
+    pub values: Vec<f32>,
     /// Rows and sky of each light.
     pub lights: Vec<LightRows>,
 }
@@ -56,16 +59,49 @@ impl LightTable {
             table.rows.extend(if parts.is_empty() { vec![plain(&light.kind)] } else { parts });
             table.lights.push(LightRows { parts: first..end, sky: None });
         }
-        // The radiances start where the rows end.
-        let first_word = table.rows.len() * size_of::<LightSource>() / 4;
-        for (light, rows) in lights.iter().zip(&mut table.lights) {
+        for (index, light) in lights.iter().enumerate() {
             if let (LightKind::Sky { turn, channel, .. }, Some(sky)) = (light.kind, &emission.sky) {
-                let first_word = (first_word + table.sky_radiances.len()) as u32;
-                rows.sky = Some(SkyTable { first_word, side: sky.side });
-                table.sky_radiances.extend(sky_radiances(sky, turn, channel));
+                let first_word = (table.first_word() + table.values.len()) as u32;
+                table.lights[index].sky = Some(SkyTable { first_word, side: sky.side });
+                table.values.extend(sky_radiances(sky, turn, channel));
             }
         }
+        table.measure(lights);
         table
+    }
+
+    /// Word at which the values start.
+    fn first_word(&self) -> usize {
+        self.rows.len() * size_of::<LightSource>() / 4
+    }
+
+    /// Appends the measured intensities of lights.
+    fn measure(&mut self, lights: &[Light]) {
+        for (index, light) in lights.iter().enumerate() {
+            let Some(luminaire) = &light.luminaire else { continue };
+            let row = self.lights[index].parts.start as usize;
+            let first_word = self.first_word() + self.values.len();
+            let row = &mut self.rows[row];
+            row.area = first_word as f32;
+            (row.inner_angle, row.outer_angle) = (luminaire.profile.widest, luminaire.profile.widest);
+            let c0 = frame(row.axis).transpose() * luminaire.c0(row.axis);
+            let Profile { rows, columns, fractions, .. } = &*luminaire.profile;
+            self.values.extend([*rows as f32, *columns as f32, c0.y.atan2(c0.x) as f32]);
+            self.values.extend(fractions);
+        }
+    }
+
+    /// The measured intensities.
+    pub fn intensities(&self) -> Intensities<'_> {
+        Intensities { first_word: self.first_word(), values: &self.values }
+    }
+
+    /// The device's copy: rows, then values, in whole texels.
+    pub fn bytes(&self) -> Vec<u8> {
+        let mut bytes = bytemuck::cast_slice(&self.rows).to_vec();
+        bytes.extend_from_slice(bytemuck::cast_slice(&self.values));
+        bytes.resize(bytes.len().next_multiple_of(16), 0);
+        bytes
     }
 
     /// Radiance of the sky in each cell of its octahedral table, W/m²/sr, if the lights have these
@@ -73,12 +109,12 @@ impl LightTable {
     pub fn sky_radiance(&self, emissions: impl Iterator<Item = Vec3>) -> Vec<Vec3> {
         let skies =
             self.lights.iter().zip(emissions).filter_map(|(rows, emission)| Some((rows.sky?, emission)));
-        let first_of_all = self.rows.len() * size_of::<LightSource>() / 4;
+        let first_of_all = self.first_word();
         let mut sum = Vec::new();
         for (sky, emission) in skies {
             let first = sky.first_word as usize - first_of_all;
             sum.resize(sky.cells() as usize, Vec3::ZERO);
-            let own = &self.sky_radiances[first..first + sum.len()];
+            let own = &self.values[first..first + sum.len()];
             sum.iter_mut().zip(own).for_each(|(sum, radiance)| *sum += *radiance * emission);
         }
         sum
@@ -86,7 +122,7 @@ impl LightTable {
 
     /// The table for path and photon tracing. The first rows are the lights; a light of several
     /// parts names the rows of these.
-    pub fn for_paths(lights: &[Light], emission: &Emission) -> Vec<LightSource> {
+    pub fn for_paths(lights: &[Light], emission: &Emission) -> Self {
         let mut rows: Vec<LightSource> = Vec::new();
         let mut parts: Vec<LightSource> = Vec::new();
         for light in lights {
@@ -107,7 +143,11 @@ impl LightTable {
             rows.push(head);
         }
         rows.extend(parts);
-        rows
+        let own = |index| LightRows { parts: index..index + 1, sky: None };
+        let mut table =
+            Self { rows, values: Vec::new(), lights: (0..lights.len() as u32).map(own).collect() };
+        table.measure(lights);
+        table
     }
 }
 
@@ -254,7 +294,7 @@ mod tests {
     fn sky(turn: f32) -> (Vec<Light>, Emission) {
         let emission = Emission { sky: Some(Sky::new(Environment::constant(), 64)), ..Emission::default() };
         let kind = LightKind::Sky { radiance: Vec3::ONE, turn, channel: None };
-        (vec![Light { name: "sky".to_owned(), kind, is_on: true }], emission)
+        (vec![Light::new("sky", kind)], emission)
     }
 
     #[test]
@@ -264,9 +304,9 @@ mod tests {
         let first_word = (size_of::<LightSource>() / 4) as u32;
         let expected = LightRows { parts: 0..0, sky: Some(SkyTable { first_word, side: 1 }) };
         assert_eq!((table.rows.len(), &table.lights[..]), (1, &[expected][..]));
-        assert!((table.sky_radiances[0] - 1.0).abs() < 1e-6 && table.sky_radiances.len() == 1);
+        assert!((table.values[0] - 1.0).abs() < 1e-6 && table.values.len() == 1);
         let tint = Vec3::new(0.5, 2.0, 3.0);
-        assert_eq!(table.sky_radiance(std::iter::once(tint)), [tint * table.sky_radiances[0]]);
+        assert_eq!(table.sky_radiance(std::iter::once(tint)), [tint * table.values[0]]);
     }
 
     #[test]
@@ -293,7 +333,7 @@ mod tests {
     #[test]
     fn parts_for_paths_are_chosen_by_power() {
         let (lights, emission) = sky(0.0);
-        let rows = LightTable::for_paths(&lights, &emission);
+        let rows = LightTable::for_paths(&lights, &emission).rows;
         assert_eq!((rows[0].kind, rows[0].stride, rows[0].modulus), (LIGHT_GROUP, 1, rows.len() as u32 - 1));
         let ends: Vec<f32> = rows[1..].iter().map(|row| row.inner_angle).collect();
         assert!(ends.is_sorted() && ends.last() == Some(&1.0));

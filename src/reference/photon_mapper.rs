@@ -90,7 +90,8 @@ impl PhotonMapper {
         let scene = TracedScene::new(context, scene)?;
         let (centre, radius) = bounding_sphere(&scene.scene);
         let lights = &scene.light_sources;
-        let power = |light| luminance(light_power(light, lights, f64::from(radius)).as_vec3());
+        let table = (&lights.rows[..], lights.intensities());
+        let power = |light| luminance(light_power(light, table, f64::from(radius)).as_vec3());
         let half = |number| {
             let [photon_seed, gather_seed] =
                 [2_u32, 4].map(|purpose| hash_pair(scene.scene.quality.seed, purpose + number));
@@ -99,7 +100,7 @@ impl PhotonMapper {
         };
         let sphere = BoundingSphere { centre, radius };
         Ok(Self {
-            powers: lights[..scene.scene.lights.len()].iter().map(power).collect(),
+            powers: lights.rows[..scene.scene.lights.len()].iter().map(power).collect(),
             reachable: Reachable::new(context, &scene)?,
             trace: PhotonTrace::new(context, &scene.buffers, PATHS + scene.light_count(), sphere)?,
             estimate: PhotonIrradiance::new(context)?,

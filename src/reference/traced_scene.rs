@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, Context};
 use crate::passes::frame::{pixel_colours::PixelColours, primary::Primary};
 use crate::passes::{LightTable, LitScene, SceneBuffers};
 use crate::scene::{Scene, bvh::Bvh, surfaces};
-use crate::types::{LightSource, NO_SIDE, PixelSurface, Surface, View};
+use crate::types::{NO_SIDE, PixelSurface, Surface, View};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ pub struct TracedScene {
     /// Geometry and materials on the device.
     pub buffers: SceneBuffers,
     /// Table of all lights: a row for each, then their parts.
-    pub light_sources: Vec<LightSource>,
+    pub light_sources: LightTable,
     /// The lights on the device.
     pub lights: Buffer,
     /// The scene's first camera.
@@ -62,7 +62,7 @@ impl TracedScene {
         Ok(Self {
             context: context.clone(),
             buffers,
-            lights: Buffer::from_slice(context, "lights", &light_sources)?,
+            lights: Buffer::from_slice(context, "lights", &light_sources.bytes())?,
             view: View::from(&scene.cameras[0]),
             surfaces,
             light_sources,

@@ -118,7 +118,7 @@ impl Renderer {
         let Probes { cache_points, point_count, hemisphere, is_along_gather_rays, samples, sequence } =
             probes;
         let seed = self.world.scene.quality.seed;
-        let lights = Buffer::from_slice(&self.context, "lights of paths", &self.lights.for_paths())?;
+        let lights = Buffer::from_slice(&self.context, "lights of paths", &self.lights.for_paths().bytes())?;
         irradiance_probe::trace(
             &self.context,
             irradiance_probe::Job {

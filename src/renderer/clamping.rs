@@ -3,11 +3,10 @@
 use super::Renderer;
 use crate::cpu::blend::is_limited as blend_is_limited;
 use crate::cpu::direct::sample_weight;
-use crate::cpu::lights::{lattice_point, sample_light};
 use crate::error::Result;
 use crate::passes::frame::splat::{SplatWeight, WeightRange};
 use crate::passes::precompute::neighbours::Neighbour;
-use crate::types::{CachePoint, LIGHT_AREA, LightSource, NO_SIDE, PixelSurface, Record};
+use crate::types::{CachePoint, LIGHT_AREA, LIGHT_DIRECTIONAL, LightSource, NO_SIDE, PixelSurface, Record};
 use glam::Vec3;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -142,9 +141,9 @@ fn excess(light: &LightSource, position: Vec3, normal: Vec3, area_m2: f32) -> f6
         let [bounded, whole] = [area_m2, 0.0].map(|area_m2| sample_weight(light, position, normal, area_m2));
         return whole / bounded - 1.0;
     }
-    // [Wallace]
-    match sample_light(light, position, lattice_point(light, 0)) {
-        Some(sample) => area_m2 / PI / sample.distance.powi(2),
-        None => 0.0,
+    if light.kind == LIGHT_DIRECTIONAL {
+        return 0.0;
     }
+    // [Wallace]
+    area_m2 / PI / light.position.as_dvec3().distance_squared(position).max(1e-24)
 }

@@ -23,13 +23,15 @@ impl Renderer {
             skipped.insert("lights that are off or black".into(), 1.0 - active.len() as f64 / lights);
         }
         let points = self.transport.form_factors.entry_points()?;
+        let intensities = self.lights.intensities();
         let (mut rays, mut turned_away) = (0_u64, 0_u64);
         for light in active.into_iter().flatten() {
             let step = (points.len() * light.samples as usize).div_ceil(ASKED);
             for point in points.iter().step_by(step.max(1)) {
                 let normal = self.world.normal(point.side);
                 let is_turned = |number: &u32| {
-                    let found = sample_light(light, point.position.as_dvec3(), lattice_point(light, *number));
+                    let place = lattice_point(light, *number);
+                    let found = sample_light(light, intensities, point.position.as_dvec3(), place);
                     found.is_none_or(|found| normal.as_dvec3().dot(found.direction) <= 0.0)
                 };
                 rays += u64::from(light.samples);

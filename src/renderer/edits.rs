@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::passes::frame::{form_factors::FormFactors, gloss::is_little};
 use crate::passes::precompute;
 use crate::passes::precompute::path_orders::editable_bits;
+use crate::scene::luminaire::Luminaire;
 use crate::scene::{Camera, Light, LightKind, Material};
 use crate::types::View;
 use glam::Vec3;
@@ -34,6 +35,20 @@ impl Renderer {
         if old.with_emission(Vec3::ONE) != kind.with_emission(Vec3::ONE) {
             self.dirty.light_moved(light);
         }
+        self.lights_changed()
+    }
+
+    /// Replaces the measured intensities of a spot, or takes them away.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn set_luminaire(&mut self, light: usize, luminaire: Option<Luminaire>) -> Result<()> {
+        let own = &mut self.world.scene.lights[light].luminaire;
+        if *own == luminaire {
+            return Ok(());
+        }
+        *own = luminaire;
+        self.dirty.light_moved(light);
         self.lights_changed()
     }
 

@@ -3,6 +3,7 @@
 
 use super::light_cache::{GlossCapacity, LightCache, cluster_light, gloss_light};
 use super::plan::{FramePlan, LightResults};
+use crate::cpu::lights::Intensities;
 use crate::error::Result;
 use crate::gpu::{Buffer, BufferName, Context, Recorder};
 use crate::passes::GrowsWith;
@@ -33,7 +34,7 @@ pub(super) struct Lights {
     context: Arc<Context>,
     /// The device's copy of `rows`.
     table: Buffer,
-    /// Parts of the lights, and the radiances of skies. Kernels of frames work per unit of
+    /// Parts of the lights, radiances of skies, measured intensities. Kernels of frames work per unit of
     /// emission: the colour reaches them in the sums over lights.
     rows: LightTable,
     /// Radiance of the sky by direction, W/m²/sr; three floats a cell of its table. `None` if there
@@ -285,7 +286,7 @@ impl Lights {
                 }
             }
         }
-        let bytes = (size_of_val(&*rows.rows) + size_of_val(&*rows.sky_radiances)) as u64;
+        let bytes = rows.bytes().len() as u64;
         if bytes > self.table.bytes() {
             self.table = Buffer::storage(&self.context, "lights", bytes)?;
         }
@@ -297,19 +298,22 @@ impl Lights {
     }
 
     /// The table for path tracing: the lights as frames see them, then their parts.
-    pub(super) fn for_paths(&self) -> Vec<LightSource> {
-        let mut rows = LightTable::for_paths(&self.lights, &self.emission);
-        for (row, sources) in rows.iter_mut().zip(self.sources.chunks(self.channels)) {
+    pub(super) fn for_paths(&self) -> LightTable {
+        let mut table = LightTable::for_paths(&self.lights, &self.emission);
+        for (row, sources) in table.rows.iter_mut().zip(self.sources.chunks(self.channels)) {
             row.emission = sources.iter().map(|source| source.emission).sum();
         }
-        rows
+        table
+    }
+
+    /// Intensities intensities of the table.
+    pub(super) fn intensities(&self) -> Intensities<'_> {
+        self.rows.intensities()
     }
 
     /// Uploads the table. A transfer.
     pub(super) fn record_upload(&self, rec: &mut Recorder) {
-        let mut words: Vec<u8> = bytemuck::cast_slice(&self.rows.rows).to_vec();
-        words.extend_from_slice(bytemuck::cast_slice(&self.rows.sky_radiances));
-        rec.upload(&self.table, &words);
+        rec.upload(&self.table, &self.rows.bytes());
     }
 
     /// Uploads the radiance of the sky, colours included. A transfer.
@@ -325,9 +329,10 @@ impl Lights {
     /// The device lacks memory.
     pub(super) fn prepare_near(&mut self, plan: &FramePlan, near_lights: &mut NearLights) -> Result<()> {
         let plans = self.plans(&plan.lights);
+        let intensities = self.rows.intensities();
         for ((source, cache), planned) in self.sources.iter().zip(&mut self.caches).zip(plans) {
             if planned.factors {
-                cache.near = near_lights.inputs(source);
+                cache.near = near_lights.inputs(source, intensities);
                 near_lights.reserve(cache.near.as_slice())?;
             }
         }

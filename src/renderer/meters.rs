@@ -123,7 +123,7 @@ impl Renderer {
         });
         let mut measured: Vec<Measured> = measured.collect();
         let (rows, sources) = self.lights.tables(&sampled(&self.world.scene.lights));
-        let table = Buffer::from_slice(&self.context, "lights of meters", &rows.rows)?;
+        let table = Buffer::from_slice(&self.context, "lights of meters", &rows.bytes())?;
         for (index, source) in sources.iter().enumerate() {
             let light = one_light(&table, &rows, (index, self.lights.channel(index)), source);
             if source.emission == Vec3::ZERO || !has_parts(&light) {

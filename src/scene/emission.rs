@@ -97,7 +97,7 @@ impl Emission {
             let mut names =
                 std::iter::once(name.to_owned()).chain((2..).map(|number| format!("{name} {number}")));
             let name = names.find(|name| !is_taken(name)).unwrap_or_default();
-            lights.push(Light { name, kind, is_on: true });
+            lights.push(Light::new(name, kind));
         };
         let is_named = |material: u32| {
             taken.iter().any(

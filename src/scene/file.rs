@@ -67,7 +67,9 @@ impl Scene {
 
         let root = &source.root;
         let (quality, draft) = (source.quality()?, drafted.quality()?);
-        let mut lights = read_lights(&file, root, origin)?;
+        let mut lights = read_lights(&file, root, origin, &source.files)?;
+        let measured = lights.iter().filter_map(|light| light.luminaire.as_ref());
+        inputs.extend(measured.filter_map(|luminaire| source.files.on_disk(&luminaire.file)));
         show_lights(&file, root, &mut lights, &mut materials, (&mut triangles, &mut coordinates))?;
         opacity.add_full(triangles.len() - of_models);
         let cameras = read_cameras(&file, root, origin)?;
@@ -426,9 +428,10 @@ fn is_empty(node: Option<&Node>) -> bool {
     }
 }
 
-pub(super) fn read_lights(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Light>> {
+pub(super) fn read_lights(file: &Path, root: &Node, origin: DVec3, files: &Files) -> Result<Vec<Light>> {
     let sections = Section::list(file, root, "light", limits::LIGHTS)?;
-    let lights = sections.iter().enumerate().map(|(number, section)| Light::read(section, number, origin));
+    let lights = sections.iter().enumerate();
+    let lights = lights.map(|(number, section)| Light::read(section, number, origin, files));
     let lights = lights.collect::<Result<Vec<_>>>()?;
     refuse_repeated(&sections, lights.iter().map(|light| light.name.as_str()))?;
     Ok(lights)

@@ -2,7 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
+use super::builtin::Files;
 use super::keys;
+use super::luminaire::Luminaire;
 use super::photometry::{self, Extent};
 use super::value::{COORDINATE, Section, unknown};
 use crate::Result;
@@ -16,6 +18,8 @@ pub struct Light {
     pub kind: LightKind,
     /// Whether it is on. A light that is off keeps its index and can be switched on.
     pub is_on: bool,
+    /// Measured intensities. A light that has them is a spot without an edge.
+    pub luminaire: Option<Luminaire>,
 }
 
 /// The kinds of light that a scene file can hold. Positions are recentred world space, metres.
@@ -161,10 +165,17 @@ impl Light {
 
     /// Reads a light in world space and recentres it on `origin`. The first light
     /// is number 0.
-    pub(super) fn read(section: &Section, number: usize, origin: DVec3) -> Result<Self> {
+    pub(super) fn read(section: &Section, number: usize, origin: DVec3, files: &Files) -> Result<Self> {
         let name = section.text("name")?.map_or_else(|| Self::unnamed(number), str::to_owned);
         let is_on = section.flag("on")?.unwrap_or(true);
-        Ok(Self { name, kind: LightKind::read(section, origin)?, is_on })
+        let luminaire = Luminaire::read(section, files)?;
+        let kind = LightKind::read(section, origin, luminaire.as_ref())?;
+        Ok(Self { name, kind, is_on, luminaire })
+    }
+
+    /// A light that is on, without measured intensities.
+    pub fn new(name: impl Into<String>, kind: LightKind) -> Self {
+        Self { name: name.into(), kind, is_on: true, luminaire: None }
     }
 }
 
@@ -183,22 +194,33 @@ impl LightKind {
         }
     }
 
-    /// Reads a light without its name, as [`Light::read`] does.
-    pub(super) fn read(section: &Section, origin: DVec3) -> Result<Self> {
+    /// Reads a light without its name, as [`Light::read`] does. `luminaire`: its measured
+    /// intensities.
+    pub(super) fn read(section: &Section, origin: DVec3, luminaire: Option<&Luminaire>) -> Result<Self> {
         const KINDS: [&str; 4] = ["point", "spot", "area", "directional"];
         let vector = |key, range, expected| section.need(section.vector(key, range)?, key, expected);
         let place = |key| Ok((vector(key, COORDINATE, "three numbers, metres")? - origin).as_vec3());
         let edge = |key| Ok(vector(key, COORDINATE, "three numbers, metres")?.as_vec3());
         let power = |key, unit, extent| photometry::emission(section, key, unit, extent);
         let direction = || {
-            let direction = section.need(section.direction("direction")?, "direction", "three numbers")?;
-            Ok(direction.as_vec3())
+            let stated = section.direction("direction")?.or(luminaire.map(|_| DVec3::NEG_Y));
+            Ok(section.need(stated, "direction", "three numbers")?.as_vec3())
         };
         let kind = section.need(section.text("kind")?, "kind", "point, spot, area or directional")?;
         if !KINDS.contains(&kind) {
             return Err(section.fault_at("kind", unknown("kind of light", &KINDS, kind)));
         }
         section.only(&keys::names("light", Some(kind)))?;
+        if let Some(Luminaire { profile, .. }) = luminaire {
+            let flux = Extent::SolidAngle(profile.steradians());
+            return Ok(Self::Spot {
+                position: place("position")?,
+                direction: direction()?,
+                intensity: photometry::measured(section, flux, profile.peak_candela)?,
+                angle: profile.widest,
+                penumbra: 0.0,
+            });
+        }
         match kind {
             "point" => Ok(Self::Point {
                 position: place("position")?,

@@ -2,17 +2,22 @@
 
 use glam::{DVec3, Vec3};
 
-use super::LightKind;
 use super::photometry::{Extent, KELVIN, black_body, luminance, lux};
+use super::{Light, LightKind};
 
-impl LightKind {
+impl Light {
     fn extent(&self) -> Option<Extent> {
-        match *self {
-            Self::Point { .. } => Some(Extent::SPHERE),
-            Self::Spot { angle, penumbra, .. } => Some(Extent::cone(angle.into(), penumbra.into())),
-            Self::Area { edge_u, edge_v, .. } => Some(Extent::Surface(edge_u.cross(edge_v).length().into())),
-            Self::Directional { .. } => Some(Extent::Infinity),
-            Self::Surface { .. } | Self::Sky { .. } => None,
+        if let Some(luminaire) = &self.luminaire {
+            return Some(Extent::SolidAngle(luminaire.profile.steradians()));
+        }
+        match self.kind {
+            LightKind::Point { .. } => Some(Extent::SPHERE),
+            LightKind::Spot { angle, penumbra, .. } => Some(Extent::cone(angle.into(), penumbra.into())),
+            LightKind::Area { edge_u, edge_v, .. } => {
+                Some(Extent::Surface(edge_u.cross(edge_v).length().into()))
+            }
+            LightKind::Directional { .. } => Some(Extent::Infinity),
+            LightKind::Surface { .. } | LightKind::Sky { .. } => None,
         }
     }
 
@@ -21,17 +26,18 @@ impl LightKind {
     pub fn power(&self) -> Option<(f64, &'static str)> {
         let extent = self.extent()?;
         let unit = if extent == Extent::Infinity { "lx" } else { "lm" };
-        Some((lux(self.emission()) * extent.flux(), unit))
+        Some((lux(self.kind.emission()) * extent.flux(), unit))
     }
 
-    /// The light with another [`Self::power`]. Its colour stays; a black light becomes white.
-    #[must_use]
-    pub fn with_power(self, amount: f64) -> Self {
-        let (Some(extent), emission) = (self.extent(), self.emission()) else { return self };
+    /// Changes [`Self::power`]. The colour stays; a black light becomes white.
+    pub fn set_power(&mut self, amount: f64) {
+        let (Some(extent), emission) = (self.extent(), self.kind.emission()) else { return };
         let colour = if emission == Vec3::ZERO { Vec3::ONE } else { emission };
-        self.with_emission(colour * (amount / (extent.flux() * lux(colour))) as f32)
+        self.kind = self.kind.with_emission(colour * (amount / (extent.flux() * lux(colour))) as f32);
     }
+}
 
+impl LightKind {
     /// Temperature of the black body with its ratio of red to green, 1667 to 25 000 K, as
     /// [`Self::with_kelvin`] takes it.
     pub fn kelvin(&self) -> f64 {
@@ -72,7 +78,9 @@ mod tests {
         let sun = LightKind::Directional { direction: Vec3::X, irradiance: Vec3::ONE };
         for kind in [spot, sun] {
             for amount in [1.0, 800.0] {
-                let (found, unit) = kind.with_power(amount).power().unwrap();
+                let mut light = Light::new("", kind);
+                light.set_power(amount);
+                let (found, unit) = light.power().unwrap();
                 assert!((found / amount - 1.0).abs() < 1e-5, "{found} {unit}");
             }
             for kelvin in [1700.0, 2700.0, 4000.0, 6500.0, 20_000.0] {
@@ -81,7 +89,10 @@ mod tests {
                 assert!((lux(warm.emission()) / lux(kind.emission()) - 1.0).abs() < 1e-5);
             }
         }
+        let mut sun = Light::new("", sun);
         assert_eq!(sun.power().unwrap().1, "lx");
-        assert!((sun.with_power(0.0).with_power(683.0).emission() - Vec3::ONE).length() < 1e-5);
+        sun.set_power(0.0);
+        sun.set_power(683.0);
+        assert!((sun.kind.emission() - Vec3::ONE).length() < 1e-5);
     }
 }

@@ -21,6 +21,8 @@ pub const LIBRARIES: usize = 256;
 pub const FOLDER_NAMES: usize = 1 << 16;
 /// Materials of all models, and `[[material]]`s of a scene.
 pub const MATERIALS: usize = 1 << 16;
+/// Bytes of a photometric file.
+pub const IES_BYTES: u64 = 16 << 20;
 /// Lights of a scene, including lights that a film adds.
 pub const LIGHTS: usize = 1024;
 /// `[[meter]]`s of a scene.

@@ -38,6 +38,7 @@ mod light_power;
 pub mod limits;
 mod lines;
 mod load_options;
+pub mod luminaire;
 pub mod material;
 mod material_names;
 pub mod measures;

@@ -106,6 +106,16 @@ impl Extent {
     }
 }
 
+/// The largest intensity of a light whose intensities were measured, W/sr: as [`emission`], or that
+/// of the measurement, `peak_candela`.
+pub(super) fn measured(section: &Section, extent: Extent, peak_candela: f64) -> Result<Vec3> {
+    let is_stated = |key: &&str| section.get(key).is_some();
+    if ["intensity"].iter().chain(&POWERS).any(is_stated) {
+        return emission(section, "intensity", "W/sr", extent);
+    }
+    Ok((peak_candela / LUMENS_A_WATT * colour(section)?).as_vec3())
+}
+
 /// The emission of a light: the vector `key`, in `unit`, or a power with a colour.
 pub(super) fn emission(section: &Section, key: &str, unit: &str, extent: Extent) -> Result<Vec3> {
     let stated: Vec<&str> = POWERS.into_iter().filter(|power| section.get(power).is_some()).collect();
@@ -144,7 +154,7 @@ fn colour(section: &Section) -> Result<DVec3> {
 
 /// Whether a table of a light states a power.
 pub(super) fn is_stated(table: &Node) -> bool {
-    POWERS.into_iter().any(|power| table.get(power).is_some())
+    POWERS.into_iter().chain(["ies"]).any(|power| table.get(power).is_some())
 }
 
 /// Keys of a power and its colour.

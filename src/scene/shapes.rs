@@ -108,7 +108,7 @@ fn scene(name: &str, triangles: Vec<Triangle>, material: Material, light: Light,
 
 fn point_light(position: Vec3, intensity: f32) -> Light {
     let kind = LightKind::Point { position, intensity: Vec3::splat(intensity) };
-    Light { name: "lamp".to_owned(), kind, is_on: true }
+    Light::new("lamp", kind)
 }
 
 fn camera(position: Vec3, target: Vec3, fov_y_degrees: f32) -> Camera {

@@ -121,7 +121,7 @@ impl State {
                 renderer.switch_light(light, self.lights[light].1).unwrap();
             }
             (6, _) if self.lights.len() < 7 => {
-                let light = Light { name: "one more".to_owned(), kind: dice.kind(), is_on: true };
+                let light = Light::new("one more", dice.kind());
                 self.lights.push((light.clone(), true));
                 renderer.add_light(light).unwrap();
             }

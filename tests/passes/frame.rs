@@ -85,7 +85,7 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     expect(renderer, "the only light changes its colour", rescaled);
     renderer.set_light(0, area_light(Vec3::ONE)).unwrap();
     expect(renderer, "a light changes its kind", moved);
-    renderer.add_light(Light { name: "second".to_owned(), kind, is_on: true }).unwrap();
+    renderer.add_light(Light::new("second", kind)).unwrap();
     expect(renderer, "a light is added", moved);
     renderer.set_light(1, kind.with_emission(Vec3::new(2.0, 1.0, 0.5))).unwrap();
     expect(renderer, "one of two lights changes its colour", recoloured);
@@ -120,7 +120,7 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     expect(renderer, "an albedo changes", &[scan, clusters, ENERGY, RECORDS, PICTURE]);
     renderer.set_diffuse(0, Vec3::new(0.5, 0.4, 0.3)).unwrap();
     expect(renderer, "an albedo stays", &[]);
-    renderer.add_light(Light { name: "third".to_owned(), kind, is_on: true }).unwrap();
+    renderer.add_light(Light::new("third", kind)).unwrap();
     expect(renderer, "a light is added beside one that stays", moved);
     renderer.switch_light(1, false).unwrap();
     renderer.set_diffuse(0, Vec3::new(0.4, 0.4, 0.3)).unwrap();
@@ -178,7 +178,7 @@ fn lights_that_stay_trace_nothing() {
     scene.lights[0].kind = area_light(Vec3::ONE);
     for x in [-0.2, 0.2] {
         let kind = LightKind::Point { position: Vec3::new(x, 0.2, 0.0), intensity: Vec3::ONE };
-        scene.lights.push(Light { name: format!("{x}"), kind, is_on: true });
+        scene.lights.push(Light::new(format!("{x}"), kind));
     }
     let mut renderer = Renderer::new(&context, scene, &mut Silent).unwrap();
     let report = renderer.frame().unwrap();
@@ -199,8 +199,8 @@ fn lights_that_stay_trace_nothing() {
 fn lights_that_the_scene_has_off_emit_nothing() {
     let context = context();
     let mut scene = scene();
-    scene.lights.push(Light { name: "off".to_owned(), kind: area_light(Vec3::ONE), is_on: false });
-    assert_eq!(TracedScene::new(&context, scene.clone()).unwrap().light_sources.len(), 1);
+    scene.lights.push(Light { is_on: false, ..Light::new("off", area_light(Vec3::ONE)) });
+    assert_eq!(TracedScene::new(&context, scene.clone()).unwrap().light_sources.rows.len(), 1);
     let mut renderer = Renderer::new(&context, scene, &mut Silent).unwrap();
     assert_eq!(renderer.frame().unwrap().rays["form_factors"], 3_000);
     assert!(!renderer.light_is_on(1));

@@ -183,7 +183,7 @@ pub(crate) fn lights() -> Vec<LightSource> {
         radiance: Vec3::new(5.0, 0.5, 0.0),
         samples: 6,
     };
-    light_sources(&[point, area].map(|kind| Light { name: String::new(), kind, is_on: true }))
+    light_sources(&[point, area].map(|kind| Light::new(String::new(), kind)))
 }
 
 #[test]

@@ -76,7 +76,7 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
         samples: 4,
     };
     let panels = [[Vec3::X, Vec3::Z], [Vec3::Z, Vec3::X]].map(panel);
-    lights.extend(light_sources(&panels.map(|kind| Light { name: String::new(), kind, is_on: true })));
+    lights.extend(light_sources(&panels.map(|kind| Light::new(String::new(), kind))));
     let table = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
     let clusters = world.hvds.cluster_count() as usize;
     let irradiance: Vec<Vec3> = (0..clusters).map(|_| 1.0 + random.cube()).collect();

@@ -23,7 +23,7 @@ pub(crate) fn lights() -> Vec<LightSource> {
     if let LightKind::Area { samples, corner, .. } = &mut many {
         (*samples, *corner) = (37, Vec3::new(-0.8, 0.2, -0.4));
     }
-    lights.push(Light { name: "many".to_owned(), kind: many, is_on: true });
+    lights.push(Light::new("many", many));
     light_sources(&lights)
 }
 
@@ -237,7 +237,7 @@ fn lattices_hold_a_point_in_every_row_and_column() {
         if let LightKind::Area { samples: own, .. } = &mut kind {
             *own = samples;
         }
-        let light = light_sources(&[Light { name: "area".to_owned(), kind, is_on: true }])[0];
+        let light = light_sources(&[Light::new("area", kind)])[0];
         let points: Vec<_> = (0..samples).map(|number| cpu::lights::lattice_point(&light, number)).collect();
         for axis in [0, 1] {
             let mut places: Vec<u32> =

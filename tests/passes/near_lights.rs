@@ -4,6 +4,7 @@ use crate::common::{assert_silent, context};
 use crate::world::{Random, World};
 use glam::Vec3;
 use lightpaths::cpu;
+use lightpaths::cpu::lights::Intensities;
 use lightpaths::gpu::barrier::COMPUTE_TO_TRANSFER;
 use lightpaths::gpu::{Buffer, HostBlock};
 use lightpaths::passes::frame::near_lights::{NearInputs, NearLights};
@@ -47,7 +48,7 @@ fn corrected(
     light: &LightSource,
     factors: &[f32],
 ) -> (Vec<f32>, Option<NearInputs>) {
-    let Some(inputs) = near.inputs(light) else { return (factors.to_vec(), None) };
+    let Some(inputs) = near.inputs(light, Intensities::NONE) else { return (factors.to_vec(), None) };
     near.reserve(std::slice::from_ref(&inputs)).unwrap();
     let buffer = Buffer::from_slice(&world.context, "factors", factors).unwrap();
     let state = Buffer::storage(&world.context, "near state", 8).unwrap();

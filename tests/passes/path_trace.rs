@@ -32,7 +32,7 @@ pub(crate) fn lights() -> Vec<Light> {
         },
         LightKind::Directional { direction, irradiance: Vec3::ONE },
     ];
-    kinds.map(|kind| Light { name: kind.word().to_owned(), kind, is_on: true }).to_vec()
+    kinds.map(|kind| Light::new(kind.word(), kind)).to_vec()
 }
 
 /// The room with glossy walls and without its ceiling, so that directional light comes in.

@@ -23,7 +23,7 @@ fn scene(may_be_glossy: bool) -> Scene {
     let (edge_u, edge_v) = (Vec3::new(0.2, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.2));
     let corner = Vec3::new(0.1, 0.3, 0.1);
     let kind = LightKind::Area { corner, edge_u, edge_v, radiance: Vec3::ONE, samples: 20 };
-    scene.lights.push(Light { name: "large".to_owned(), kind, is_on: true });
+    scene.lights.push(Light::new("large", kind));
     scene
 }
 
@@ -50,7 +50,7 @@ const MORE: &[Edit] = &[
     ("a light is switched on", |renderer| renderer.switch_light(1, true).unwrap()),
     ("a light is added", |renderer| {
         let kind = renderer.scene().lights[0].kind.moved_to(Vec3::new(-0.2, 0.1, 0.1));
-        renderer.add_light(Light { name: "third".to_owned(), kind, is_on: true }).unwrap();
+        renderer.add_light(Light::new("third", kind)).unwrap();
     }),
     ("a light is removed", |renderer| drop(renderer.remove_light(0).unwrap())),
     ("the only light changes its colour", |renderer| {

@@ -18,7 +18,7 @@ fn scene() -> Scene {
     let (edge_u, edge_v) = (Vec3::new(0.2, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.2));
     let corner = Vec3::new(0.1, 0.3, 0.1);
     let kind = LightKind::Area { corner, edge_u, edge_v, radiance: Vec3::new(1.0, 2.0, 3.0), samples: 20 };
-    scene.lights.push(Light { name: "large".to_owned(), kind, is_on: true });
+    scene.lights.push(Light::new("large", kind));
     scene
 }
 
@@ -89,7 +89,7 @@ fn the_sky_lights_the_preview_evenly() {
     let sky = Some(Sky::new(Environment::constant(), 64));
     scene.emission = Arc::new(Emission::new(&scene.triangles, &scene.materials, sky));
     let kind = LightKind::Sky { radiance: Vec3::splat(0.5), turn: 0.0, channel: None };
-    scene.lights = vec![Light { name: "sky".to_owned(), kind, is_on: true }];
+    scene.lights = vec![Light::new("sky", kind)];
     let mut preview = Preview::new(&context(), scene.clone()).unwrap();
     let mut show = |lights: &[Light]| {
         preview.frame(&scene.cameras[0], lights, &scene.materials, 0.0).unwrap();

@@ -21,7 +21,7 @@ fn scene() -> Scene {
     let (edge_u, edge_v) = (Vec3::new(0.2, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.2));
     let corner = Vec3::new(0.1, 0.3, 0.1);
     let kind = LightKind::Area { corner, edge_u, edge_v, radiance: Vec3::new(1.0, 2.0, 3.0), samples: 20 };
-    scene.lights.push(Light { name: "large".to_owned(), kind, is_on: true });
+    scene.lights.push(Light::new("large", kind));
     scene
 }
 
@@ -58,7 +58,7 @@ fn a_picture_of_another_size_is_that_of_a_cold_start() {
 
         let mut renderer = cold(scene.clone(), small);
         // The table of lights keeps its capacity.
-        let third = Light { name: "third".to_owned(), kind: renderer.scene().lights[0].kind, is_on: true };
+        let third = Light::new("third", renderer.scene().lights[0].kind);
         renderer.add_light(third.clone()).unwrap();
         renderer.remove_light(2).unwrap();
         renderer.frame().unwrap();

@@ -82,7 +82,7 @@ fn maps_hold_every_silhouette() {
             },
             _ => LightKind::Directional { direction: axis, irradiance: Vec3::ONE },
         };
-        let sources = light_sources(&[Light { name: "lamp".into(), kind, is_on: true }]);
+        let sources = light_sources(&[Light::new("lamp", kind)]);
         let table = Buffer::from_slice(&context(), "lights", &sources).unwrap();
         let light = OneLight { silhouettes: Some(&map), ..OneLight::new(&table, 0, &sources[0]) };
         context().run(|rec| pass.record(&mut rec.pass("silhouettes"), &world.buffers, light)).unwrap();

@@ -30,7 +30,7 @@ fn open_box(card: impl IntoIterator<Item = Triangle>) -> Scene {
     material.diffuse = Vec3::new(0.7, 0.4, 0.2);
     scene.materials.push(material);
     scene.triangles.extend(card);
-    let light = |name: &str, kind| Light { name: name.to_owned(), kind, is_on: true };
+    let light = |name: &str, kind| Light::new(name, kind);
     scene.lights = vec![
         light("lamp", LightKind::Point { position: Vec3::new(0.3, 0.65, 0.2), intensity: Vec3::splat(0.8) }),
         light(

@@ -87,7 +87,7 @@ fn a_quad_emits_as_an_area_light_does_and_is_seen() {
     let radiance = Vec3::new(8.0, 4.0, 2.0);
     let mut area = room(0.5);
     let kind = LightKind::Area { corner, edge_u: u, edge_v: v, radiance, samples: 32 };
-    area.lights = vec![Light { name: "area".to_owned(), kind, is_on: true }];
+    area.lights = vec![Light::new("area", kind)];
     let quad = with_emitter(room(0.5), &quad(corner, u, v), radiance, Sides::Front);
     assert_eq!(quad.lights.len(), 1);
     let exact = trace(quad.clone(), 256);

@@ -76,7 +76,7 @@ fn what_few_entry_points_carry_where_no_camera_looks_is_not_told() {
     }
     scene.triangles.extend(shelter);
     let lamp = LightKind::Point { position: away + Vec3::new(0.2, 0.3, 0.1), intensity: Vec3::splat(50.0) };
-    scene.lights.push(Light { name: "lamp".into(), is_on: true, kind: lamp });
+    scene.lights.push(Light::new("lamp", lamp));
     let quality = Quality { entry_points: 100_000, ..SMALL };
     let told = |scene: &Scene| {
         let told = warnings(scene.clone(), &quality).into_iter();

@@ -23,17 +23,14 @@ const SKETCH: Quality = Quality { entry_points: 2_000, cache_points: 100, gather
 fn glossy(exponent: f32, editable: bool) -> Scene {
     let lamp = LightKind::Point { position: Vec3::new(0.2, 0.3, 0.1), intensity: Vec3::splat(0.5) };
     let mut scene = room(lamp);
-    scene.lights.push(Light {
-        name: "panel".to_owned(),
-        kind: LightKind::Area {
-            corner: Vec3::new(0.59, -0.1, -0.3),
-            edge_u: Vec3::new(0.0, 0.0, 0.5),
-            edge_v: Vec3::new(0.0, 0.3, 0.0),
-            radiance: Vec3::new(2.0, 3.0, 4.0),
-            samples: 10,
-        },
-        is_on: true,
-    });
+    let panel = LightKind::Area {
+        corner: Vec3::new(0.59, -0.1, -0.3),
+        edge_u: Vec3::new(0.0, 0.0, 0.5),
+        edge_v: Vec3::new(0.0, 0.3, 0.0),
+        radiance: Vec3::new(2.0, 3.0, 4.0),
+        samples: 10,
+    };
+    scene.lights.push(Light::new("panel", panel));
     let lobe = |specular| Material {
         diffuse: Vec3::new(0.2, 0.25, 0.3),
         specular,
@@ -331,7 +328,7 @@ fn rods() -> Scene {
     (camera.position, camera.target) = (Vec3::new(0.0, 0.0, 0.65), Vec3::ZERO);
     (camera.fov_y_degrees, camera.size) = (70.0, [96, 72]);
     let kind = LightKind::Point { position: Vec3::new(0.25, 0.3, 0.3), intensity: Vec3::splat(0.5) };
-    scene.lights = vec![Light { name: "lamp".to_owned(), kind, is_on: true }];
+    scene.lights = vec![Light::new("lamp", kind)];
     scene
 }
 

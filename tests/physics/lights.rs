@@ -125,7 +125,7 @@ pub(crate) fn room(kind: LightKind) -> Scene {
         });
     scene.triangles.extend(block);
     scene.cameras[0].size = [40, 30];
-    scene.lights = vec![Light { name: "lamp".to_owned(), kind, is_on: true }];
+    scene.lights = vec![Light::new("lamp", kind)];
     scene
 }
 

@@ -16,6 +16,7 @@ mod gloss;
 mod hidden_light;
 mod interior;
 mod lights;
+mod luminaires;
 mod meters;
 mod panes;
 mod path_noise;

@@ -19,7 +19,7 @@ fn dark_room(kind: LightKind, meters: Vec<Meter>) -> Scene {
     let mut scene = shapes::hidden_light(0.01, 0.9, 0.0);
     // Without the screen: the last two triangles.
     scene.triangles.truncate(12);
-    scene.lights = vec![Light { name: "lamp".to_owned(), kind, is_on: true }];
+    scene.lights = vec![Light::new("lamp", kind)];
     scene.meters = meters;
     scene
 }
@@ -75,7 +75,8 @@ fn an_area_light_has_its_closed_form() {
 fn a_lamp_in_lumens_lights_a_sphere_as_it_should() {
     const LUMENS: f64 = 1000.0;
     let mut scene = shapes::integrating_sphere(1.5, 4, 0.5, Vec3::ZERO, 1.0);
-    scene.lights[0].kind = scene.lights[0].kind.with_power(LUMENS).with_kelvin(2700.0);
+    scene.lights[0].set_power(LUMENS);
+    scene.lights[0].kind = scene.lights[0].kind.with_kelvin(2700.0);
     let distances = [0.2_f32, 0.7, 1.3];
     scene.meters = distances.iter().map(|&distance| at(distance * Vec3::Y, -Vec3::Y)).collect();
     let around = LUMENS / scene.area_m2();

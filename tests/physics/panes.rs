@@ -93,7 +93,7 @@ fn a_stained_window_colours_lamp_and_sky() {
     let emission = Emission::new(&scene.triangles, &scene.materials, sky);
     let kind = LightKind::Sky { radiance: Vec3::splat(0.3), turn: 0.0, channel: None };
     scene.lights[0].kind = LightKind::Point { position: Vec3::new(1.5, 0.3, 0.2), intensity: Vec3::ONE };
-    scene.lights.push(Light { name: "sky".to_owned(), kind, is_on: true });
+    scene.lights.push(Light::new("sky", kind));
     scene.emission = Arc::new(emission);
     let quality = Quality { cache_points: 2000, gather_rays: 256, ..SMALL };
     let renderer = render(scene.clone(), quality);

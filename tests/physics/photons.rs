@@ -154,7 +154,7 @@ fn no_light_leaks_past_a_thin_wall() {
 
 /// Compares the mean of both layers with the path tracer's. Returns the relative differences of
 /// direct and indirect light.
-fn differences(scene: Scene, size: u32, samples: [u32; 2]) -> [f64; 2] {
+pub(crate) fn differences(scene: Scene, size: u32, samples: [u32; 2]) -> [f64; 2] {
     let mut scene = scene;
     scene.cameras[0].size = [size; 2];
     let mut tracer = PathTracer::new(&context(), scene.clone(), &mut Silent).unwrap();
@@ -200,8 +200,7 @@ fn glossy_walls_and_all_lights_have_the_energy_of_the_path_tracer() {
         LightKind::Directional { direction, irradiance: Vec3::splat(3.0) },
     ];
     for kinds in [&kinds[..], &kinds[2..3]] {
-        scene.lights =
-            kinds.iter().map(|&kind| Light { name: kind.word().to_owned(), kind, is_on: true }).collect();
+        scene.lights = kinds.iter().map(|&kind| Light::new(kind.word(), kind)).collect();
         let [direct, indirect] = differences(scene.clone(), 48, [96, 32]);
         // Both are noisy: about 0.6 % of the photon mapper's indirect light, and 0.4 % of
         // the path tracer's.

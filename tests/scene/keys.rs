@@ -42,8 +42,8 @@ fn file(kind: &'static str, change: Option<(&Key, &str)>) -> String {
                 "built_in" | "triangles" | "tint" | "matrix" | "kelvin" => true,
                 "translate" | "rotate" | "scale" => changes("model", "matrix"),
                 "diffuse" => changes("material", "tint"),
-                // No image is there.
-                "image" => true,
+                // No such file is there.
+                "image" | "ies" | "turn" => true,
                 "file" => changes("model", "built_in") || changes("model", "triangles"),
                 _ => false,
             };

@@ -25,6 +25,7 @@ mod keys;
 mod lenient;
 mod libraries;
 mod limits;
+mod luminaires;
 mod metallic;
 mod model_keys;
 mod panes;

@@ -30,7 +30,12 @@ fn scene(offset: f64) -> (tempfile::TempDir, String, Scene) {
 }
 
 /// The film of these samples, one each frame.
-fn film_of(spec: &str, base: &Scene, samples: &[Snapshot], folder: &Path) -> (String, Film, Scene) {
+pub(super) fn film_of(
+    spec: &str,
+    base: &Scene,
+    samples: &[Snapshot],
+    folder: &Path,
+) -> (String, Film, Scene) {
     let mut recording = Recording::new(spec, &Snapshot::from_scene(base), base.origin, FPS);
     for (frame, sample) in samples.iter().enumerate() {
         recording.add(frame as f64 / FPS, sample);
@@ -60,7 +65,7 @@ fn expect_camera(wanted: &Camera, found: &Camera) {
 fn expect_lights(wanted: &[Light], state: &State, scene: &Scene) {
     let changed = |index: usize| state.lights.iter().find(|(light, ..)| *light == index);
     let as_filmed = |(index, light): (usize, &Light)| match changed(index) {
-        Some(&(_, kind, is_on)) => Light { name: light.name.clone(), kind, is_on },
+        Some(&(_, kind, is_on)) => Light { kind, is_on, ..light.clone() },
         None => light.clone(),
     };
     let found: Vec<Light> = scene.lights.iter().enumerate().map(as_filmed).collect();
@@ -133,7 +138,8 @@ fn act(samples: &mut Vec<Snapshot>, dice: &mut Dice) {
         3 => {
             let (kind, number) = (dice.kind(), dice.below(5));
             if now.lights.iter().all(|it| it.name != format!("new {number}")) {
-                now.lights.push(Light { name: format!("new {number}"), kind, is_on: dice.below(4) > 0 });
+                now.lights
+                    .push(Light { is_on: dice.below(4) > 0, ..Light::new(format!("new {number}"), kind) });
             }
         }
         4 if !now.lights.is_empty() => now.lights[light].kind = dice.kind(),

@@ -112,7 +112,7 @@ fn edit(scene: &mut Scene, dice: &mut Dice) {
         let (kind, is_on) = (dice.kind(), dice.below(4) > 0);
         // The sky is the last light of a file.
         let end = scene.lights.iter().position(|light| light.kind.is_fixed()).unwrap_or(scene.lights.len());
-        scene.lights.insert(end, Light { name: format!("light {number} \"é\""), kind, is_on });
+        scene.lights.insert(end, Light { is_on, ..Light::new(format!("light {number} \"é\""), kind) });
     }
     let camera = &mut scene.cameras[0];
     (camera.position, camera.target) = (dice.place() + Vec3::Z * 20.0, dice.place());
@@ -240,7 +240,7 @@ fn what_is_not_edited_stays_as_it_is_written() {
     // A light that moves up keeps the name that its old number gave it.
     scene.lights.remove(0);
     let kind = LightKind::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::ONE };
-    scene.lights.push(Light { name: "sun".to_owned(), kind, is_on: true });
+    scene.lights.push(Light::new("sun", kind));
     let (loaded, written) = again(&text, &scene, &file, &triangles);
     assert_eq!(loaded.lights.iter().map(|it| it.name.as_str()).collect::<Vec<_>>(), ["light1", "sun"]);
     assert!(!written.contains("# A lamp.") && written.contains("# It has no name."), "{written}");
@@ -279,7 +279,7 @@ fn inline_tables_and_single_cameras_are_edited() {
     scene.lights[0].is_on = false;
     scene.cameras[0].position = Vec3::new(1.0, 2.0, 3.0);
     let kind = LightKind::Point { position: Vec3::ONE, intensity: Vec3::splat(1e-9) };
-    scene.lights.push(Light { name: "b".to_owned(), kind, is_on: true });
+    scene.lights.push(Light::new("b", kind));
     let (_, written) = again(&text, &scene, &file, &triangles);
     assert!(written.contains("intensity = [1e-9, 1e-9, 1e-9]"), "{written}");
 }

@@ -85,7 +85,7 @@ fn light_and_camera_enter_enclosures_as_if_they_had_always_been_there() {
     let mut scene = scene();
     // A light that stays outside and is off.
     let kind = LightKind::Point { position: Vec3::new(0.0, 0.5, 0.0), intensity: Vec3::ONE };
-    scene.lights.push(Light { name: "behind".to_owned(), kind, is_on: true });
+    scene.lights.push(Light::new("behind", kind));
     let start = scene.cameras[0].clone();
     let mut edited = prepare(scene, SMALL);
     edited.switch_light(1, false).unwrap();

@@ -43,7 +43,7 @@ fn on_a_floor(things: Vec<Triangle>, camera: Vec3, spot: Vec3, target: Vec3, rad
         angle: (radius / axis.length()).atan(),
         penumbra: 0.0,
     };
-    scene.lights = vec![Light { name: "spot".to_owned(), kind, is_on: true }];
+    scene.lights = vec![Light::new("spot", kind)];
     scene
 }
 

@@ -62,7 +62,7 @@ fn light_beside_what_is_much_brighter_is_not_lost() {
     scene.triangles = [open(3, 0.0), open(0, 3.0)].concat();
     let lamp = |x: f32, power: f32| {
         let kind = LightKind::Point { position: x * Vec3::X, intensity: Vec3::splat(power) };
-        Light { name: format!("{power:e}"), kind, is_on: true }
+        Light::new(format!("{power:e}"), kind)
     };
     scene.lights = vec![lamp(0.0, 1.0), lamp(3.0, 1e8)];
     let mut renderer = render(scene, SMALL);
@@ -219,7 +219,7 @@ fn each_setting_at_its_least() {
 fn two_lights_add_up() {
     let lights = [Vec3::new(-0.3, 0.2, 0.1), Vec3::new(0.3, 0.1, -0.2)].map(|position| {
         let kind = LightKind::Point { position, intensity: Vec3::new(1.0, 0.5, 0.25) };
-        Light { name: format!("{position}"), kind, is_on: true }
+        Light::new(format!("{position}"), kind)
     });
     let picture = |lights: &[Light]| {
         // The set of edge pixels, shadow edges included, is not additive over lights.

@@ -161,11 +161,7 @@ fn slivers_make_no_firefly() {
             .into_iter()
             .filter(|t| t.positions.iter().all(|p| p.distance(light) > clear)),
     );
-    scene.lights = vec![Light {
-        name: "lamp".to_owned(),
-        kind: LightKind::Point { position: light, intensity: Vec3::ONE },
-        is_on: true,
-    }];
+    scene.lights = vec![Light::new("lamp", LightKind::Point { position: light, intensity: Vec3::ONE })];
     let renderer = render(scene, SMALL);
     // Direct light is at most that of the nearest point. Indirect light is at most that of the
     // brightest surface all around.
@@ -187,7 +183,7 @@ fn slivers_make_no_noise() {
     let needles = slivers(1.0 / (SMALL.cells as f32 - 1.0), [4e-3; 2]).into_iter();
     scene.triangles.extend(needles.filter(|t| t.positions.iter().all(|p| p.distance(lamp) > clear)));
     let kind = LightKind::Point { position: lamp, intensity: Vec3::ONE };
-    scene.lights = vec![Light { name: "lamp".to_owned(), kind, is_on: true }];
+    scene.lights = vec![Light::new("lamp", kind)];
     let picture = |seed| {
         let renderer = render(scene.clone(), Quality { seed, ..SMALL });
         renderer.layer(Layer::Indirect).unwrap()

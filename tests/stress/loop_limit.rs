@@ -200,11 +200,7 @@ fn atrium_of_lamps(count: u16) -> Scene {
     scene.cameras[0].size = [16, 12];
     let position = Vec3::new(-14.0, 8.5, -7.0) - scene.origin.as_vec3();
     let intensity = Vec3::splat(1000.0 / f32::from(count));
-    let lamp = |index| Light {
-        name: format!("lamp {index}"),
-        is_on: true,
-        kind: LightKind::Point { position, intensity },
-    };
+    let lamp = |index| Light::new(format!("lamp {index}"), LightKind::Point { position, intensity });
     scene.lights = (0..count).map(lamp).collect();
     scene
 }

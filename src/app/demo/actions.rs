@@ -2,14 +2,16 @@
 
 use std::path::Path;
 
+use super::dialogs::Purpose;
 use super::navigate;
-use super::panels::fresh_light;
+use super::panels::{fresh_light, middle_of_view};
 use super::session::Session;
 use super::shortcuts::Action;
 use super::ui_state::{Chosen, Request, UiState, View};
 use super::viewport::Viewport;
 use crate::app::false_colours::Quantity;
 use crate::scene::Camera;
+use crate::scene::luminaire::Luminaire;
 use crate::scene::save::PlacedModel;
 
 /// Applies one action to the session.
@@ -29,6 +31,8 @@ pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState,
                 history.redo(document)
             };
         }
+        Action::Open => ui_state.requests.push(Request::Ask(Purpose::Open)),
+        Action::SaveAs => ui_state.requests.push(Request::Ask(Purpose::Save)),
         Action::Save => ui_state.requests.push(Request::Save),
         Action::Screenshot => ui_state.requests.push(Request::Screenshot),
         Action::Record => ui_state.requests.push(Request::Record),
@@ -104,4 +108,47 @@ pub(super) fn add_model(session: &mut Session, path: &Path) {
     // Relative paths would count from the scene file.
     let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     session.document.models.push(PlacedModel::of_file(&path.to_string_lossy()));
+}
+
+/// Takes the file that was dropped on the window: opens a scene, adds a luminaire or a model.
+pub(super) fn drop_file(session: &mut Session, ui_state: &mut UiState, path: &Path) {
+    let is_scene = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    take_file(session, ui_state, if is_scene { Purpose::Open } else { Purpose::Add }, path);
+}
+
+/// Takes the file that the user has chosen.
+pub(super) fn take_file(session: &mut Session, ui_state: &mut UiState, purpose: Purpose, path: &Path) {
+    match purpose {
+        Purpose::Open => {
+            ui_state.to_open = Some(path.to_string_lossy().into_owned());
+            ui_state.requests.push(Request::Open);
+        }
+        Purpose::Save => {
+            ui_state.save_to = path.to_string_lossy().into_owned();
+            ui_state.requests.push(Request::Save);
+        }
+        Purpose::Add => add_file(session, ui_state, path),
+    }
+}
+
+/// Adds a luminaire, or a model.
+fn add_file(session: &mut Session, ui_state: &mut UiState, path: &Path) {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ies")) {
+        add_luminaire(session, ui_state, path);
+    } else {
+        add_model(session, path);
+    }
+}
+
+/// Adds a luminaire in the middle of the view, and chooses it.
+pub(super) fn add_luminaire(session: &mut Session, ui_state: &mut UiState, path: &Path) {
+    // Relative paths would count from the scene file.
+    let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let luminaire = match Luminaire::open(&path) {
+        Ok(luminaire) => luminaire,
+        Err(why) => return session.alarm(format!("not added: {why}")),
+    };
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let place = session.document.add(luminaire.light(&name, middle_of_view(session)));
+    ui_state.chosen = Chosen::Light(session.document.lights[place].id);
 }

@@ -174,11 +174,7 @@ mod tests {
     use crate::scene::LightKind;
 
     fn light(name: &str) -> Light {
-        Light {
-            name: name.into(),
-            kind: LightKind::Point { position: Vec3::ZERO, intensity: Vec3::ONE },
-            is_on: true,
-        }
+        Light::new(name, LightKind::Point { position: Vec3::ZERO, intensity: Vec3::ONE })
     }
 
     fn document() -> Document {

@@ -67,14 +67,10 @@ mod tests {
     use crate::scene::{Light, LightKind};
 
     fn document() -> Document {
-        let light = |id: u64, is_on| LightEntry {
-            id,
-            light: Light {
-                name: format!("{id}"),
-                kind: LightKind::Point { position: Vec3::ZERO, intensity: Vec3::new(4.0, 2.0, 1.0) },
-                is_on,
-            },
-        };
+        let intensity = Vec3::new(4.0, 2.0, 1.0);
+        let kind = LightKind::Point { position: Vec3::ZERO, intensity };
+        let light =
+            |id: u64, is_on| LightEntry { id, light: Light { is_on, ..Light::new(format!("{id}"), kind) } };
         Document {
             lights: vec![light(3, true), light(5, false), light(8, true)],
             materials: Vec::new(),

@@ -3,6 +3,7 @@
 mod actions;
 mod autosave;
 mod cells;
+mod dialogs;
 mod document;
 mod files;
 mod films;
@@ -14,6 +15,7 @@ mod navigate;
 mod overlays;
 mod panels;
 mod rebase;
+mod recent;
 mod reference;
 mod session;
 #[cfg(test)]

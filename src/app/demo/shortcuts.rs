@@ -9,6 +9,8 @@ pub(super) enum Action {
     Panels,
     Undo,
     Redo,
+    Open,
+    SaveAs,
     Save,
     Screenshot,
     Record,
@@ -55,7 +57,7 @@ const fn command(logical_key: Key, action: Action, text: &'static str) -> Bindin
 }
 
 /// All bindings. A combination stands before the shorter ones that it contains.
-pub(super) const BINDINGS: [Binding; 34] = [
+pub(super) const BINDINGS: [Binding; 36] = [
     key(Key::F1, Action::Help, "Show or hide this list"),
     key(Key::H, Action::Help, "Show or hide this list"),
     key(Key::P, Action::Panels, "Show or hide the panels"),
@@ -66,6 +68,12 @@ pub(super) const BINDINGS: [Binding; 34] = [
     },
     command(Key::Z, Action::Undo, "Take the last edit back"),
     command(Key::Y, Action::Redo, "Do again what was taken back"),
+    command(Key::O, Action::Open, "Open a scene or a model"),
+    Binding {
+        keys: KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S),
+        action: Action::SaveAs,
+        text: "Save the scene to a file that you choose",
+    },
     command(Key::S, Action::Save, "Save the scene"),
     command(Key::P, Action::Screenshot, "Save the picture"),
     command(Key::R, Action::Record, "Begin or end to record a film"),

@@ -257,6 +257,7 @@ impl Ready {
             let index = match ids.iter().position(|id| *id == entry.id) {
                 Some(index) => {
                     renderer.set_light(index, entry.light.kind)?;
+                    renderer.set_luminaire(index, entry.light.luminaire.clone())?;
                     index
                 }
                 None => {

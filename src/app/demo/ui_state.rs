@@ -1,6 +1,8 @@
 //! The UI state: the chosen item, the view, the open panels. None of it belongs to the scene.
 
+use super::dialogs::Purpose;
 use super::mixer::Mixer;
+use super::recent::Recent;
 use crate::app::false_colours::{Quantity, Scale};
 use glam::Vec3;
 
@@ -40,6 +42,14 @@ pub(super) enum Request {
     Play,
     Vsync,
     Fullscreen,
+    /// Asks for a file.
+    Ask(Purpose),
+    /// Opens the scene `to_open`, or asks if there are unsaved edits.
+    Open,
+    /// Opens it without a question.
+    OpenAnyway,
+    /// Saves the scene, and opens that one if that succeeds.
+    SaveAndOpen,
     /// Prints the device memory in use.
     Memory,
     /// Prints when the window is up to date.
@@ -90,12 +100,19 @@ pub(super) struct UiState {
     pub(super) requests: Vec<Request>,
     /// The window asks what becomes of unsaved edits before it closes.
     pub(super) asks_to_close: bool,
+    /// The window asks what becomes of unsaved edits before it opens `to_open`.
+    pub(super) asks_to_open: bool,
+    /// A scene that the user has chosen.
+    pub(super) to_open: Option<String>,
+    pub(super) recent: Recent,
     /// An earlier window has left unsaved edits.
     pub(super) asks_to_restore: bool,
     /// Path for the saved scene and pictures.
     pub(super) save_to: String,
     /// Path of the model that the user is about to add.
     pub(super) model_to_add: String,
+    /// Path of the luminaire that the user is about to add.
+    pub(super) luminaire_to_add: String,
     /// Scale of all text; 1 is the system's.
     pub(super) text_scale: f32,
     pub(super) is_recording: bool,
@@ -130,8 +147,11 @@ pub(super) struct Place {
 }
 
 impl UiState {
-    pub(super) fn new(scene: &str) -> Self {
+    pub(super) fn new(scene: &str, recent: Recent) -> Self {
         Self {
+            asks_to_open: false,
+            to_open: None,
+            recent,
             chosen: Chosen::Light(0),
             view: View::Beauty,
             shows_panels: true,
@@ -146,6 +166,7 @@ impl UiState {
             asks_to_restore: false,
             save_to: format!("{scene}-edited.toml"),
             model_to_add: String::new(),
+            luminaire_to_add: String::new(),
             text_scale: 1.0,
             is_recording: false,
             is_playing: false,
@@ -154,6 +175,15 @@ impl UiState {
             light_range: None,
             mixer: Mixer::default(),
         }
+    }
+}
+
+impl UiState {
+    /// The state for another scene: what does not depend on the scene stays.
+    pub(super) fn of_scene(&mut self, scene: &str) -> Self {
+        let recent = std::mem::replace(&mut self.recent, Recent::none());
+        let Self { shows_panels, vsync, times_passes, scale, text_scale, .. } = *self;
+        Self { shows_panels, vsync, times_passes, scale, text_scale, ..Self::new(scene, recent) }
     }
 }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 use egui::{CentralPanel, Color32, Frame, Key, PointerButton, Rect, Response, Sense, Ui, pos2};
 use glam::{Vec2, Vec3};
 
-use super::gizmos::{Drag, Part, Projection, gizmos, hit};
+use super::gizmos::{Drag, Part, Projection, hit, of_light};
 use super::navigate::{self, Held};
 use super::overlays;
 use super::session::Session;
@@ -294,7 +294,7 @@ impl Viewport {
     ) -> Option<(Part, u64)> {
         let Chosen::Light(id) = ui_state.chosen else { return None };
         let entry = session.document.lights.iter().find(|entry| entry.id == id)?;
-        Some((hit(&gizmos(&projection, &entry.light.kind, self.anchor), pointer, TOLERANCE)?, id))
+        Some((hit(&of_light(&projection, &entry.light, self.anchor), pointer, TOLERANCE)?, id))
     }
 
     /// Draws a mark for each light, and the gizmos of the chosen one.
@@ -320,7 +320,7 @@ impl Viewport {
                 }
             }
             if is_chosen {
-                let gizmos = gizmos(&projection, &entry.light.kind, self.anchor);
+                let gizmos = of_light(&projection, &entry.light, self.anchor);
                 let held = match &self.hold {
                     Some(Hold::Gizmo(drag, _)) => Some(drag.part()),
                     Some(_) => None,

@@ -8,7 +8,7 @@ use super::measure::Summary;
 use crate::cpu::rays::intersect;
 use crate::error::Result;
 use crate::renderer::{FrameReport, Renderer, Work};
-use crate::scene::{Light, LightKind, Scene};
+use crate::scene::{Light, Scene};
 
 /// Candidate positions for further lights.
 const TRIES: usize = 2000;
@@ -123,16 +123,13 @@ pub(in crate::app) fn fitting(scene: &Scene, own: &[Light], count: usize) -> Vec
     let fraction = own.len() as f32 / count as f32;
     let mut places = open_enclosures(scene);
     let light = |index: usize| {
-        let Light { name, kind, .. } = &own[index % own.len()];
-        let kind: LightKind = kind.with_emission(fraction * kind.emission());
-        match index < own.len() {
-            true => Light { name: name.clone(), kind, is_on: true },
-            false => Light {
-                name: format!("{name} {index}"),
-                kind: places.next().map_or(kind, |place| kind.moved_to(place)),
-                is_on: true,
-            },
+        let mut light = Light { is_on: true, ..own[index % own.len()].clone() };
+        light.kind = light.kind.with_emission(fraction * light.kind.emission());
+        if index >= own.len() {
+            light.name = format!("{} {index}", light.name);
+            light.kind = places.next().map_or(light.kind, |place| light.kind.moved_to(place));
         }
+        light
     };
     if own.is_empty() { Vec::new() } else { (0..count).map(light).collect() }
 }

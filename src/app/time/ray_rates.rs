@@ -105,7 +105,7 @@ fn ray_sets(traced: &TracedScene, camera: Vec<RayQuery>, answers: &[RayAnswer]) 
         RayQuery { origin, direction: direction.as_vec3() }
     };
     let between = |origin: Vec3, end: Vec3| RayQuery { origin, direction: SHORT * (end - origin) };
-    let to_light = |&(origin, _): &(Vec3, Vec3)| match traced.light_sources.first() {
+    let to_light = |&(origin, _): &(Vec3, Vec3)| match traced.light_sources.rows.first() {
         Some(light) if light.kind == LIGHT_DIRECTIONAL => RayQuery { origin, direction: -size * light.axis },
         Some(light) => between(origin, light.position + 0.5 * (light.edge_u + light.edge_v)),
         None => between(origin, 0.5 * (low + high)),

@@ -3,7 +3,7 @@
 //! instead, and the entry points around share the result. In: entry points, a point or spot light.
 //! Out: corrected form factors.
 
-use crate::cpu::lights::{lattice_point, sample_light};
+use crate::cpu::lights::{Intensities, lattice_point, sample_light};
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, HostBlock, MAX_LOOP_ITERATIONS, PassScope, Pipeline, Recorder};
@@ -244,7 +244,7 @@ impl NearLights {
 
     /// The inputs of a light's correction. `None` if the light is far from all surfaces, or neither
     /// a point nor a spot light. Traces no ray.
-    pub fn inputs(&self, light: &LightSource) -> Option<NearInputs> {
+    pub fn inputs(&self, light: &LightSource, intensities: Intensities<'_>) -> Option<NearInputs> {
         let is_small = [LIGHT_POINT, LIGHT_SPOT].contains(&light.kind);
         let spacing = self.spacing_at(light.position).filter(|_| is_small)?;
         let reach = REACH * self.spacing + SHARED * spacing;
@@ -252,7 +252,7 @@ impl NearLights {
             light_position: light.position,
             channel: light.shape >> CHANNEL_SHIFT,
             spacing,
-            rays: rays(light),
+            rays: rays(light, intensities),
             points: self.within(light.position, reach).copied().collect(),
         })
     }
@@ -334,7 +334,7 @@ impl NearLights {
 }
 
 /// Rays from a point or spot light, evenly over its cone.
-fn rays(light: &LightSource) -> Vec<NearRay> {
+fn rays(light: &LightSource, intensities: Intensities<'_>) -> Vec<NearRay> {
     let unit = LightSource { emission: Vec3::ONE, ..*light };
     let (axis, least) = match light.kind {
         LIGHT_SPOT => (light.axis, light.outer_angle.cos()),
@@ -347,7 +347,8 @@ fn rays(light: &LightSource) -> Vec<NearRay> {
         let (sine, angle) = ((1.0 - cosine * cosine).max(0.0).sqrt(), turn * ray as f32);
         let direction = cosine * axis + sine * (angle.cos() * tangent + angle.sin() * bitangent);
         let place = (light.position + direction).as_dvec3();
-        let intensity = sample_light(&unit, place, lattice_point(light, 0)).map_or(0.0, |s| s.irradiance.x);
+        let sample = sample_light(&unit, intensities, place, lattice_point(light, 0));
+        let intensity = sample.map_or(0.0, |sample| sample.irradiance.x);
         NearRay { direction, flux: intensity as f32 * TAU * (1.0 - least) / RAYS as f32 }
     });
     rays.filter(|ray| ray.flux > 0.0).collect()

@@ -75,8 +75,15 @@ impl Form {
     }
 }
 
-/// The properties of a light that can be keyed; they depend on its kind only.
-pub(super) fn channels(kind: LightKind) -> Vec<(Form, Vec3)> {
+/// The properties of a light that can be keyed; they depend on its kind only. A light whose
+/// intensities were measured has no cone.
+pub(super) fn channels(kind: LightKind, is_measured: bool) -> Vec<(Form, Vec3)> {
+    let mut channels = all_channels(kind);
+    channels.retain(|(form, _)| !(is_measured && matches!(form, Form::Angle | Form::Penumbra)));
+    channels
+}
+
+fn all_channels(kind: LightKind) -> Vec<(Form, Vec3)> {
     match kind {
         LightKind::Point { position, intensity } => {
             vec![(Form::Place("position"), position), (Form::Emission("intensity"), intensity)]

@@ -9,6 +9,7 @@ use super::curve::{Curve, Fades};
 use super::tracks::{CameraTrack, LightTrack, MaterialTrack};
 use super::{Film, builtin};
 use crate::scene::builtin::{self as scenes, Files, utf8};
+use crate::scene::luminaire::Luminaire;
 use crate::scene::value::{COORDINATE, Node, POWER, Section, unknown};
 use crate::scene::{Camera, Light, LightKind, LoadOptions, Material, Scene, camera, limits};
 use crate::{Error, Result};
@@ -203,8 +204,10 @@ fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack
         }
         None if added => {
             let (file, node) = (first.section.file(), first.section.without(&OWN));
-            let kind = LightKind::read(&Section::new(file, format!("light.{name}"), &node)?, scene.origin)?;
-            scene.lights.push(Light { name: name.to_owned(), kind, is_on: true });
+            let section = Section::new(file, format!("light.{name}"), &node)?;
+            let luminaire = Luminaire::read(&section, &Files::beside(file))?;
+            let kind = LightKind::read(&section, scene.origin, luminaire.as_ref())?;
+            scene.lights.push(Light { luminaire, ..Light::new(name, kind) });
             scene.lights.len() - 1
         }
         None => {
@@ -215,7 +218,10 @@ fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack
         }
     };
     let kind = scene.lights[index].kind;
-    let own = [&OWN[..], &["name"], kind.keys()].concat();
+    let mut own = [&OWN[..], &["name"], kind.keys()].concat();
+    if scene.lights[index].luminaire.is_some() {
+        own.retain(|key| !["angle", "penumbra"].contains(key));
+    }
     for key in if added { later } else { keys } {
         if key.section.get("kind").is_some() {
             return Err(key.section.fault_at("kind", "belongs to the light's first key alone"));

@@ -14,6 +14,7 @@ use glam::{DVec3, Vec3};
 use super::channels::{Form, channels, place_tolerance_m, vector_line};
 use super::thin::{self, Look};
 use crate::Result;
+use crate::scene::luminaire::Luminaire;
 use crate::scene::{Camera, Light, LightKind, Material, Scene, builtin, numbers, save};
 
 /// The animated properties of a scene at some time.
@@ -83,6 +84,8 @@ struct RecordedLight {
     base: Option<Light>,
     /// The first state, which gives its kind and number of samples.
     kind: LightKind,
+    /// Measured intensities.
+    luminaire: Option<Luminaire>,
     /// Its state and whether it is on. `None` while it is absent.
     series: Series<Option<(LightKind, bool)>>,
 }
@@ -171,8 +174,8 @@ impl Recording {
         let numbered = (2..).map(|number: u32| format!("{} {number}", light.name));
         let mut names = std::iter::once(light.name.clone()).chain(numbered);
         let film_name = names.find(|name| !is_taken(name)).expect("numbers do not end");
-        let (name, kind) = (light.name.clone(), light.kind);
-        self.lights.push(RecordedLight { name, film_name, base, kind, series: Series::new() });
+        let (name, kind, luminaire) = (light.name.clone(), light.kind, light.luminaire.clone());
+        self.lights.push(RecordedLight { name, film_name, base, kind, luminaire, series: Series::new() });
         self.lights.len() - 1
     }
 
@@ -196,7 +199,8 @@ impl Recording {
         if !self.times.is_empty() {
             write_keys(&mut film, "camera", None, self.timed(self.camera_keys()));
             for light in &self.lights {
-                write_keys(&mut film, "light", Some(&light.film_name), self.timed(self.light_keys(light)));
+                let keys = self.timed(self.light_keys(light, to)?);
+                write_keys(&mut film, "light", Some(&light.film_name), keys);
             }
             let mut said: Vec<&str> = Vec::new();
             for (material, series) in self.first.materials.iter().zip(&self.materials) {
@@ -231,7 +235,7 @@ impl Recording {
         keys
     }
 
-    fn light_keys(&self, light: &RecordedLight) -> Keys {
+    fn light_keys(&self, light: &RecordedLight, to: &Path) -> Result<Keys> {
         let mut keys = Keys::new();
         let all: Vec<_> = light.series.all(self.times.len()).collect();
         let there: Vec<_> = all.iter().filter_map(|&(sample, it)| Some((sample, it?.0))).collect();
@@ -243,6 +247,10 @@ impl Recording {
             if let LightKind::Area { samples, .. } = kind {
                 lines.push(format!("samples = {samples}"));
             }
+            if let Some(Luminaire { file, turn, .. }) = &light.luminaire {
+                lines.push(format!("ies = {}", quoted(&save::relative_to(file, to)?)));
+                lines.push(format!("turn = {}", numbers::text(numbers::degrees(*turn, 360.0))));
+            }
             keys.insert(first, lines);
         }
         for &(sample, it) in &all {
@@ -252,14 +260,15 @@ impl Recording {
             }
             is_on = wanted;
         }
-        let bases = light.base.as_ref().map(|base| channels(base.kind));
-        for (index, (form, _)) in channels(light.kind).into_iter().enumerate() {
+        let is_measured = light.luminaire.is_some();
+        let bases = light.base.as_ref().map(|base| channels(base.kind, is_measured));
+        for (index, (form, _)) in channels(light.kind, is_measured).into_iter().enumerate() {
             let base = bases.as_ref().map(|channels| channels[index].1);
             let samples: Vec<_> =
-                there.iter().map(|&(sample, kind)| (sample, channels(kind)[index].1)).collect();
+                there.iter().map(|&(sample, kind)| (sample, channels(kind, is_measured)[index].1)).collect();
             self.write_channel(&mut keys, form, base, &samples);
         }
-        keys
+        Ok(keys)
     }
 
     /// Writes the keys of one property, whose value in the scene is `base`. `None` is an added
@@ -325,7 +334,7 @@ impl RecordedLight {
             _ => 0,
         };
         let is_alike = |a: LightKind, b: LightKind| a.word() == b.word() && samples(a) == samples(b);
-        self.name == light.name && is_alike(self.kind, light.kind)
+        self.name == light.name && self.luminaire == light.luminaire && is_alike(self.kind, light.kind)
     }
 }
 

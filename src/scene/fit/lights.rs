@@ -117,7 +117,7 @@ fn lit_fraction(probe: &Probe, own: &[&Triangle], other: &[&Triangle]) -> f64 {
 }
 
 fn named(name: &str, kind: LightKind) -> Light {
-    Light { name: name.to_owned(), kind, is_on: true }
+    Light::new(name, kind)
 }
 
 fn point_lights(probe: &Probe, places: &[Vec3]) -> Vec<Light> {

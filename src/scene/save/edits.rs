@@ -2,8 +2,10 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{node, without};
+use super::{node, paths, without};
+use crate::Result;
 use crate::scene::light::LightKind;
+use crate::scene::luminaire::Luminaire;
 use crate::scene::material::MAX_ALBEDO;
 use crate::scene::value::{Kind, Node, Section, unit};
 use crate::scene::{Camera, Light, Material, camera as cameras, numbers, photometry};
@@ -22,8 +24,14 @@ pub(super) fn camera(table: &mut Node, camera: &Camera, origin: DVec3) {
     number(table, "fov_y", camera.fov_y_degrees, Some(cameras::FOV_Y_DEFAULT), |n| n as f32, numbers::plain);
 }
 
-/// Replaces the list of lights. Returns the index of each in the old list.
-pub(super) fn lights(root: &mut Node, lights: &[Light], origin: DVec3) -> Vec<Option<usize>> {
+/// Replaces the list of lights. Returns the index of each in the old list. `files`: the scene's file
+/// that was loaded, and the one to be saved.
+pub(super) fn lights(
+    root: &mut Node,
+    lights: &[Light],
+    origin: DVec3,
+    files: [&Path; 2],
+) -> Result<Vec<Option<usize>>> {
     let old = match root.get("light") {
         Some(Node { kind: Kind::Array(tables), .. }) => tables.clone(),
         _ => Vec::new(),
@@ -40,10 +48,33 @@ pub(super) fn lights(root: &mut Node, lights: &[Light], origin: DVec3) -> Vec<Op
     let tables = lights.iter().zip(&from).enumerate().map(|(number, (light, from))| {
         let mut table = from.map_or_else(|| node(Kind::Table(Vec::new())), |index| old[index].clone());
         edit_light(&mut table, light, number, origin);
-        table
+        if let (Some(luminaire), LightKind::Spot { .. }) = (&light.luminaire, light.kind) {
+            edit_luminaire(&mut table, luminaire, files)?;
+        }
+        emission(&mut table, light);
+        let was_on = !matches!(table.get("on"), Some(Node { kind: Kind::Bool(false), .. }));
+        if was_on != light.is_on {
+            table.set("on", node(Kind::Bool(light.is_on)));
+        }
+        Ok(table)
     });
-    root.set("light", node(Kind::Array(tables.collect())));
-    from
+    root.set("light", node(Kind::Array(tables.collect::<Result<_>>()?)));
+    Ok(from)
+}
+
+/// Writes the file of measured intensities and their turn.
+fn edit_luminaire(table: &mut Node, luminaire: &Luminaire, [from, to]: [&Path; 2]) -> Result<()> {
+    let stated = table.get("ies").and_then(Node::as_text).map(|name| from.with_file_name(name));
+    let path = match stated {
+        Some(path) if path == luminaire.file => paths::moved(&path, from, to)?,
+        _ => Some(paths::relative_to(&luminaire.file, to)?),
+    };
+    if let Some(path) = path {
+        set_text(table, "ies", &path);
+    }
+    let degrees = |radians| numbers::degrees(radians, 360.0);
+    number(table, "turn", luminaire.turn, Some(0.0), |n| n.to_radians() as f32, degrees);
+    Ok(())
 }
 
 /// Whether the scene file has a light of that name.
@@ -95,56 +126,56 @@ fn edit_light(table: &mut Node, light: &Light, number: usize, origin: DVec3) {
         set_text(table, "kind", word);
     }
     match light.kind {
-        LightKind::Surface { .. } => emission(table, "radiance", light.kind),
-        LightKind::Sky { .. } => (),
-        LightKind::Point { position, .. } => {
-            place(table, "position", position, origin);
-            emission(table, "intensity", light.kind);
-        }
+        LightKind::Surface { .. } | LightKind::Sky { .. } => (),
+        LightKind::Point { position, .. } => place(table, "position", position, origin),
         LightKind::Spot { position, direction: axis, angle, penumbra, .. } => {
             place(table, "position", position, origin);
+            if light.luminaire.is_some() {
+                // Downwards by default.
+                if table.get("direction").is_some() || axis != Vec3::NEG_Y {
+                    direction(table, "direction", axis);
+                }
+                return;
+            }
             direction(table, "direction", axis);
             let degrees = |radians| numbers::degrees(radians, MAX_ANGLE);
             self::number(table, "angle", angle, None, |n| n.to_radians() as f32, degrees);
             self::number(table, "penumbra", penumbra, Some(0.0), |n| n as f32, numbers::plain);
-            emission(table, "intensity", light.kind);
         }
         LightKind::Area { corner, edge_u, edge_v, samples, .. } => {
             place(table, "corner", corner, origin);
             vector(table, "edge_u", edge_u);
             vector(table, "edge_v", edge_v);
-            emission(table, "radiance", light.kind);
             let is_stated = table.get("samples").map(|node| node.as_number());
             if is_stated.unwrap_or(Some(f64::from(LightKind::SAMPLES))) != Some(f64::from(samples)) {
                 table.set("samples", node(Kind::Integer(samples.into())));
             }
         }
-        LightKind::Directional { direction: way, .. } => {
-            direction(table, "direction", way);
-            emission(table, "irradiance", light.kind);
-        }
-    }
-    let was_on = !matches!(table.get("on"), Some(Node { kind: Kind::Bool(false), .. }));
-    if was_on != light.is_on {
-        table.set("on", node(Kind::Bool(light.is_on)));
+        LightKind::Directional { direction: way, .. } => direction(table, "direction", way),
     }
 }
 
 /// Writes the emission of a light whose other keys are written. A power in photometric units stays
 /// as long as it is that of the light.
-fn emission(table: &mut Node, key: &str, kind: LightKind) {
+fn emission(table: &mut Node, light: &Light) {
+    let key = match light.kind {
+        LightKind::Point { .. } | LightKind::Spot { .. } => "intensity",
+        LightKind::Area { .. } | LightKind::Surface { .. } => "radiance",
+        LightKind::Directional { .. } => "irradiance",
+        LightKind::Sky { .. } => return,
+    };
     if photometry::is_stated(table) {
         let stated = Section::new(Path::new(""), "light", table)
-            .and_then(|section| LightKind::read(&section, DVec3::ZERO))
+            .and_then(|section| LightKind::read(&section, DVec3::ZERO, light.luminaire.as_ref()))
             .map(|kind| kind.emission());
-        if stated.is_ok_and(|stated| stated == kind.emission()) {
+        if stated.is_ok_and(|stated| stated == light.kind.emission()) {
             return;
         }
         for own in photometry::keys() {
             *table = without(table, own);
         }
     }
-    vector(table, key, kind.emission());
+    vector(table, key, light.kind.emission());
 }
 
 /// Writes the properties of materials that have changed since they were `loaded`.

@@ -108,8 +108,9 @@ impl SceneText {
         }
         let mut root = self.source.root.clone();
         self.place_models(&mut root, to)?;
+        self.place_image(&mut root, to)?;
         let cameras = self.edit_cameras(&mut root, edited.camera);
-        let lights = edits::lights(&mut root, edited.lights, self.origin);
+        let lights = edits::lights(&mut root, edited.lights, self.origin, [&self.source.file, to])?;
         edits::materials(&mut root, &self.materials, edited.materials);
         edits::emissions(&mut root, &self.materials, edited.lights);
         let text = text::write(&self.source.text, &root, [("camera", &cameras), ("light", &lights)])?;
@@ -141,6 +142,17 @@ impl SceneText {
         Ok(())
     }
 
+    /// Adapts the path of the sky's image to the new location.
+    fn place_image(&self, root: &mut Node, to: &Path) -> Result<()> {
+        let Some(sky) = root.get_mut("environment") else { return Ok(()) };
+        let Some(name) = sky.get("image").and_then(Node::as_text) else { return Ok(()) };
+        let path = self.source.file.with_file_name(name);
+        if let Some(path) = paths::moved(&path, &self.source.file, to)? {
+            sky.set("image", node(Kind::Text(path)));
+        }
+        Ok(())
+    }
+
     /// Reorders the cameras and edits the first. Returns the old index of each.
     fn edit_cameras(&self, root: &mut Node, camera: &Camera) -> Vec<Option<usize>> {
         match root.get_mut("camera") {
@@ -160,7 +172,9 @@ impl SceneText {
     /// is never saved.
     fn check(&self, to: &Path, text: &str) -> Result<()> {
         let root = Node::parse(to, text)?;
-        read_lights(to, &root, self.origin)?;
+        let anywhere = Files::Disk(None);
+        let files = if let Files::Memory(_) = self.source.files { &self.source.files } else { &anywhere };
+        read_lights(to, &root, self.origin, files)?;
         read_cameras(to, &root, self.origin)?;
         for section in Section::list(to, &root, "material", limits::MATERIALS)? {
             Override::read(&section)?;
@@ -175,13 +189,22 @@ impl SceneText {
     }
 }
 
-/// Whether a scene file with that text at `file` names models outside of its folder. Opening it
+/// Whether a scene file with that text at `file` names files outside of its folder. Opening it
 /// then needs permission.
 pub fn leads_outside(text: &str, file: &Path) -> bool {
     let Ok(root) = Node::parse(file, text) else { return false };
-    let Some(Node { kind: Kind::Array(models), .. }) = root.get("model") else { return false };
-    let mut named = models.iter().filter_map(|model| model.get("file")?.as_text());
-    named.any(|name| Files::beside(file).locate(&file.with_file_name(name)).is_err())
+    let in_list = |section, key| {
+        let tables = match root.get(section).map(|node| &node.kind) {
+            Some(Kind::Array(tables)) => &tables[..],
+            _ => &[],
+        };
+        tables.iter().filter_map(move |table: &Node| table.get(key)?.as_text())
+    };
+    let image = root.get("environment").and_then(|sky| sky.get("image")?.as_text());
+    in_list("model", "file")
+        .chain(in_list("light", "ies"))
+        .chain(image)
+        .any(|name| Files::beside(file).locate(&file.with_file_name(name)).is_err())
 }
 
 fn node(kind: Kind) -> Node {

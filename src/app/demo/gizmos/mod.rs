@@ -6,7 +6,7 @@ mod projection;
 
 use glam::{Vec2, Vec3};
 
-use crate::scene::LightKind;
+use crate::scene::{Light, LightKind};
 pub(super) use drag::Drag;
 pub(super) use projection::Projection;
 
@@ -92,9 +92,16 @@ pub(super) struct Gizmo {
     pub(super) shapes: Vec<Shape>,
 }
 
+/// As [`gizmos`]. A light whose intensities were measured has no cone to open.
+pub(super) fn of_light(projection: &Projection, light: &Light, anchor: Vec3) -> Vec<Gizmo> {
+    let mut gizmos = gizmos(projection, &light.kind, anchor);
+    gizmos.retain(|gizmo| light.luminaire.is_none() || gizmo.part != Part::Cone);
+    gizmos
+}
+
 /// The gizmos of a light, in drawing order. A light at infinity has its gizmos at `anchor`. Empty
 /// if the origin of the gizmos is behind the camera.
-pub(super) fn gizmos(projection: &Projection, kind: &LightKind, anchor: Vec3) -> Vec<Gizmo> {
+fn gizmos(projection: &Projection, kind: &LightKind, anchor: Vec3) -> Vec<Gizmo> {
     let origin = kind.position().unwrap_or(anchor);
     let Some((centre, metres)) = scale(projection, origin) else { return Vec::new() };
     let mut gizmos = Vec::new();

@@ -3,7 +3,7 @@
 use egui::{Color32, DragValue, Ui};
 use glam::Vec3;
 
-use super::row;
+use super::{luminaire, row};
 use crate::app::demo::document::LightEntry;
 use crate::app::demo::session::Session;
 use crate::app::demo::ui_state::{Chosen, UiState};
@@ -19,7 +19,7 @@ pub(super) fn lights(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
         ui.horizontal(|ui| {
             ui.checkbox(&mut entry.light.is_on, "").on_hover_text("On or off (O)");
             let is_chosen = ui_state.chosen == Chosen::Light(entry.id);
-            let name = format!("{} ({})", entry.light.name, entry.light.kind.word());
+            let name = format!("{} ({})", entry.light.name, word(&entry.light));
             if ui.selectable_label(is_chosen, name).clicked() {
                 ui_state.chosen = Chosen::Light(entry.id);
             }
@@ -55,6 +55,7 @@ pub(super) fn lights(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
             }
         }
     });
+    luminaire::adding(ui, session, ui_state);
     if let Chosen::Light(id) = ui_state.chosen
         && let Some(entry) = session.document.lights.iter_mut().find(|entry| entry.id == id)
     {
@@ -63,14 +64,24 @@ pub(super) fn lights(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
     }
 }
 
+/// What the list calls a light.
+fn word(light: &Light) -> &'static str {
+    if light.luminaire.is_some() { "luminaire" } else { light.kind.word() }
+}
+
+/// A place in the middle of the view, inside the scene.
+pub(in crate::app::demo) fn middle_of_view(session: &Session) -> Vec3 {
+    let (camera, (low, high)) = (&session.camera, session.scene.bounds());
+    let raised = 0.02 * (high - low).length() * Vec3::Y;
+    (camera.position + 0.5 * (camera.target - camera.position)).clamp(low, high) + raised
+}
+
 /// A new light in the middle of the view, as bright as the scene's first.
 pub(in crate::app::demo) fn fresh(session: &Session, kind: &str) -> Light {
-    let camera = &session.camera;
-    let [_, _, forward] = camera.frame();
+    let [_, _, forward] = session.camera.frame();
     let (low, high) = session.scene.bounds();
     let size = (high - low).length();
-    let position =
-        (camera.position + 0.5 * (camera.target - camera.position)).clamp(low, high) + 0.02 * size * Vec3::Y;
+    let position = middle_of_view(session);
     let luminous = session.document.lights.first().map(|entry| entry.light.kind);
     let intensity = match luminous {
         Some(LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. }) => intensity,
@@ -100,19 +111,24 @@ pub(in crate::app::demo) fn fresh(session: &Session, kind: &str) -> Light {
         },
         _ => LightKind::Point { position, intensity },
     };
-    Light { name: kind.word().to_owned(), kind, is_on: true }
+    Light::new(kind.word(), kind)
 }
 
 fn chosen(ui: &mut Ui, entry: &mut LightEntry, origin: Vec3) {
     row(ui, "Name", |ui| ui.text_edit_singleline(&mut entry.light.name));
     let kind = &mut entry.light.kind;
     emission(ui, kind);
-    power(ui, kind);
+    power(ui, &mut entry.light);
+    let kind = &mut entry.light.kind;
     match kind {
         LightKind::Point { position, .. } => place(ui, "Position", position, origin),
         LightKind::Spot { position, direction, angle, penumbra, .. } => {
             place(ui, "Position", position, origin);
             aim(ui, direction);
+            if let Some(measured) = &mut entry.light.luminaire {
+                luminaire::luminaire(ui, measured);
+                return;
+            }
             let mut degrees = angle.to_degrees();
             let changed = row(ui, "Half-angle", |ui| {
                 ui.add(egui::Slider::new(&mut degrees, ANGLES).suffix("°")).changed()
@@ -169,19 +185,19 @@ fn emission(ui: &mut Ui, kind: &mut LightKind) {
 }
 
 /// Power in photometric units, and colour temperature.
-fn power(ui: &mut Ui, kind: &mut LightKind) {
-    let Some((mut amount, unit)) = kind.power() else { return };
-    let mut kelvin = kind.kelvin();
+fn power(ui: &mut Ui, light: &mut Light) {
+    let Some((mut amount, unit)) = light.power() else { return };
+    let mut kelvin = light.kind.kelvin();
     row(ui, "Power", |ui| {
         let (speed, decimals) = ((0.01 * amount).max(0.1), usize::from(amount < 100.0));
         let value = DragValue::new(&mut amount).speed(speed).range(0.0..=1e12).suffix(format!(" {unit}"));
         if ui.add(value.max_decimals(decimals)).changed() {
-            *kind = kind.with_power(amount);
+            light.set_power(amount);
         }
         let value = DragValue::new(&mut kelvin).speed(20.0).range(1667.0..=25_000.0).suffix(" K");
         let hint = "Colour of a black body of that temperature";
         if ui.add(value.max_decimals(0)).on_hover_text(hint).changed() {
-            *kind = kind.with_kelvin(kelvin);
+            light.kind = light.kind.with_kelvin(kelvin);
         }
     });
 }

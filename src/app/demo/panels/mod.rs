@@ -2,6 +2,7 @@
 
 mod help;
 mod lights;
+mod luminaire;
 mod materials;
 mod models;
 mod question;
@@ -16,7 +17,7 @@ use super::stage::Progressed;
 use super::ui_state::UiState;
 
 pub(super) use help::help;
-pub(super) use lights::{AXES, fresh as fresh_light};
+pub(super) use lights::{AXES, fresh as fresh_light, middle_of_view};
 pub(super) use question::questions;
 
 /// Width of the panels when the window opens, points.

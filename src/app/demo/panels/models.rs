@@ -4,8 +4,9 @@ use egui::{DragValue, TextEdit, Ui};
 
 use super::row;
 use crate::app::demo::actions;
+use crate::app::demo::dialogs::Purpose;
 use crate::app::demo::session::Session;
-use crate::app::demo::ui_state::UiState;
+use crate::app::demo::ui_state::{Request, UiState};
 
 /// Draws a row for each model. Light paths are traced anew once an edit ends.
 pub(super) fn models(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
@@ -30,6 +31,9 @@ pub(super) fn models(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
         if ui.add_enabled(is_named, egui::Button::new("Add").small()).clicked() {
             let path = std::mem::take(&mut ui_state.model_to_add);
             actions::add_model(session, std::path::Path::new(path.trim()));
+        }
+        if ui.small_button("…").on_hover_text("Choose a model or a luminaire").clicked() {
+            ui_state.requests.push(Request::Ask(Purpose::Add));
         }
     });
     ui.small("Light paths are traced anew when a model changes.");

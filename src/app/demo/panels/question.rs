@@ -41,14 +41,25 @@ const CLOSE: [Choice; 2] = [
     ("Close without saving", Request::QuitAnyway, "Your edits are lost (Ctrl+Shift+Q)"),
 ];
 
+/// What to do before another scene is opened.
+const OPEN: [Choice; 2] = [
+    ("Save and open", Request::SaveAndOpen, "Saves the scene to the file of the panel `Scene and film`"),
+    ("Open without saving", Request::OpenAnyway, "Your edits are lost"),
+];
+
 /// Draws the question that is open over the upper edge of the picture. The scene can still be
 /// viewed, edited and saved.
 pub(in crate::app::demo) fn questions(context: &Context, session: &Session, ui_state: &mut UiState) {
     ui_state.asks_to_close &= session.has_unsaved_edits();
+    ui_state.asks_to_open &= session.has_unsaved_edits();
     if ui_state.asks_to_close {
         let text = format!("{} has unsaved edits.", session.scene.name);
         let goes_on = ask(context, &text, &CLOSE, Some("Do not close"), ui_state);
         ui_state.asks_to_close = !goes_on && !context.input(|input| input.key_pressed(Key::Escape));
+    } else if ui_state.asks_to_open {
+        let text = format!("{} has unsaved edits.", session.scene.name);
+        let stays = ask(context, &text, &OPEN, Some("Do not open"), ui_state);
+        ui_state.asks_to_open = !stays && !context.input(|input| input.key_pressed(Key::Escape));
     } else if ui_state.asks_to_restore {
         let text = format!("{} has edits of the last time that were not saved.", session.source.spec);
         ask(context, &text, &LEFT, None, ui_state);

@@ -2,6 +2,7 @@
 
 mod disk;
 mod host_pictures;
+mod opening;
 mod requests;
 mod shaders;
 
@@ -17,10 +18,12 @@ use winit::window::{Fullscreen, Window};
 
 use super::actions;
 use super::autosave::Autosave;
+use super::dialogs::Dialogs;
 use super::films::{FilmRecorder, Player};
 use super::host_picture::HostPicture;
 use super::overlays::Overlays;
 use super::panels::{self, WIDTH};
+use super::recent::Recent;
 use super::reference::Reference;
 use super::session::Session;
 use super::shader_sources::ShaderSources;
@@ -84,6 +87,7 @@ pub(super) struct WindowState {
     viewport: Viewport,
     overlays: Overlays,
     ui_state: UiState,
+    dialogs: Dialogs,
     autosave: Autosave,
     panels: egui_winit::State,
     /// When the panels need to be drawn without an event.
@@ -136,7 +140,7 @@ impl WindowState {
             // The send fails after the window has closed, which needs no report.
             let _ = proxy.send_event(WakeUp::Shows);
         });
-        let mut ui_state = UiState::new(&scene.name);
+        let mut ui_state = UiState::new(&scene.name, Recent::new(&source.spec));
         ui_state.vsync = !args.no_vsync;
         let autosave = Autosave::new(&source.spec);
         ui_state.asks_to_restore = autosave.found().is_some();
@@ -171,6 +175,7 @@ impl WindowState {
             viewport: Viewport::new(),
             overlays: Overlays::default(),
             ui_state,
+            dialogs: Dialogs::new(),
             autosave,
             panels,
             again: None,
@@ -203,7 +208,7 @@ impl WindowState {
                 return Ok(false);
             }
             WindowEvent::Resized(PhysicalSize { width, height }) => self.painter.resize([*width, *height]),
-            WindowEvent::DroppedFile(path) => actions::add_model(&mut self.session, path),
+            WindowEvent::DroppedFile(path) => actions::drop_file(&mut self.session, &mut self.ui_state, path),
             WindowEvent::Occluded(is_hidden) => self.is_hidden = *is_hidden,
             WindowEvent::RedrawRequested if !self.is_hidden => return self.draw(),
             _ => (),
@@ -298,7 +303,7 @@ impl WindowState {
         };
         let mut shown = Ok(());
         let output = egui.run_ui(input, |ui| {
-            let types = ui.ctx().egui_wants_keyboard_input();
+            let types = ui.ctx().egui_wants_keyboard_input() || self.dialogs.is_open();
             for action in ui.input_mut(|input| shortcuts::pressed(input, types)) {
                 actions::act(action, &mut self.session, &mut self.ui_state, &mut self.viewport);
             }
@@ -312,6 +317,9 @@ impl WindowState {
             panels::help(ui.ctx(), &mut self.ui_state.shows_help);
             panels::alarm(ui.ctx(), &mut self.session);
             panels::questions(ui.ctx(), &self.session, &mut self.ui_state);
+            if let Some((purpose, path)) = self.dialogs.show(ui.ctx()) {
+                actions::take_file(&mut self.session, &mut self.ui_state, purpose, &path);
+            }
         });
         self.tolerate(shown)?;
         self.is_held = egui.input(|input| input.pointer.any_down());

@@ -1,10 +1,12 @@
 //! Requests of panels and keys to the window.
 
+use std::path::Path;
 use std::time::Instant;
 
 use winit::window::Fullscreen;
 
 use super::WindowState;
+use crate::app::demo::dialogs::Purpose;
 use crate::app::demo::files;
 use crate::app::demo::films::{FilmRecorder, Player};
 use crate::app::demo::ui_state::{Request, View};
@@ -21,6 +23,22 @@ impl WindowState {
                 Ok(said) => {
                     self.tell(said);
                     return Ok(false);
+                }
+                Err(error) => self.tell_alarm(&error),
+            },
+            Request::Ask(purpose) => {
+                let file = match purpose {
+                    Purpose::Save => self.ui_state.save_to.clone(),
+                    Purpose::Open | Purpose::Add => self.session.source.spec.clone(),
+                };
+                self.dialogs.ask(purpose, Path::new(&file));
+            }
+            Request::Open => self.open_or_ask()?,
+            Request::OpenAnyway => self.open()?,
+            Request::SaveAndOpen => match files::save_scene(&mut self.session, &self.ui_state.save_to) {
+                Ok(said) => {
+                    self.tell(said);
+                    self.open()?;
                 }
                 Err(error) => self.tell_alarm(&error),
             },

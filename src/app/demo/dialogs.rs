@@ -1,0 +1,71 @@
+//! File dialogs: which scene to open, where to save it, which model or luminaire to add.
+
+use std::path::{Path, PathBuf};
+
+use egui_file_dialog::{DialogState, FileDialog};
+
+/// What a file is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// A scene or a model takes the place of the open scene.
+    Open,
+    /// The edited scene is saved.
+    Save,
+    /// A model or a luminaire is added to the scene.
+    Add,
+}
+
+const MODELS: [&str; 5] = ["glb", "gltf", "obj", "ply", "stl"];
+const LUMINAIRES: [&str; 1] = ["ies"];
+const SCENES: [&str; 1] = ["toml"];
+
+/// The dialog, which is open while it waits for an answer.
+pub(super) struct Dialogs {
+    dialog: FileDialog,
+    purpose: Purpose,
+}
+
+impl Dialogs {
+    pub(super) fn new() -> Self {
+        Self { dialog: FileDialog::new(), purpose: Purpose::Open }
+    }
+
+    /// Whether the dialog takes the keys.
+    pub(super) fn is_open(&self) -> bool {
+        *self.dialog.state() == DialogState::Open
+    }
+
+    /// Opens the dialog in the folder of `file`.
+    pub(super) fn ask(&mut self, purpose: Purpose, file: &Path) {
+        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize().unwrap_or_default();
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let title = match purpose {
+            Purpose::Open => "Open a scene or a model",
+            Purpose::Save => "Save the scene",
+            Purpose::Add => "Add a model or a luminaire",
+        };
+        let all = |lists: &[&[&'static str]]| lists.concat();
+        let dialog = FileDialog::new().title(title).initial_directory(folder).as_modal(true);
+        self.dialog = match purpose {
+            Purpose::Open => dialog
+                .add_file_filter_extensions("Scenes and models", all(&[&SCENES, &MODELS]))
+                .default_file_filter("Scenes and models"),
+            Purpose::Add => dialog
+                .add_file_filter_extensions("Models and luminaires", all(&[&MODELS, &LUMINAIRES]))
+                .default_file_filter("Models and luminaires"),
+            Purpose::Save => dialog.default_file_name(&name).add_save_extension("Scene", "toml"),
+        };
+        match purpose {
+            Purpose::Save => self.dialog.save_file(),
+            Purpose::Open | Purpose::Add => self.dialog.pick_file(),
+        }
+        self.purpose = purpose;
+    }
+
+    /// Draws the dialog if it is open. Returns the file that the user has chosen.
+    pub(super) fn show(&mut self, context: &egui::Context) -> Option<(Purpose, PathBuf)> {
+        self.dialog.update(context);
+        Some((self.purpose, self.dialog.take_picked()?))
+    }
+}

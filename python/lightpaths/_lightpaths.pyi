@@ -16,7 +16,7 @@ _Vector = Sequence[float] | NDArray[Any]
 _Colour = float | _Vector
 _Layer = Literal["beauty", "direct", "indirect", "irradiance", "albedo", "normal", "position", "depth"]
 
-class _LightLayers(TypedDict):
+class _DirectAndIndirect(TypedDict):
     direct: NDArray[np.float32]
     indirect: NDArray[np.float32]
 
@@ -110,7 +110,7 @@ class Renderer:
         """
     def display(self, exposure: float = 0.0) -> NDArray[np.uint8]:
         """The picture as sRGB codes, tone mapped, brightened by `exposure` stops."""
-    def layers(self) -> dict[str, _LightLayers]:
+    def layers(self) -> dict[str, _DirectAndIndirect]:
         """Light of each light that is on. All layers together add up to the picture."""
     def measure(self) -> dict[str, Reading]:
         """What the light meters of the scene show."""

@@ -29,8 +29,8 @@ pub(crate) struct Renderer {
     warnings: Vec<String>,
 }
 
-/// Devices by what the user calls them. Each is opened once in a process, so that its pipelines are
-/// compiled once.
+/// Devices by what the user calls them. Each is opened once, because it compiles its pipelines
+/// when it is first used.
 static OPENED: Mutex<BTreeMap<Option<String>, Arc<Context>>> = Mutex::new(BTreeMap::new());
 
 fn context(device: &Option<String>) -> Result<Arc<Context>> {

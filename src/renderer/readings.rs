@@ -9,9 +9,9 @@ use glam::Vec3;
 pub struct Reading {
     /// Mean of all light.
     pub mean: f64,
-    /// Smallest value.
+    /// Smallest illuminance of a point.
     pub min: f64,
-    /// Largest value.
+    /// Largest illuminance of a point.
     pub max: f64,
     /// Mean of the light that comes straight from lights.
     pub direct: f64,

@@ -1,4 +1,4 @@
-//! Coordinates of the scene file, and those that a scene has in memory.
+//! Conversion between coordinates of the scene file and recentred ones.
 
 use glam::{DVec3, Vec3};
 

@@ -16,7 +16,7 @@ impl Scene {
     /// The index of the material with this name.
     ///
     /// # Errors
-    /// As [`Self::light_named`].
+    /// There is none, as for [`Self::light_named`].
     pub fn material_named(&self, name: &str) -> Result<usize> {
         index("material", self.materials.iter().map(|material| material.name.as_str()), name)
     }
@@ -24,7 +24,7 @@ impl Scene {
     /// The index of the camera with this name.
     ///
     /// # Errors
-    /// As [`Self::light_named`].
+    /// There is none, as for [`Self::light_named`].
     pub fn camera_named(&self, name: &str) -> Result<usize> {
         index("camera", self.cameras.iter().map(|camera| camera.name.as_str()), name)
     }

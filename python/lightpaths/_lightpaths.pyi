@@ -20,6 +20,17 @@ class _DirectAndIndirect(TypedDict):
     direct: NDArray[np.float32]
     indirect: NDArray[np.float32]
 
+__all__ = [
+    "Camera",
+    "Light",
+    "Lights",
+    "Material",
+    "Materials",
+    "Reading",
+    "Renderer",
+    "Scene",
+    "__version__",
+]
 __version__: str
 
 @final

@@ -135,7 +135,7 @@ def work_mitsuba(setup):
         spp = math.ceil(question["spp"] / passes)
         total = 0.0
         for number in range(passes):
-            total = total + np.array(mi.render(built, spp=spp, seed=question["seed"] * 65537 + number))
+            total = total + np.array(mi.render(built, spp=spp, seed=(question["seed"] << 8) + number))
         return total / passes
 
     serve(render)
@@ -144,7 +144,7 @@ def work_mitsuba(setup):
 def reference(mitsuba, folder, position, spp, seed):
     """A half of the reference."""
     passes = max(1, spp // (2 * PASS))
-    images = (mitsuba.picture(folder, position, spp=PASS, seed=seed * 4096 + number) for number in range(passes))
+    images = (mitsuba.picture(folder, position, spp=PASS, seed=(seed << 8) + number) for number in range(passes))
     return sum(images) / passes
 
 

@@ -37,13 +37,14 @@ def members(node):
 class Stub(unittest.TestCase):
     def setUp(self):
         body = ast.parse(STUB.read_text(encoding="utf-8")).body
-        self.exported = [node.value for node in body if isinstance(node, ast.Assign)]
+        values = {node.targets[0].id: node.value for node in body if isinstance(node, ast.Assign)}
+        self.exported = ast.literal_eval(values["__all__"])
         self.classes = {node.name: node for node in body if isinstance(node, ast.ClassDef)}
 
     def test_classes(self):
         there = {name for name, value in vars(_lightpaths).items() if inspect.isclass(value)}
         self.assertEqual({name for name in self.classes if not name.startswith("_")}, there)
-        self.assertEqual([ast.literal_eval(names) for names in self.exported], [_lightpaths.__all__])
+        self.assertEqual(self.exported, _lightpaths.__all__)
         errors = {name for name in lightpaths.__all__ if name.endswith("Error")}
         self.assertEqual(there | errors | {"__version__"}, set(lightpaths.__all__))
 

@@ -2,9 +2,11 @@
 
 relight.py [SCENE] [options]    in Mitsuba's environment; --help lists the options
 
-Both render into numpy arrays, one after another on the same cores, in rounds. Mitsuba takes as many samples per pixel
-as make its error that of ours: relMSE against two independent halves of a reference of its own, without their noise
-(see truth.py). Models lose their normals, because the renderers interpolate them differently (see flat.py).
+Both render into numpy arrays, one after another on the same cores, in rounds. Errors are relMSE against two independent
+halves of a reference by Mitsuba, without their noise (see truth.py). Mitsuba's error is one over its samples: that law,
+measured at the largest number of samples, gives the samples and the seconds that it needs for the error of ours. The
+products of error and samples at all numbers stand below, so that a law that fails shows. Models lose their normals,
+because the renderers interpolate them differently (see flat.py).
 """
 
 import argparse
@@ -34,17 +36,21 @@ def pixels(text):
     return [int(width), int(height)]
 
 
+def numbers(text):
+    return sorted(int(word) for word in text.split(","))
+
+
 def arguments(words):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scene", nargs="?", default="box")
     parser.add_argument("--size", type=pixels, default=[256, 256], metavar="WxH", help="[256x256]")
     parser.add_argument("--preset", default="paper", help="of ours [paper]")
     parser.add_argument("--count", type=int, default=1000, help="pictures of ours [1000]")
-    parser.add_argument("--mitsuba-count", type=int, default=20, help="pictures of Mitsuba [20]")
+    parser.add_argument("--spp", type=numbers, default=[64, 256], help="of Mitsuba; the largest is timed [64,256]")
+    parser.add_argument("--mitsuba-count", type=int, default=10, help="pictures of Mitsuba [10]")
     parser.add_argument("--rounds", type=int, default=5, help="turns of each [5]")
     parser.add_argument("--judged", type=int, default=3, help="conditions with a reference [3]")
     parser.add_argument("--reference-spp", type=int, default=2048, help="of both halves together [2048]")
-    parser.add_argument("--probe-spp", type=int, default=64, help="at which Mitsuba's error is measured [64]")
     parser.add_argument("--radius", type=float, default=0.4, help="of the light's circle, metres [0.4]")
     parser.add_argument("--python", type=Path, default=PYTHON, help="that has lightpaths [that of make python]")
     parser.add_argument("--threads", type=int, default=cores(), help="cores for both [all]")
@@ -181,29 +187,32 @@ def main(words):
             for place in chosen
         ]
         our_error = judge(ours, folder, judged)
-        probed = judge(mitsuba, folder, judged, spp=args.probe_spp)
-        # A path tracer's error is one over its samples.
-        spp = max(1, round(args.probe_spp * probed / our_error))
-        checked = judge(mitsuba, folder, judged, spp=spp)
+        errors = {spp: judge(mitsuba, folder, judged, spp=spp) for spp in args.spp}
+        timed = args.spp[-1]
         seconds = {"ours": [], "mitsuba": []}
         for turn in range(args.rounds):
-            print(f"relight: round {turn + 1} of {args.rounds}, Mitsuba at {spp} spp", file=sys.stderr)
+            print(f"relight: round {turn + 1} of {args.rounds}, Mitsuba at {timed} spp", file=sys.stderr)
             for place in places[turn :: args.rounds]:
                 seconds["ours"].append(ours.ask({"position": place})["seconds"])
             for number in range(turn, args.mitsuba_count, args.rounds):
-                question = {"position": places[number * len(places) // args.mitsuba_count], "spp": spp, "seed": number}
+                question = {"position": places[number * len(places) // args.mitsuba_count], "spp": timed, "seed": number}
                 seconds["mitsuba"].append(mitsuba.ask(question)["seconds"])
         ours.end()
         mitsuba.end()
+    needed = timed * errors[timed] / our_error
+    of_ours, of_mitsuba = (sum(seconds[key]) / len(seconds[key]) for key in ("ours", "mitsuba"))
+    rows = [
+        (ours, args.preset, our_error, len(seconds["ours"]), of_ours),
+        (mitsuba, f"{timed} spp", errors[timed], len(seconds["mitsuba"]), of_mitsuba),
+        (mitsuba, f"{needed:.0f} spp, by the law", our_error, "none", of_mitsuba * needed / timed),
+    ]
     print(f"{args.scene}, {args.size[0]}x{args.size[1]} pixels, {args.threads} cores, a light that moves\n")
     print("| renderer | setting | relMSE | pictures | seconds a picture | pictures a minute |")
     print("|---|---|---|---|---|---|")
-    rows = [(ours, args.preset, our_error, "ours"), (mitsuba, f"{spp} spp", checked, "mitsuba")]
-    for worker, setting, found, key in rows:
-        each = sum(seconds[key]) / len(seconds[key])
-        print(
-            f"| {worker.about['name']} | {setting} | {found:.2e} | {len(seconds[key])} | {each:.3f} | {60.0 / each:.0f} |"
-        )
+    for renderer, setting, found, count, each in rows:
+        print(f"| {renderer.about['name']} | {setting} | {found:.2e} | {count} | {each:.3f} | {60.0 / each:.2f} |")
+    products = ", ".join(f"{spp * found:.3f} at {spp} spp" for spp, found in errors.items())
+    print(f"\nError times samples of Mitsuba: {products}. References: {len(judged)} × {args.reference_spp} spp.")
 
 
 def worker(name):

@@ -4,13 +4,14 @@ CARGO ?= cargo
 # rustup puts cargo here; a shell that was open before the installation does not know yet.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help run demo screenshots test stress soak fuzz lint audit deny mutants ablation bench tables figures film scale peers spirv shaders structure setup clean
+.PHONY: help run demo screenshots test python stress soak fuzz lint audit deny mutants ablation bench tables figures film scale peers spirv shaders structure setup clean
 
 help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
 	@echo 'make demo   open the window'
 	@echo 'make screenshots pictures of the window, into docs/images'
 	@echo 'make test   all tests but those of make stress and make soak; prints the twenty slowest'
+	@echo 'make python build the Python package into out/python-venv and test it (needs python3)'
 	@echo 'make stress full sizes of the tests of docs/numerics.md, and scenes of ten million triangles, every call and allocation that fails (8 GB of memory, forty minutes on two cores)'
 	@echo 'make soak   eight renders at once at the paper'"'"'s settings, then an hour of edits'
 	@echo 'make fuzz   readers of files from strangers, SECONDS=60 each (needs a nightly compiler)'
@@ -55,6 +56,13 @@ test:
 	@scripts/setup.sh --tests
 	@CARGO='$(CARGO)' scripts/test.sh $(TESTS)
 
+# Which tests, e.g. `make python PYTHON_TESTS=test_errors.Refusals`; PROFILE=release builds as pip does.
+PYTHON_TESTS ?=
+
+python:
+	@scripts/setup.sh --python
+	@PROFILE='$(PROFILE)' scripts/python.sh $(PYTHON_TESTS)
+
 stress:
 	@scripts/setup.sh --tests
 	$(CARGO) test --release --locked --test scene -- --ignored places_of_one_and_ten
@@ -69,6 +77,7 @@ soak:
 lint:
 	@scripts/setup.sh --lint
 	$(CARGO) fmt --all --check
+	$(CARGO) fmt --manifest-path python/Cargo.toml --check
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --workspace --no-deps
 	@scripts/check_tree.sh

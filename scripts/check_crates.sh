@@ -16,6 +16,7 @@ if ! command -v cargo-deny >/dev/null 2>&1; then
     exit
 fi
 cargo deny --locked --workspace check bans licenses sources >&2 || status=1
+cargo deny --locked --manifest-path python/Cargo.toml --config deny.toml check bans licenses sources >&2 || status=1
 # Fuzzing is no part of the program: its licences do not matter.
 cargo deny --locked --manifest-path fuzz/Cargo.toml --config deny.toml check bans sources >&2 || status=1
 if cargo deny --locked fetch db >/dev/null 2>&1; then

@@ -12,7 +12,7 @@ export LC_ALL=C.UTF-8
 cd "$(dirname "$0")/.."
 git rev-parse --is-inside-work-tree >/dev/null 2>&1 || exit 0
 
-code=(src crates glsl tests examples fuzz/src build.rs)
+code=(src crates glsl tests examples fuzz/src python build.rs)
 prose=(README.md ARCHITECTURE.md docs ':!docs/decisions/archive.md' ':!docs/glossary.md')
 status=0
 
@@ -86,7 +86,7 @@ sentences() {
 
 long_sentences() { sentences | awk '{ count = $2 } count > 40'; }
 # Doc lines of two words or fewer.
-short_docs() { git grep -nIE '^ *//[/!] +[^ ]+( [^ ]+)?$' -- src crates examples | grep -vE '# (Errors|Panics)$' || true; }
+short_docs() { git grep -nIE '^ *//[/!] +[^ ]+( [^ ]+)?$' -- src crates examples python | grep -vE '# (Errors|Panics)$' || true; }
 # Comments and prose that are longer than 100 columns; tables and links are not wrapped.
 long_comments() { git grep -nIP '^(?=.{101}) *//(?!! \|)' -- "${code[@]}" || true; }
 long_prose() {

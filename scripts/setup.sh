@@ -2,9 +2,10 @@
 # Checks for what this project needs and installs what is missing through the system's package manager.
 # Says nothing when all is there.
 #
-#   scripts/setup.sh [--lint] [--tests]
+#   scripts/setup.sh [--lint] [--tests] [--python]
 #
 #   --lint    rustfmt and clippy too, and no Vulkan
+#   --python  Python 3 with its modules venv and ensurepip too
 #   --tests   the Vulkan validation layers too and, where windows are X11's, its libraries and a display without a screen
 #
 # SETUP_DRY_RUN=1 prints the commands instead of running them. SETUP_ROOT=DIR looks for files under DIR instead of /,
@@ -12,12 +13,13 @@
 set -eu
 
 root=${SETUP_ROOT:-}
-want_lint=no want_vulkan=yes want_tests=no
+want_lint=no want_vulkan=yes want_tests=no want_python=no
 for argument in "$@"; do
     case $argument in
         --lint) want_lint=yes want_vulkan=no ;;
         --tests) want_tests=yes ;;
-        *) echo "usage: scripts/setup.sh [--lint] [--tests]" >&2; exit 2 ;;
+        --python) want_python=yes ;;
+        *) echo "usage: scripts/setup.sh [--lint] [--tests] [--python]" >&2; exit 2 ;;
     esac
 done
 
@@ -122,6 +124,9 @@ has_display() {
     [ "$(uname -s)" = Darwin ] || have Xvfb
 }
 
+# Debian's Python comes without what makes virtual environments.
+has_python() { have python3 && python3 -c 'import venv, ensurepip' 2>/dev/null; }
+
 # --- How to get the rest -------------------------------------------------------------------------------------------
 
 manager() {
@@ -157,6 +162,10 @@ packages() {
         dnf:display | zypper:display) echo xorg-x11-server-Xvfb ;;
         pacman:display) echo xorg-server-xvfb ;;
         brew:xlib | brew:display) ;;
+        apt-get:python) echo python3 python3-venv ;;
+        dnf:python | zypper:python) echo python3 python3-pip ;;
+        pacman:python | brew:python) echo python ;;
+        apk:python) echo python3 py3-pip ;;
     esac
 }
 
@@ -219,7 +228,7 @@ check_components() {
     run rustup component add rustfmt clippy
 }
 
-# Names what is missing: any of linker, loader, driver, layers, xlib, display.
+# Names what is missing: any of linker, loader, driver, layers, xlib, display, python.
 missing() {
     has_linker || echo linker
     if [ "$want_vulkan" = yes ]; then
@@ -231,6 +240,7 @@ missing() {
         has_xlib || echo xlib
         has_display || echo display
     fi
+    [ "$want_python" = no ] || has_python || echo python
 }
 
 cd "$(dirname "$0")/.."

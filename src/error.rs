@@ -71,6 +71,9 @@ pub enum Error {
     /// A comparison or a picture above the bound that the caller set.
     #[error("{0}")]
     Comparison(String),
+    /// The caller has cancelled a precomputation: [`Progress::is_cancelled`](crate::Progress).
+    #[error("the precomputation was cancelled")]
+    Cancelled,
 }
 
 impl Error {
@@ -110,11 +113,11 @@ impl Error {
         }
     }
 
-    /// The process exit code: 1 comparison failed, 2 bad input, 3 no device or display, 4 device
-    /// failure or a picture that is not finite.
+    /// The process exit code: 1 comparison failed or work cancelled, 2 bad input, 3 no device or
+    /// display, 4 device failure or a picture that is not finite.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Comparison(_) => 1,
+            Self::Comparison(_) | Self::Cancelled => 1,
             Self::Usage(_) | Self::Input { .. } | Self::Output { .. } => 2,
             Self::NoDevice(_) | Self::NoDisplay(_) => 3,
             Self::OutOfMemory(_) | Self::Vulkan { .. } | Self::NotFinite { .. } => 4,

@@ -445,7 +445,7 @@ fn read(path: &Path) -> String {
 fn unsafe_code_is_where_it_may_be() {
     const MAY: [&str; 3] = ["src/gpu/", "tests/faults/", "tests/readers/memory.rs"];
     let mut found = BTreeSet::new();
-    for folder in ["src", "crates", "tests", "examples", "fuzz/src", "fuzz/fuzz_targets"] {
+    for folder in ["src", "crates", "tests", "examples", "python/src", "fuzz/src", "fuzz/fuzz_targets"] {
         for path in rust_files(&root().join(folder)) {
             let code = read(&path);
             let code = code.lines().filter(|line| !line.trim_start().starts_with("//"));
@@ -471,4 +471,56 @@ fn unsafe_code_is_where_it_may_be() {
         library.contains("\npub mod gpu;")
             && !library.contains(concat!("#[forbid(un", "safe_code)]\npub mod gpu;"))
     );
+}
+
+/// Names that `src/lib.rs` exports, except modules.
+fn exported(library: &str) -> Vec<String> {
+    let code: String = library.lines().filter(|line| !line.starts_with("//")).collect();
+    let uses = code.split(';').filter_map(|item| item.split_once("pub use ").map(|(_, path)| path.trim()));
+    let names = |path: &str| match path.split_once('{') {
+        Some((_, list)) => list.trim_end_matches('}').split(',').map(|name| name.trim().to_owned()).collect(),
+        None => vec![path.rsplit("::").next().unwrap().to_owned()],
+    };
+    uses.flat_map(names).filter(|name| !name.is_empty()).collect()
+}
+
+#[test]
+fn the_library_has_at_most_thirty_public_items() {
+    const MOST: usize = 30;
+    let library = read(&root().join("src/lib.rs"));
+    let names = exported(&library);
+    assert!(names.iter().all(|name| name != "*"), "a glob exports any number of items");
+    assert!(names.contains(&"Renderer".to_owned()) && names.contains(&"glam".to_owned()), "{names:?}");
+    assert!(names.len() <= MOST, "{} items, {MOST} at most: {names:?}", names.len());
+    // All other public items are hidden modules.
+    let lines: Vec<&str> = library.lines().collect();
+    for (number, line) in lines.iter().enumerate().filter(|(_, line)| line.starts_with("pub ")) {
+        let attributes = lines[..number].iter().rev().take_while(|line| line.starts_with("#["));
+        let is_hidden = attributes.into_iter().any(|line| *line == "#[doc(hidden)]");
+        let is_module = line.starts_with("pub mod ");
+        assert!(
+            line.starts_with("pub use ") || (is_module && is_hidden),
+            "{line}: neither hidden nor exported"
+        );
+    }
+}
+
+/// The example shows the public interface, so it uses nothing else.
+#[test]
+fn the_example_uses_public_items_only() {
+    let names = exported(&read(&root().join("src/lib.rs")));
+    let example = read(&root().join("examples/relight.rs"));
+    let used: Vec<&str> = example.split("lightpaths::").skip(1).collect();
+    assert!(!used.is_empty());
+    for path in used {
+        let list = path.strip_prefix('{').map_or(path, |list| list.split('}').next().unwrap());
+        let parts = list.split(if path.starts_with('{') { ',' } else { ':' }).map(str::trim);
+        for name in parts.filter(|name| !name.is_empty()) {
+            let first: String = name.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            assert!(names.contains(&first), "examples/relight.rs uses `{first}`");
+            if !path.starts_with('{') {
+                break;
+            }
+        }
+    }
 }

@@ -154,6 +154,30 @@ fn only_what_is_missing_is_installed() {
 }
 
 #[test]
+fn python_is_installed_where_it_is_asked_for() {
+    let machine = Machine::empty();
+    machine.complete();
+    assert_eq!(machine.run(&[]), (Some(0), String::new(), String::new()));
+    // A Python without the modules of virtual environments.
+    machine.program("python3", "exit 1");
+    for (manager, expected) in [
+        ("apt-get", "python3 python3-venv"),
+        ("dnf", "python3 python3-pip"),
+        ("pacman", "python"),
+        ("zypper", "python3 python3-pip"),
+        ("apk", "python3 py3-pip"),
+        ("brew", "brew install python"),
+    ] {
+        let (code, out, err) =
+            outcome(machine.command(&["--python"]).env("SETUP_MANAGER", manager).output().unwrap());
+        assert_eq!((code, err.as_str()), (Some(0), "setup: missing: python\n"));
+        assert!(out.trim_end().ends_with(expected), "{out}");
+    }
+    machine.program("python3", "");
+    assert_eq!(machine.run(&["--python"]), (Some(0), String::new(), String::new()));
+}
+
+#[test]
 fn a_driver_for_absent_hardware_does_not_count() {
     let machine = Machine::empty();
     machine.complete();

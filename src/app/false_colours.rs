@@ -73,6 +73,7 @@ impl Scale {
     }
 
     /// The value at a place, 0..=1.
+    #[cfg(any(test, feature = "window"))]
     pub(super) fn value(self, place: f64) -> f64 {
         match self.low {
             0.0 => place * self.high,

@@ -174,6 +174,7 @@ impl Context {
     ///
     /// # Errors
     /// [`Error::NoDevice`] if there is no loader or no driver.
+    #[doc(hidden)]
     pub fn devices() -> Result<Vec<DeviceSummary>> {
         let instance = Instance::new(false, &[])?;
         Ok(device::candidates(&instance, None)?.into_iter().map(|candidate| candidate.summary).collect())
@@ -195,16 +196,19 @@ impl Context {
     }
 
     /// The limits of the device.
+    #[doc(hidden)]
     pub fn limits(&self) -> &Limits {
         &self.summary.limits
     }
 
     /// Tuning values in force.
+    #[doc(hidden)]
     pub fn tuning(&self) -> &Tuning {
         &self.tuned.tuning
     }
 
     /// The tuning with the source of each value.
+    #[doc(hidden)]
     pub fn tuned(&self) -> &Tuned {
         &self.tuned
     }
@@ -213,6 +217,7 @@ impl Context {
     ///
     /// # Errors
     /// [`Error::Usage`] if nothing can be stored.
+    #[doc(hidden)]
     pub fn tuning_path(&self) -> Result<&Path> {
         tuning_store::path(&self.summary)
     }
@@ -222,6 +227,7 @@ impl Context {
     ///
     /// # Errors
     /// [`Error::Output`]; [`Error::Usage`] if nothing can be stored.
+    #[doc(hidden)]
     pub fn store_tuning(&self, changes: &[TuningChange]) -> Result<&Path> {
         tuning_store::write(&self.summary, changes)
     }
@@ -232,11 +238,13 @@ impl Context {
     }
 
     /// Memory in use by buffers, and its peak.
+    #[doc(hidden)]
     pub fn memory(&self) -> MemoryUse {
         *self.memory.lock().expect("no holder panics")
     }
 
     /// Resets the peaks of [`Self::memory`] to the current use.
+    #[doc(hidden)]
     pub fn reset_memory_peak(&self) {
         let mut memory = self.memory.lock().expect("no holder panics");
         memory.peak_bytes = memory.current_bytes;
@@ -251,21 +259,25 @@ impl Context {
 
     /// Redundant barriers in the recordings since the last call, as text: they ordered no two
     /// conflicting uses. Empty when the hazard check is off.
+    #[doc(hidden)]
     pub fn take_redundant_barriers(&self) -> Vec<String> {
         std::mem::take(&mut self.redundant_barriers.lock().expect("no holder panics"))
     }
 
     /// Counts of submitted commands and of read-backs so far.
+    #[doc(hidden)]
     pub fn command_counts(&self) -> CommandCounts {
         *self.command_counts.lock().expect("no holder panics")
     }
 
     /// Number of submissions so far.
+    #[doc(hidden)]
     pub fn submission_count(&self) -> u64 {
         self.command_counts().submissions
     }
 
     /// Bytes that the host has read back from buffers so far.
+    #[doc(hidden)]
     pub fn read_back_bytes(&self) -> u64 {
         self.command_counts().read_back_bytes
     }
@@ -276,17 +288,20 @@ impl Context {
     }
 
     /// Number of pipelines that the driver has compiled for this context.
+    #[doc(hidden)]
     pub fn pipelines_made(&self) -> u32 {
         self.pipelines.made()
     }
 
     /// Wall-clock time of compiling these pipelines.
+    #[doc(hidden)]
     pub fn compile_time(&self) -> Duration {
         self.pipelines.compile_time()
     }
 
     /// The driver's statistics of pipelines created since the last call, in order of creation.
     /// `None` if the driver has no statistics, or if [`ContextOptions::statistics`] is off.
+    #[doc(hidden)]
     pub fn pipeline_statistics(&self) -> Option<Vec<PipelineStatistics>> {
         self.optional.reports_executables().then(|| self.optional.take_statistics())
     }

@@ -15,6 +15,7 @@ use crate::error::{Error, Result};
 pub const NO_COMPILER: &str =
     "this program contains no shader compiler: build it with `cargo build --release --features shaderc`";
 
+#[doc(hidden)]
 impl Context {
     /// The shader with this stem that pipelines are compiled from: the embedded one, or the one
     /// that has replaced it. Panics if there is none.

@@ -9,6 +9,7 @@ use super::timeline::Trace;
 use super::timing::PassTiming;
 use crate::error::Result;
 
+#[doc(hidden)]
 impl Context {
     /// Records commands, submits them and waits. Returns the result of `record` and the time of
     /// each pass in order. If a recording uses pipelines that are not compiled yet, it is not

@@ -58,6 +58,7 @@ struct Probes<'a> {
     sequence: u32,
 }
 
+#[doc(hidden)]
 impl Renderer {
     /// A layer of the last frame with one stage replaced by its reference. The renderer's
     /// own frame stays.

@@ -11,6 +11,7 @@ use glam::Vec3;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+#[doc(hidden)]
 impl Renderer {
     /// Fractions of the light at entry points and at pixels, 0..=1, that clamping 1/d² removes.
     /// Clamping acts near a light, where the surface point is large beside its distance. If few

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 /// the test takes every n-th entry point.
 const ASKED: usize = 1 << 22;
 
+#[doc(hidden)]
 impl Renderer {
     /// Fractions of work, 0..=1, that a frame with all lights stale skips. Also the number of entry
     /// points that no light reaches.

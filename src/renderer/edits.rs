@@ -196,11 +196,13 @@ impl Renderer {
 
     /// Whether a shader runs before the first frame. If it is replaced, the change shows in a new
     /// renderer only; of other shaders, after [`Work::Everything`].
+    #[doc(hidden)]
     pub fn runs_before_frames(stem: &str) -> bool {
         stem == FormFactors::BATCHES_STEM || precompute::STEMS.contains(&stem)
     }
 
     /// Makes the next frame do this work without a change.
+    #[doc(hidden)]
     pub fn force(&mut self, work: Work) {
         self.dirty.force(work, self.lights.active_parts().count() == 1);
     }

@@ -4,6 +4,7 @@ use super::Renderer;
 use crate::error::Result;
 use crate::scene::film::{MaterialState, State};
 
+#[doc(hidden)]
 impl Renderer {
     /// Brings the scene into this state. Unchanged properties cost nothing.
     ///

@@ -36,6 +36,7 @@ impl RecordedFrame {
     }
 }
 
+#[doc(hidden)]
 impl Renderer {
     /// Records the next frame, as [`Self::frame`] renders it. The caller submits it, then calls
     /// [`Self::fits`] if the frame has lists, [`Self::frame_is_valid`], and at last

@@ -13,6 +13,7 @@ mod gloss;
 mod image;
 mod inspect;
 mod light_cache;
+mod light_pictures;
 mod lights;
 mod liveness;
 mod meters;
@@ -25,6 +26,7 @@ mod precompute;
 mod precompute_cache;
 mod preview;
 mod quality_warnings;
+mod readings;
 mod reopen;
 mod replay;
 mod report;
@@ -39,11 +41,13 @@ pub use ablation::{Exact, Stage};
 pub use dirty::Work;
 pub use frame::RecordedFrame;
 pub use inspect::{ClusterAt, GatherRaySegment, PathPoint, RecordWeight, SurfaceAt};
+pub use light_pictures::LightPicture;
 pub use meters::Measured;
 pub use outputs::StageBuffers;
 pub use plan::{FramePlan, Gathering, LightResults, Scan, Uploads};
 pub use precompute_cache::{Store, Written, miss_reason};
 pub use preview::Preview;
+pub use readings::Reading;
 pub use report::{Columns, FrameCounts, FrameReport, Layer, Statistics};
 
 use crate::error::Result;
@@ -53,6 +57,7 @@ use crate::passes::frame::{
     antialias, blend::Blend, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
     near_lights::NearLights, path_scan::PathScan, record_tree::RecordTree, splat::Splat,
 };
+use crate::passes::precompute::begin_stage;
 use crate::passes::reflectances;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, Measure, Scene};
@@ -107,7 +112,7 @@ impl Renderer {
         start: Instant,
         progress: &mut dyn Progress,
     ) -> Result<Self> {
-        progress.stage("tables for frames", 1);
+        begin_stage(progress, "tables for frames", 1)?;
         let reach = seen::paths_to_view(&mut scene, &made)?;
         let (view, is_glossy) = (View::from(&scene.cameras[0]), made.gloss.is_some());
         let mut image = Image::new(context, &made.buffers, view, scene.quality.edge_samples, is_glossy)?;
@@ -216,8 +221,14 @@ impl Renderer {
     }
 
     /// What the next frame will do.
+    #[doc(hidden)]
     pub fn plan(&self) -> FramePlan {
         self.dirty.plan(&self.lights.traced(), self.transport.gloss.is_some())
+    }
+
+    /// Whether the picture of the last frame shows the scene as it is now.
+    pub fn is_current(&self) -> bool {
+        self.plan().is_idle()
     }
 
     /// Renders one frame: computes the stale results and everything that depends on them, in one

@@ -30,6 +30,7 @@ impl Renderer {
     }
 
     /// The displayed picture on the device, for passes and windows.
+    #[doc(hidden)]
     pub fn display_buffer(&self) -> &Buffer {
         &self.image.tonemap.display
     }
@@ -71,6 +72,15 @@ impl Renderer {
         }
     }
 
+    /// [`Layer::Position`] in the coordinates of the scene file; zero where there is no surface.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn positions_in_file(&self) -> Result<Vec<[f32; 3]>> {
+        let normals = self.layer(Layer::Normal)?;
+        Ok(self.world.scene.layer_in_file(self.layer(Layer::Position)?, &normals))
+    }
+
     /// Direct and indirect irradiance of these pixels, W/m².
     fn irradiance(&self, pixels: &[PixelSurface]) -> Result<Vec<[f32; 3]>> {
         let direct: Vec<Vec3> = self.image.direct.irradiance.read_range(0, pixels.len())?;
@@ -100,6 +110,7 @@ impl Renderer {
     ///
     /// # Errors
     /// The device failed.
+    #[doc(hidden)]
     pub fn statistics(&self) -> Result<Statistics> {
         let mut statistics = self.statistics.clone();
         let memory = self.context.memory();
@@ -147,6 +158,7 @@ impl Renderer {
     ///
     /// # Errors
     /// The device lacks memory or failed.
+    #[doc(hidden)]
     pub fn path_flux(&self) -> Result<Vec<Vec3>> {
         let flux = Buffer::storage(
             &self.context,
@@ -159,6 +171,7 @@ impl Renderer {
     }
 
     /// The buffers between the stages of a frame, for tests.
+    #[doc(hidden)]
     pub fn stages(&self) -> StageBuffers<'_> {
         StageBuffers {
             emission_scale: self.lights.emission_scale,

@@ -108,6 +108,7 @@ fn edge_counts(renderer: &Renderer, traced: &[(OneLight<'_>, &Buffer)]) -> [u64;
     [u64::from(of_edge) * u64::from(edges), of_points + rays.sum::<u64>()]
 }
 
+#[doc(hidden)]
 impl Renderer {
     /// Bytes and rays of the passes that ran.
     pub(super) fn costs(&self, plan: &FramePlan, passes: &[PassTiming]) -> (Account, Account) {

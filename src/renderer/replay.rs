@@ -6,6 +6,7 @@ use super::report::{Columns, FrameWatch};
 use super::{FrameReport, Renderer};
 use crate::error::Result;
 
+#[doc(hidden)]
 impl Renderer {
     /// Names of all passes that frames may have. The scene determines the passes of a frame.
     pub fn pass_names() -> impl Iterator<Item = &'static str> + Clone {

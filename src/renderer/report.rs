@@ -1,7 +1,9 @@
 //! Reports of frames and of the precomputation.
 
 use super::passes::{self, Column};
+use crate::error::{Error, Result};
 use crate::gpu::{Context, PassTiming};
+use crate::scene::words::unknown;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -24,6 +26,31 @@ pub enum Layer {
     Position,
     /// Distance along the viewing axis, metres, three times; infinite where the ray left the scene.
     Depth,
+}
+
+impl Layer {
+    /// All layers with their names.
+    pub const NAMED: [(&'static str, Self); 8] = [
+        ("beauty", Self::Beauty),
+        ("direct", Self::Direct),
+        ("indirect", Self::Indirect),
+        ("irradiance", Self::Irradiance),
+        ("albedo", Self::Albedo),
+        ("normal", Self::Normal),
+        ("position", Self::Position),
+        ("depth", Self::Depth),
+    ];
+}
+
+impl std::str::FromStr for Layer {
+    type Err = Error;
+
+    /// The layer with this name.
+    fn from_str(name: &str) -> Result<Self> {
+        let found = Self::NAMED.iter().find(|(known, _)| *known == name);
+        let refusal = || Error::Usage(unknown("layer", &Self::NAMED.map(|(known, _)| known), name));
+        found.map(|(_, layer)| *layer).ok_or_else(refusal)
+    }
 }
 
 /// The paper's timing columns, as milliseconds of device time. [Yue, Table 2]

@@ -140,6 +140,7 @@ fn hemisphere(origin: Vec3, normal: Vec3) -> impl Iterator<Item = RayQuery> {
     })
 }
 
+#[doc(hidden)]
 impl Renderer {
     /// Warns of lights that few light paths carry to the visible clusters. `reach` marks paths
     /// as [`Seen::paths`] does.

@@ -158,6 +158,11 @@ impl LightKind {
 }
 
 impl Light {
+    /// Whether it is on and not black.
+    pub fn is_active(&self) -> bool {
+        self.is_on && self.kind.emission() != Vec3::ZERO
+    }
+
     /// Default name of a light, by its number in the file.
     pub(super) fn unnamed(number: usize) -> String {
         format!("light{number}")

@@ -13,9 +13,11 @@ pub mod builtin;
 pub mod bvh;
 pub mod camera;
 pub mod cell_sizes;
+mod checks;
 pub mod clip;
 mod cluster_key;
 mod containers;
+mod coordinates;
 mod cutouts;
 pub mod directions;
 pub mod emission;
@@ -49,6 +51,7 @@ mod model_keys;
 mod models;
 mod mtl;
 mod mtl_draft;
+mod named;
 mod notes;
 mod numbers;
 mod obj;
@@ -81,10 +84,11 @@ mod transparency;
 pub mod unweighted;
 mod value;
 mod vertex_colours;
-mod words;
+pub(crate) mod words;
 
 pub use camera::Camera;
 pub use cell_sizes::CellSizes;
+pub use coordinates::unit_direction;
 pub use emission::Emission;
 pub use film::Film;
 pub use fit::{Place, Up};
@@ -183,6 +187,7 @@ pub struct Scene {
 
 impl Scene {
     /// Reorders the triangles; `order` lists the old indices.
+    #[doc(hidden)]
     pub fn reorder(&mut self, order: &[u32]) {
         self.triangles = order.iter().map(|&index| self.triangles[index as usize]).collect();
         if !self.texture_coordinates.is_empty() {
@@ -201,6 +206,7 @@ impl Scene {
 
     /// Extent in which rays are short enough for small cells: that of the regions with small cells,
     /// or of the whole scene, metres.
+    #[doc(hidden)]
     pub fn span_m(&self) -> f32 {
         let (low, high) = self.bounds();
         self.cell_sizes.span_m().unwrap_or_else(|| (high - low).length())
@@ -208,6 +214,7 @@ impl Scene {
 
     /// Interior viewpoints: all cameras and `places`. An enclosure without any of them is never
     /// seen and takes no part in transport. A light in it has no visible effect either.
+    #[doc(hidden)]
     pub fn viewpoints(&self) -> Vec<Vec3> {
         self.cameras
             .iter()
@@ -218,6 +225,7 @@ impl Scene {
 
     /// Number of measuring points of all meters, and of cache points at each. Zero without cache
     /// points: there is no indirect light then.
+    #[doc(hidden)]
     pub fn measuring_points(&self) -> [usize; 2] {
         let count: usize = self.meters.iter().map(Meter::count).sum();
         match self.quality.cache_points {

@@ -9,7 +9,7 @@ const MAX_WORDS_COMPARED: usize = 10_000;
 const MAX_WORDS_SHOWN: usize = 40;
 
 /// "unknown key `fov`: did you mean `fov_y`? Possible: …".
-pub(super) fn unknown(what: &str, possible: &[&str], found: &str) -> String {
+pub(crate) fn unknown(what: &str, possible: &[&str], found: &str) -> String {
     // The comparison takes the product of both lengths, so long texts are skipped.
     let is_word = |word: &str| word.len() <= MAX_HINT_BYTES;
     let words = possible.iter().filter(|word| is_word(word) && is_word(found)).take(MAX_WORDS_COMPARED);

@@ -7,13 +7,13 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use super::{Reading, active, by_meter, measure_with, open};
+use super::{active, measure_with, open};
 use crate::app::args::{CacheArgs, DeviceArgs, SceneArgs};
 use crate::app::numbers::whole;
 use crate::app::output::OutputFile;
 use crate::app::overlap;
 use crate::error::{Error, Result};
-use crate::renderer::{Measured, Renderer};
+use crate::renderer::{Measured, Reading, Renderer};
 use crate::scene::{Scene, photometry::lux};
 
 /// Measure illuminance at the light meters of a scene
@@ -115,8 +115,10 @@ fn text(scene: &Scene, results: &Results) -> String {
     );
     let percent = |part: f64, whole: f64| 100.0 * part / whole.max(f64::MIN_POSITIVE);
     let of_lights: Vec<Vec<&[Measured]>> =
-        results.by_light.iter().map(|(_, points)| by_meter(scene, points)).collect();
-    for (number, (meter, points)) in scene.meters.iter().zip(by_meter(scene, &results.all)).enumerate() {
+        results.by_light.iter().map(|(_, points)| Measured::by_meter(scene, points)).collect();
+    for (number, (meter, points)) in
+        scene.meters.iter().zip(Measured::by_meter(scene, &results.all)).enumerate()
+    {
         let (reading, [columns, rows]) = (Reading::new(points), meter.grid());
         let Reading { mean, min, max, direct, in_solids } = reading;
         let _ = write!(
@@ -142,8 +144,8 @@ fn text(scene: &Scene, results: &Results) -> String {
 
 fn document(scene: &Scene, results: &Results) -> serde_json::Value {
     let of_lights: Vec<(&String, Vec<&[Measured]>)> =
-        results.by_light.iter().map(|(name, points)| (name, by_meter(scene, points))).collect();
-    let meters = scene.meters.iter().zip(by_meter(scene, &results.all)).enumerate();
+        results.by_light.iter().map(|(name, points)| (name, Measured::by_meter(scene, points))).collect();
+    let meters = scene.meters.iter().zip(Measured::by_meter(scene, &results.all)).enumerate();
     let meters = meters.map(|(number, (meter, points))| {
         let reading = Reading::new(points);
         let Reading { mean, min, max, direct, in_solids } = reading;

@@ -1,8 +1,8 @@
 //! The search for powers and places of lights that give wanted illuminances.
 
-use super::{Reading, by_meter, least_squares, measure_with};
+use super::{least_squares, measure_with};
 use crate::error::Result;
-use crate::renderer::Renderer;
+use crate::renderer::{Measured, Reading, Renderer};
 use glam::Vec3;
 
 /// Weight of a light's change beside the relative errors. It only chooses among powers that fit the
@@ -46,7 +46,7 @@ pub(super) struct Search<'a> {
 /// Mean illuminance of each goal with these lights on, lx.
 pub(super) fn means(renderer: &mut Renderer, goals: &[Goal], on: &[usize]) -> Result<Vec<f64>> {
     let points = measure_with(renderer, |light| on.contains(&light))?;
-    let points = by_meter(renderer.scene(), &points);
+    let points = Measured::by_meter(renderer.scene(), &points);
     Ok(goals.iter().map(|goal| Reading::new(points[goal.meter]).mean).collect())
 }
 

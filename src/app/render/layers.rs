@@ -5,9 +5,7 @@ use std::borrow::Cow;
 use clap::ValueEnum;
 
 use crate::error::{Error, Result};
-use crate::renderer::{self, Renderer};
-use crate::scene::Light;
-use glam::{DVec3, Vec3};
+use crate::renderer::Renderer;
 
 /// Lights of one picture with layers: two a light, 24 bytes a pixel.
 const MAX_LIGHTS: usize = 256;
@@ -72,58 +70,25 @@ impl Aov {
     }
 }
 
-/// Places in the coordinates of the scene file; zero where there is none, as before.
-pub(super) fn in_file(mut layer: Vec<[f32; 3]>, normals: &[[f32; 3]], origin: DVec3) -> Vec<[f32; 3]> {
-    for (place, _) in layer.iter_mut().zip(normals).filter(|(_, normal)| **normal != [0.0; 3]) {
-        *place = (DVec3::from(place.map(f64::from)) + origin).as_vec3().to_array();
-    }
-    layer
-}
-
-/// Layers of each light that is on: its direct light and its indirect light, which add up to the
-/// picture. Each is a frame with the others off; light paths stay.
-///
-/// Extrapolated records are clamped at zero, so that indirect light of single lights is a little
-/// more than that of all: up to 2.5e-4 in the mean. Each pixel's difference is spread over the
-/// lights in proportion to them.
+/// Direct and indirect light of each active light, which add up to the picture.
 pub(super) fn of_lights(renderer: &mut Renderer) -> Result<Vec<Layer>> {
-    let lights = renderer.scene().lights.clone();
-    let is_active = |light: &Light| light.is_on && light.kind.emission() != Vec3::ZERO;
-    let active: Vec<usize> = (0..lights.len()).filter(|&light| is_active(&lights[light])).collect();
-    if active.len() > MAX_LIGHTS {
-        let count = active.len();
+    let count = renderer.scene().lights.iter().filter(|light| light.is_active()).count();
+    if count > MAX_LIGHTS {
         return Err(Error::Usage(format!(
             "--aov lights is for {MAX_LIGHTS} lights at most, and {count} are on"
         )));
     }
-    let names = layer_names(active.iter().map(|&light| lights[light].name.as_str()));
-    let whole = renderer.layer(renderer::Layer::Indirect)?;
-    let mut layers = Vec::with_capacity(2 * active.len());
-    for (&light, name) in active.iter().zip(names) {
-        for other in 0..lights.len() {
-            renderer.switch_light(other, other == light)?;
-        }
-        renderer.frame()?;
-        for (kind, source) in [("direct", renderer::Layer::Direct), ("indirect", renderer::Layer::Indirect)] {
-            let name = format!("light.{name}.{kind}").into();
-            layers.push(Layer { name, channels: RGB, pixels: renderer.layer(source)? });
-        }
-    }
-    scale_to(&whole, layers.iter_mut().skip(1).step_by(2).map(|layer| &mut layer.pixels[..]).collect());
-    Ok(layers)
-}
-
-/// Scales the layers at each pixel so that they add up to the whole.
-fn scale_to(whole: &[[f32; 3]], mut layers: Vec<&mut [[f32; 3]]>) {
-    for (pixel, whole) in whole.iter().enumerate() {
-        for (channel, &whole) in whole.iter().enumerate() {
-            let sum: f64 = layers.iter().map(|layer| f64::from(layer[pixel][channel])).sum();
-            let factor = if sum > 0.0 { f64::from(whole) / sum } else { 1.0 };
-            for layer in &mut layers {
-                layer[pixel][channel] = (factor * f64::from(layer[pixel][channel])) as f32;
-            }
-        }
-    }
+    let of_lights = renderer.light_pictures()?;
+    let lights = &renderer.scene().lights;
+    let names = layer_names(of_lights.iter().map(|layers| lights[layers.light].name.as_str()));
+    let both = names.into_iter().zip(of_lights).map(|(name, layers)| {
+        [("direct", layers.direct), ("indirect", layers.indirect)].map(|(kind, pixels)| Layer {
+            name: format!("light.{name}.{kind}").into(),
+            channels: RGB,
+            pixels,
+        })
+    });
+    Ok(both.flatten().collect())
 }
 
 /// Names of lights as parts of layer names, where a point separates parts. Equal names get numbers.

@@ -88,7 +88,7 @@ pub(super) fn render(
             Aov::Variance | Aov::Error | Aov::Lights | Aov::All => unreachable!("refused, or made below"),
         };
         let pixels = match source {
-            Layer::Position => layers::in_file(find(source)?, &find(Layer::Normal)?, renderer.scene().origin),
+            Layer::Position => renderer.positions_in_file()?,
             source => find(source)?,
         };
         layers.push(layer(Some(aov), pixels));

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::Rendered;
-use super::layers::{Aov, in_file, layer};
+use super::layers::{Aov, layer};
 use crate::app::args::device_label;
 use crate::error::Result;
 use crate::reference::{FirstHits, Progressive};
@@ -55,7 +55,8 @@ pub(super) fn render(
             Aov::Normal => hits.normal.clone(),
             Aov::Depth => hits.depth.clone(),
             Aov::Position => {
-                in_file(hits.position.clone(), &hits.normal, renderer.traced_scene().scene.origin)
+                let scene = &renderer.traced_scene().scene;
+                scene.layer_in_file(hits.position.clone(), &hits.normal)
             }
             Aov::Variance => renderer.variance()?,
             Aov::Irradiance | Aov::Error | Aov::Lights | Aov::All => {

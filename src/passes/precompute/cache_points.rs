@@ -7,7 +7,6 @@
 //! the camera moves. They are also clamped by the clearance of the neighbourhood, so that no record
 //! extends over surface that its own rays missed. [Krivanek 2006]
 
-use super::Progress;
 pub use super::budget::RADIUS_RANGE;
 use super::budget::{Demand, spread, total};
 pub use super::coverage::Placed;
@@ -15,6 +14,7 @@ use super::coverage::{Cover, Neighbourhood, Records, earlier_covers};
 use super::fragment_points::probed_fragments;
 use super::geometry::Geometry;
 use super::visibility::clearance::{Clearance, ClearanceProbe};
+use super::{Progress, advance, begin_stage};
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::gpu::Context;
@@ -77,7 +77,7 @@ impl SizeField {
     ) -> Result<Self> {
         let probe = ClearanceProbe::new(context, geometry.scene_size, seed)?;
         let fragments = probed_fragments(&geometry.hvds.fragments, geometry.hvds.levels[0].len());
-        progress.stage("clearances", fragments.len() as u64);
+        begin_stage(progress, "clearances", fragments.len() as u64)?;
         let samples: Vec<_> =
             fragments.par_iter().map(|&fragment| geometry.draw(fragment, 0, seed)).collect();
         let measured = probe.measure(buffers, &samples, Some(progress))?;
@@ -232,7 +232,7 @@ impl Attempt<'_> {
         progress: &mut dyn Progress,
     ) -> Result<(u64, bool)> {
         let mut candidates = self.candidates();
-        progress.stage("cache points", candidates.len() as u64);
+        begin_stage(progress, "cache points", candidates.len() as u64)?;
         let mut first = 0;
         let mut has_room = true;
         while first < candidates.len() && has_room {
@@ -241,7 +241,7 @@ impl Attempt<'_> {
             let end = candidates.len().min(first + batch);
             let open = self.uncovered(records, &mut candidates[first..end], self.quality.seed, cover);
             has_room = self.accept(records, known, &open, cover)?;
-            progress.advance(end as u64);
+            advance(progress, end as u64)?;
             first = end;
         }
         Ok((candidates.len() as u64, has_room))

@@ -1,7 +1,7 @@
 //! Gather rays of all cache points: the cluster that each reads, and its weight in the gradient.
 //! [Yue §3, Figure 2] In: cache points, clusters. Out: gather rays, a row a cache point.
 
-use super::{Chunks, Progress};
+use super::{Chunks, Progress, advance, begin_stage};
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::{Error, Result};
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -228,7 +228,7 @@ pub fn trace(
         [rings, sectors, invocations, ("SKY_SIDE", packing.sky_side()), scene.textures.constant()];
     let pipeline = Pipeline::new(context, STEM, &constants)?;
     let table = RayTable::new(context, scene, point_count, hemisphere)?;
-    progress.stage("gather rays", u64::from(point_count));
+    begin_stage(progress, "gather rays", u64::from(point_count))?;
     let mut chunks = Chunks::new(64, point_count.max(1));
     for (first_point, rows, [rays, colours]) in table.buffers(point_count) {
         chunks.run_batches(rows, |first_row, parts| {
@@ -267,7 +267,7 @@ pub fn trace(
                 }
             })?;
             let count = parts.last().map_or(0, |part| part.end);
-            progress.advance(u64::from(first_point + first_row + count));
+            advance(progress, u64::from(first_point + first_row + count))?;
             Ok(timings)
         })?;
     }

@@ -1,7 +1,7 @@
 //! Light paths from all entry points. [Yue §1] In: entry points. Out: path vertices.
 
 use super::path_orders::{Vertex, WHITE};
-use super::{Chunks, Progress, each_part};
+use super::{Chunks, Progress, advance, begin_stage, each_part};
 use crate::error::{Error, Result};
 use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, HostBlock, HostUpload, PassTiming, Pipeline};
@@ -107,7 +107,7 @@ pub fn trace(
     let is_glossy = materials.iter().any(Material::may_be_glossy);
     let walk = Walk::new(context, scene, clusters, entry_points.len() as u32, is_glossy, (cell_sizes, seed))?;
     let mut chunks = Chunks::new(1 << 12, LIMIT);
-    progress.stage("light paths", live.len() as u64);
+    begin_stage(progress, "light paths", live.len() as u64)?;
     let total = live.len() as u64;
     let most = max_vertices(context.limits().device_memory_bytes);
     while !live.is_empty() {
@@ -121,7 +121,10 @@ pub fn trace(
             let count = parts.last().map_or(0, |part| part.end);
             let states = &live[first as usize..(first + count) as usize];
             let timings = walk.round(scene, clusters, (states, parts), &mut vertices, &mut survivors)?;
-            progress.advance(total - (live.len() as u64 - u64::from(first + count)) - survivors.len() as u64);
+            advance(
+                progress,
+                total - (live.len() as u64 - u64::from(first + count)) - survivors.len() as u64,
+            )?;
             Ok(timings)
         })?;
         live = survivors;

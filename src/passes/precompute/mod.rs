@@ -19,7 +19,7 @@ pub mod rays;
 mod reaches;
 pub mod visibility;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::barrier::TRANSFER_TO_TRANSFER;
 use crate::gpu::{PassTiming, Recorder};
 use std::ops::Range;
@@ -49,6 +49,29 @@ pub trait Progress {
     fn advance(&mut self, done: u64);
     /// All stages are done.
     fn finish(&mut self);
+    /// Whether the precomputation shall end early, with [`Error::Cancelled`]. It is called several
+    /// times a second, between submissions.
+    fn is_cancelled(&mut self) -> bool {
+        false
+    }
+}
+
+/// Reports steps that are done.
+///
+/// # Errors
+/// [`Error::Cancelled`] if the caller wants no more.
+fn advance(progress: &mut dyn Progress, done: u64) -> Result<()> {
+    progress.advance(done);
+    if progress.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
+}
+
+/// Starts a stage of `total` steps.
+///
+/// # Errors
+/// [`Error::Cancelled`] if the caller wants no more.
+pub fn begin_stage(progress: &mut dyn Progress, name: &str, total: u64) -> Result<()> {
+    progress.stage(name, total);
+    if progress.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
 }
 
 /// Progress that reports nothing.

@@ -15,6 +15,7 @@ pub struct ClusterAt {
     pub irradiance: Vec3,
 }
 
+#[doc(hidden)]
 impl Renderer {
     /// Number of levels of the hierarchy: the first is the base, with the finest cells; the last
     /// is the root.

@@ -47,6 +47,7 @@ pub struct RecordWeight {
     pub fraction: f32,
 }
 
+#[doc(hidden)]
 impl Renderer {
     /// The surface that a pixel of the last frame shows; pixels count from the top left corner.
     /// `None` outside the picture, if the ray left the scene, or before the first frame of this

@@ -24,6 +24,7 @@ pub struct PathPoint {
     pub throughput: Vec3,
 }
 
+#[doc(hidden)]
 impl Renderer {
     /// The entry point nearest to `position`; its index is that of its path. `None` if there are no
     /// entry points. Reads all of them.

@@ -56,6 +56,7 @@ struct Reading {
     cluster: u32,
 }
 
+#[doc(hidden)]
 impl Renderer {
     /// The gather rays of a cache point, except rays that would start into its surface. Empty if
     /// there is no such point. Traces the rays again and reads the radiance of all targets.

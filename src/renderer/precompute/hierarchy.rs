@@ -3,13 +3,13 @@
 use super::surfaces::Reachable;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
-use crate::passes::precompute::Progress;
 use crate::passes::precompute::cache_points::SizeField;
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::geometry::Geometry;
 use crate::passes::precompute::visibility::near_clusters::{self, Extent, Patch};
 use crate::passes::precompute::visibility::{Visibility, exposed_fractions, inconsistent, narrow_cavities};
+use crate::passes::precompute::{Progress, begin_stage};
 use crate::passes::{ClusterBuffers, ClusterTables};
 use crate::renderer::quality_warnings::{typical_clearance, undersampled, wide_cells};
 use crate::scene::fragment::Fragment;
@@ -39,7 +39,7 @@ pub(super) struct Cells {
 
 impl Cells {
     pub(super) fn new(scene: &Scene, reachable: &Reachable, progress: &mut dyn Progress) -> Result<Self> {
-        progress.stage("cells", 1);
+        begin_stage(progress, "cells", 1)?;
         let (low, high) = scene.bounds();
         let is_direct = is_direct(scene);
         // Clusters take most of the time of a picture with direct light alone, and none is read.

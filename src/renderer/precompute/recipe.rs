@@ -10,7 +10,7 @@ use crate::gpu::Context;
 use crate::passes::precompute::cache_points::SizeField;
 use crate::passes::precompute::path_orders::LightPaths;
 use crate::passes::precompute::visibility::accessibility::{self, Accessibility};
-use crate::passes::precompute::{Progress, entry_points, gather_rays, light_paths};
+use crate::passes::precompute::{Progress, begin_stage, entry_points, gather_rays, light_paths};
 use crate::renderer::statistics::Watch;
 use crate::scene::Scene;
 use std::sync::Arc;
@@ -38,7 +38,7 @@ pub(in crate::renderer) fn precompute(
     watch.lap("clearances");
 
     // The hierarchy, and entry points on the surface, denser where surfaces are close. [Yue §1]
-    progress.stage("entry points", 1);
+    begin_stage(progress, "entry points", 1)?;
     let (hierarchy, mut warnings) = Hierarchy::new(context, scene, &reachable, (finest, &gaps), sizes)?;
     let Hierarchy { hvds, clusters, strata, .. } = &hierarchy;
     let entry_points = entry_points::place(context, buffers, clusters, strata, seed)?;
@@ -63,7 +63,7 @@ pub(in crate::renderer) fn precompute(
         context, buffers, clusters, &points.buffer, count, hemisphere, hits, seed, progress,
     )?;
 
-    progress.stage("merged rays", 1);
+    begin_stage(progress, "merged rays", 1)?;
     // What each ray reads: a cluster, a patch of it, or one of its outgoing directions.
     let sources = Sources { reachable: &reachable, hierarchy: &hierarchy, points: &points, paths: &paths, entry_points: &entry_points };
     let targets = Targets::resolve(context, scene, sources, rays, &mut watch)?;

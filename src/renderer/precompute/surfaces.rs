@@ -6,7 +6,7 @@ use crate::gpu::Context;
 use crate::passes::SceneBuffers;
 use crate::passes::precompute::geometry::Geometry;
 use crate::passes::precompute::visibility::sides;
-use crate::passes::precompute::{Progress, rays::Rays};
+use crate::passes::precompute::{Progress, begin_stage, rays::Rays};
 use crate::renderer::enclosures::{Enclosures, lost_lights};
 use crate::renderer::statistics::Watch;
 use crate::scene::{Measure, Scene, bvh::Bvh, host_bvh::HostBvh, hvds::Hvds, solids::Solids, surfaces};
@@ -38,12 +38,12 @@ impl Reachable {
         progress: &mut dyn Progress,
         watch: &mut Watch,
     ) -> Result<Self> {
-        progress.stage("acceleration structure", 1);
+        begin_stage(progress, "acceleration structure", 1)?;
         let bvh = Bvh::build(&scene.triangles)?;
         scene.reorder(&bvh.order);
         watch.lap("acceleration structure");
 
-        progress.stage("surfaces", 1);
+        begin_stage(progress, "surfaces", 1)?;
         let of_scene = || match scene.quality.takes(Measure::Solids) {
             true => Solids::of_scene(scene),
             false => Solids::none(),

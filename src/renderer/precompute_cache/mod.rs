@@ -60,6 +60,7 @@ impl Renderer {
     ///
     /// # Errors
     /// The device lacks memory or failed; the file cannot be written.
+    #[doc(hidden)]
     pub fn store(
         context: &Arc<Context>,
         mut scene: Scene,

@@ -6,7 +6,7 @@ use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::precompute::gather_rays::Hemisphere;
-use crate::passes::precompute::{Chunks, Progress, each_part};
+use crate::passes::precompute::{Chunks, Progress, advance, each_part};
 use crate::passes::{SceneBuffers, loop_limit};
 use crate::types::CachePoint;
 use glam::Vec3;
@@ -131,7 +131,7 @@ impl ClearanceProbe {
             measured.extend(self.to_host.read::<Clearance>(count as usize));
             loop_limit::refuse(measured[first as usize..].iter().any(Clearance::is_unknown), STEM, 0)?;
             if let Some(progress) = &mut progress {
-                progress.advance(u64::from(first + count));
+                advance(&mut **progress, u64::from(first + count))?;
             }
             Ok(timings)
         })?;

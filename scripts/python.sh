@@ -13,7 +13,10 @@ venv=$PWD/out/python-venv
 # An environment that was interrupted while it was made has no such file.
 if [ ! -e "$venv"/complete ]; then
     python3 -m venv --clear "$venv"
-    "$venv"/bin/python -m pip install --quiet --disable-pip-version-check -r python/requirements-tests.txt
+    "$venv"/bin/python -m pip install --quiet --disable-pip-version-check -r python/requirements-tests.txt || {
+        echo "run: the packages of python/requirements-tests.txt cannot be installed" >&2
+        exit 75
+    }
     touch "$venv"/complete
 fi
 # Without isolation, pip uses the maturin of the environment and downloads nothing.

@@ -105,7 +105,7 @@ impl Lights {
                 }
             };
             kind.check()?;
-            state.renderer.add_light(lightpaths::Light { name: name.clone(), kind, is_on: true })
+            state.renderer.add_light(lightpaths::Light::new(name.clone(), kind))
         })?;
         self.__getitem__(py, name)
     }
@@ -152,7 +152,7 @@ impl Light {
         let (kind, found) = self.shared.with(py, |state| {
             let scene = state.renderer.scene();
             let light = &scene.lights[scene.light_named(&self.name)?];
-            Ok((light.kind, read(scene, light.kind)))
+            Ok((light.kind, read(scene, light.kind).filter(|_| has(light, what))))
         })?;
         found.ok_or_else(|| lacks(kind, what))
     }
@@ -167,14 +167,25 @@ impl Light {
         let lacking = self.shared.with(py, |state| {
             let scene = state.renderer.scene();
             let index = scene.light_named(&self.name)?;
-            let old = scene.lights[index].kind;
-            let Some(new) = edit(scene, old)? else { return Ok(Some(old)) };
-            new.check()?;
-            state.renderer.set_light(index, new)?;
+            let old = &scene.lights[index];
+            let new = edit(scene, old.kind)?.filter(|_| has(old, what));
+            let Some(kind) = new else { return Ok(Some(old.kind)) };
+            lightpaths::Light { kind, ..old.clone() }.check()?;
+            state.renderer.set_light(index, kind)?;
             Ok(None)
         })?;
         lacking.map_or(Ok(()), |kind| Err(lacks(kind, what)))
     }
+}
+
+/// Whether a light has a colour of its own: not that of a surface or of an image.
+fn has_colour(kind: LightKind) -> bool {
+    !matches!(kind, LightKind::Surface { .. } | LightKind::Sky { .. })
+}
+
+/// Whether a light of a kind that has the property has it, too.
+fn has(light: &lightpaths::Light, what: &str) -> bool {
+    light.luminaire.is_none() || !["angle", "penumbra"].contains(&what)
 }
 
 fn lacks(kind: LightKind, what: &str) -> PyErr {
@@ -238,22 +249,31 @@ impl Light {
 
     #[getter]
     fn power(&self, py: Python<'_>) -> PyResult<f64> {
-        self.get(py, "power", |_, kind| kind.power().map(|(amount, _)| amount))
+        let name = &self.name;
+        self.get(py, "power", |scene, _| {
+            let light = scene.light_named(name).ok().map(|index| &scene.lights[index]);
+            light.and_then(lightpaths::Light::power).map(|(amount, _)| amount)
+        })
     }
 
     #[setter]
     fn set_power(&self, py: Python<'_>, amount: f64) -> PyResult<()> {
-        self.edit(py, "power", |_, kind| Ok(kind.power().map(|_| kind.with_power(amount))))
+        let name = &self.name;
+        self.edit(py, "power", |scene, _| {
+            let mut light = scene.lights[scene.light_named(name)?].clone();
+            light.set_power(amount);
+            Ok(light.power().map(|_| light.kind))
+        })
     }
 
     #[getter]
     fn kelvin(&self, py: Python<'_>) -> PyResult<f64> {
-        self.get(py, "kelvin", |_, kind| kind.power().map(|_| kind.kelvin()))
+        self.get(py, "kelvin", |_, kind| has_colour(kind).then(|| kind.kelvin()))
     }
 
     #[setter]
     fn set_kelvin(&self, py: Python<'_>, kelvin: f64) -> PyResult<()> {
-        self.edit(py, "kelvin", |_, kind| Ok(kind.power().map(|_| kind.with_kelvin(kelvin))))
+        self.edit(py, "kelvin", |_, kind| Ok(has_colour(kind).then(|| kind.with_kelvin(kelvin))))
     }
 
     #[getter]

@@ -6,11 +6,26 @@ use glam::{DVec3, Vec3};
 
 use super::camera::FOV_Y;
 use super::value::{COORDINATE, POWER};
-use super::{Camera, LightKind, Material};
+use super::{Camera, Light, LightKind, Material};
 use crate::{Error, Result};
 
-impl LightKind {
+impl Light {
     /// Whether a scene file may hold this light.
+    ///
+    /// # Errors
+    /// The property that it may not hold, and its bounds.
+    pub fn check(&self) -> Result<()> {
+        let mut kind = self.kind;
+        if let (Some(_), LightKind::Spot { angle, .. }) = (&self.luminaire, &mut kind) {
+            // Its cone is that of the measurement.
+            *angle = 1.0;
+        }
+        kind.check()
+    }
+}
+
+impl LightKind {
+    /// Whether a scene file may hold such a light.
     ///
     /// # Errors
     /// The property that it may not hold, and its bounds.

@@ -18,6 +18,7 @@ mod cluster_key;
 mod containers;
 mod cutouts;
 pub mod directions;
+mod display_transform;
 pub mod emission;
 pub mod emitters;
 pub mod environment;
@@ -80,10 +81,12 @@ mod transparency;
 pub mod unweighted;
 mod value;
 mod vertex_colours;
+mod white_balance;
 mod words;
 
 pub use camera::Camera;
 pub use cell_sizes::CellSizes;
+pub use display_transform::{DisplayConstants, DisplayTransform, ToneCurve};
 pub use emission::Emission;
 pub use film::Film;
 pub use fit::{Place, Up};
@@ -98,6 +101,7 @@ pub use opacity::OpacityMaps;
 pub use panes::Pane;
 pub use quality::Quality;
 pub use texture::{Image, Texture};
+pub use white_balance::WhiteBalance;
 
 /// A triangle with its vertex attributes. Positions are recentred world space, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -79,8 +79,8 @@ pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState,
                 light.into_iter().for_each(|entry| entry.light.is_on = !entry.light.is_on);
             }
         }
-        Action::Brighter => session.exposure_stops += 0.5,
-        Action::Darker => session.exposure_stops -= 0.5,
+        Action::Brighter => session.display.exposure_stops += 0.5,
+        Action::Darker => session.display.exposure_stops -= 0.5,
         Action::Larger => ui_state.text_scale = (ui_state.text_scale * 1.1).min(3.0),
         Action::Smaller => ui_state.text_scale = (ui_state.text_scale / 1.1).max(0.5),
     }

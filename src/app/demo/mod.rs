@@ -53,7 +53,8 @@ impl Demo {
         // The window sets the size of pictures.
         let options = LoadOptions { size: None, ..self.scene_args.options() };
         let exposure = self.exposure.unwrap_or_else(|| Exposure::of_scene(&self.scene));
-        let source = Source { spec: self.scene.clone(), options, store, exposure };
+        let display = self.display_args.transform(0.0);
+        let source = Source { spec: self.scene.clone(), options, store, exposure, display };
         keep_edits(events.create_proxy());
         let mut app = App::new(self, (source, scene, watch), shaders, events.create_proxy());
         let ended = events.run_app(&mut app);

@@ -16,7 +16,7 @@ use crate::gpu::window::Verdict;
 use crate::gpu::{Buffer, Context, InFlight, PassTiming, Recorder};
 use crate::renderer::{Columns, FrameReport, Layer, Preview, RecordedFrame, Renderer, Store};
 use crate::scene::save::{PlacedModel, SceneText};
-use crate::scene::{Camera, LoadOptions, Scene};
+use crate::scene::{Camera, DisplayTransform, LoadOptions, Scene};
 pub(super) use versions::CHANGED;
 
 /// Frames whose times are kept.
@@ -31,6 +31,8 @@ pub(super) struct Source {
     pub(super) store: Option<Store>,
     /// The exposure at the start.
     pub(super) exposure: Exposure,
+    /// How radiance is displayed at the start, apart from the exposure.
+    pub(super) display: DisplayTransform,
 }
 
 /// The cost of a frame.
@@ -73,7 +75,7 @@ pub(super) struct Session {
     pub(super) is_asked: bool,
     /// The view and the size of the picture.
     pub(super) camera: Camera,
-    pub(super) exposure_stops: f32,
+    pub(super) display: DisplayTransform,
     /// The exposure that the next frame's picture replaces. `None` once it is measured.
     unmetered: Option<f32>,
     /// The line about the measured exposure, until it is printed.
@@ -144,7 +146,7 @@ impl Session {
             is_asked: false,
             document,
             camera: scene.cameras[0].clone(),
-            exposure_stops,
+            display: DisplayTransform { exposure_stops, ..source.display },
             unmetered,
             metered: None,
             weights: [1.0, 1.0],
@@ -358,10 +360,10 @@ impl Session {
 
     /// Exposes the picture by its mean, unless the user has changed the exposure.
     fn meter(&mut self, pixels: &[[f32; 3]]) {
-        if self.unmetered == Some(self.exposure_stops) {
+        if self.unmetered == Some(self.display.exposure_stops) {
             let (stops, said) = Exposure::Auto.stops(pixels);
             self.metered = said;
-            (self.exposure_stops, self.unmetered) = (stops, Some(stops));
+            (self.display.exposure_stops, self.unmetered) = (stops, Some(stops));
         }
     }
 
@@ -437,7 +439,7 @@ impl Session {
         ViewRequest {
             document: self.document.clone(),
             camera: self.camera.clone(),
-            exposure_stops: self.exposure_stops,
+            display: self.display,
             weights: self.weights,
         }
     }

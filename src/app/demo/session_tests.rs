@@ -15,7 +15,7 @@ use super::watch::Watch;
 use crate::app::exposure::Exposure;
 use crate::gpu::{Context, ContextOptions};
 use crate::renderer::{Renderer, Silent};
-use crate::scene::{LoadOptions, Quality, Scene};
+use crate::scene::{DisplayTransform, LoadOptions, Quality, Scene};
 
 /// A closed cube of two metres.
 const ROOM: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
@@ -50,7 +50,8 @@ fn open(context: &Arc<Context>, file: &Path, change: impl FnOnce(&mut Scene)) ->
     let watch = Watch::new(&spec);
     let mut scene = Scene::load(&spec, &options).unwrap();
     change(&mut scene);
-    let source = Source { spec, options, store: None, exposure: Exposure::Stops(0.0) };
+    let display = DisplayTransform::default();
+    let source = Source { spec, options, store: None, exposure: Exposure::Stops(0.0), display };
     Session::new(context, source, scene, watch, Arc::new(|| ())).unwrap()
 }
 

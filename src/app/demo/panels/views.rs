@@ -59,7 +59,7 @@ pub(super) fn views(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) 
             "Click a surface: gather rays of the nearest cache point, light path of the nearest entry point.",
         );
     }
-    let stops = &mut session.exposure_stops;
+    let stops = &mut session.display.exposure_stops;
     row(ui, "Exposure", |ui| ui.add(Slider::new(stops, EXPOSURE).step_by(0.25).suffix(" stops")));
     row(ui, "Resolution", |ui| {
         for (scale, name) in [(1.0, "full"), (0.5, "half"), (0.25, "quarter")] {

@@ -163,7 +163,7 @@ impl Session {
         let before = std::mem::replace(self, next);
         self.camera = rebase.camera(&before.camera);
         self.generation = before.generation;
-        (self.exposure_stops, self.unmetered) = (before.exposure_stops, before.unmetered);
+        (self.display, self.unmetered) = (before.display, before.unmetered);
         (self.version, self.alarm, self.times_passes) =
             (before.version, before.alarm.clone(), before.times_passes);
         let new = std::mem::replace(&mut self.said, before.said.clone());

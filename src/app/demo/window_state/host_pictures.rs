@@ -51,7 +51,7 @@ impl WindowState {
         };
         let pixels = match &error {
             Some(error) if shows_error => heatmap::of_relative_error(&error.map(found.size)),
-            _ => found.display(self.session.exposure_stops),
+            _ => found.display(&self.session.display),
         };
         self.beside.show(&self.context, &mut self.painter, shows_error, found.size, &pixels)?;
         self.ui_state.verdict = error.map(|error| Verdict {
@@ -76,7 +76,7 @@ impl WindowState {
                 if self.over.of == Some(of) {
                     return Ok(());
                 }
-                (of, cells::colours(renderer, level, self.session.exposure_stops)?)
+                (of, cells::colours(renderer, level, self.session.display.exposure_stops)?)
             }
             View::FalseColours(quantity) => {
                 let light = match self.overlays.light.take().filter(|light| light.is_of(renderer, version)) {

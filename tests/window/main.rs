@@ -12,6 +12,7 @@ mod display;
 mod faults;
 mod frames;
 mod harness;
+mod judging;
 mod keys;
 #[path = "../common/layer.rs"]
 mod layer;

@@ -1,5 +1,6 @@
 //! The UI state: the chosen item, the view, the open panels. None of it belongs to the scene.
 
+use super::levels::Levels;
 use super::mixer::Mixer;
 use crate::app::false_colours::{Quantity, Scale};
 use glam::Vec3;
@@ -31,6 +32,17 @@ pub(super) enum View {
     FalseColours(Quantity),
 }
 
+/// The picture right of the split.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Beside {
+    /// Monte Carlo of the same view.
+    MonteCarlo,
+    /// Our error, as Monte Carlo finds it.
+    Error,
+    /// A snapshot, by its identifier.
+    Snapshot(u64),
+}
+
 /// A request that the window gizmos outside of the panels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Request {
@@ -58,6 +70,12 @@ pub(super) enum Request {
     Restore,
     /// Deletes these edits.
     Discard,
+    /// Keeps the picture and its edits.
+    Snapshot,
+    /// Restores the edits of a snapshot.
+    RestoreSnapshot(u64),
+    /// Saves all snapshots as one picture.
+    ContactSheet,
 }
 
 /// Answers for a scene that has changed on disk and has unsaved edits.
@@ -77,9 +95,10 @@ pub(super) struct UiState {
     pub(super) view: View,
     pub(super) shows_panels: bool,
     pub(super) shows_help: bool,
-    /// Position of the split, 0..=1 from the left: our picture before it, Monte Carlo after it.
+    /// Position of the split, 0..=1 from the left: our picture before it, another one after it.
     /// `None`: no split.
     pub(super) split: Option<f32>,
+    pub(super) beside: Beside,
     pub(super) vsync: bool,
     /// The time of each pass is shown.
     pub(super) times_passes: bool,
@@ -100,9 +119,16 @@ pub(super) struct UiState {
     pub(super) text_scale: f32,
     pub(super) is_recording: bool,
     pub(super) is_playing: bool,
-    /// The map of our error stands in place of Monte Carlo.
-    pub(super) shows_error: bool,
     pub(super) verdict: Option<Verdict>,
+    /// The picture against the snapshot beside it.
+    pub(super) difference: Option<Difference>,
+    pub(super) shows_histogram: bool,
+    /// Stripes mark pixels without detail.
+    pub(super) shows_zebra: bool,
+    /// Levels of the picture, if the histogram is shown.
+    pub(super) levels: Option<Levels>,
+    /// The panel of snapshots opens.
+    pub(super) opens_snapshots: bool,
     /// Range of false colours. `None`: follows the next picture.
     pub(super) light_range: Option<Scale>,
     pub(super) mixer: Mixer,
@@ -118,6 +144,16 @@ pub(super) struct Verdict {
     pub(super) uncertainty: f64,
     /// Monte Carlo's own noise, a relMSE.
     pub(super) noise: f64,
+}
+
+/// The picture against a snapshot of the same size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Difference {
+    /// Version of the picture, and identifier of the snapshot.
+    pub(super) of: (u64, u64),
+    pub(super) relmse: f64,
+    /// Sum of all values over that of the snapshot, less 1.
+    pub(super) brighter: f64,
 }
 
 /// A position on a surface.
@@ -137,6 +173,7 @@ impl UiState {
             shows_panels: true,
             shows_help: false,
             split: None,
+            beside: Beside::MonteCarlo,
             vsync: true,
             times_passes: false,
             scale: 1.0,
@@ -149,11 +186,43 @@ impl UiState {
             text_scale: 1.0,
             is_recording: false,
             is_playing: false,
-            shows_error: false,
             verdict: None,
+            difference: None,
+            shows_histogram: false,
+            shows_zebra: false,
+            levels: None,
+            opens_snapshots: false,
             light_range: None,
             mixer: Mixer::default(),
         }
+    }
+}
+
+impl UiState {
+    /// Whether the window shows values that the host reads from the picture.
+    pub(super) fn reads_picture(&self) -> bool {
+        let has_colours = matches!(self.view, View::Cells(_) | View::FalseColours(_));
+        has_colours || self.shows_zebra || self.shows_histogram
+    }
+
+    /// The snapshot right of the split.
+    pub(super) fn snapshot_beside(&self) -> Option<u64> {
+        match self.beside {
+            Beside::Snapshot(id) => self.split.and(Some(id)),
+            _ => None,
+        }
+    }
+
+    /// Whether Monte Carlo, or the error that it finds, stands right of the split.
+    pub(super) fn shows_monte_carlo(&self) -> bool {
+        self.split.is_some() && self.snapshot_beside().is_none()
+    }
+
+    /// Shows the picture beside ours, or hides it if it is shown.
+    pub(super) fn toggle_beside(&mut self, beside: Beside) {
+        let is_shown = self.split.is_some() && self.beside == beside;
+        self.split = if is_shown { None } else { self.split.or(Some(0.5)) };
+        self.beside = beside;
     }
 }
 

@@ -1,19 +1,24 @@
-// Tone map: radiance to sRGB codes. Up to SHOULDER the exact sRGB curve, so that mid-grey and
-// diffuse surfaces keep their sRGB values. Above it a shoulder of continuous slope that reaches
-// white only at infinity. Rounding is dithered, so that dark gradients show no bands.
-// Deterministic. One invocation = one pixel. In: radiance (W/m²/sr), exposure. Out: R | G << 8 | B
-// << 16 | 255 << 24.
+// Tone map: radiance to sRGB codes, in four steps: exposure, white balance, tone curve, and the
+// sRGB curve. Rounding is dithered, so that dark gradients show no bands. Deterministic.
+// One invocation = one pixel. In: radiance (W/m²/sr), a display transform. Out: R | G << 8 |
+// B << 16 | 255 << 24.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/dispatch.glsl"
 #include "include/sampling.glsl"
+#include "include/tone_curves.glsl"
 
 layout(local_size_x = 64) in;
 
 struct TonemapPush {
     uint pixel_count;
     float scale;  // 2^exposure
+    uint curve;
+    uint is_balanced;  // 1: the three rows below are the white balance
+    vec3 red;  // linear Rec.709 from linear Rec.709
+    vec3 green;
+    vec3 blue;
 };
 
 layout(scalar, binding = 0) readonly buffer Radiance { vec3 radiance[]; };
@@ -22,10 +27,23 @@ layout(scalar, push_constant) uniform Push { TonemapPush push; };
 
 const float SHOULDER = 0.8;
 
-// The code of a linear value before it is rounded, 0..=255. Negative values and NaN give 0.
-float display_code(float linear) {
+// The standard curve: the identity up to SHOULDER, so that mid-grey and diffuse surfaces keep their
+// sRGB values. Above it a shoulder of continuous slope that reaches white only at infinity.
+float standard_curve(float linear) {
     float beyond = (linear - SHOULDER) / (1.0 - SHOULDER);
-    float toned = linear > SHOULDER ? 1.0 - (1.0 - SHOULDER) / (1.0 + beyond) : linear;
+    return linear > SHOULDER ? 1.0 - (1.0 - SHOULDER) / (1.0 + beyond) : linear;
+}
+
+vec3 toned(vec3 linear) {
+    if (push.curve == CURVE_NONE) return linear;
+    if (push.curve == CURVE_FILMIC) return filmic_curve(bounded(linear));
+    if (push.curve == CURVE_ACES) return aces_curve(bounded(linear));
+    if (push.curve == CURVE_AGX) return agx_curve(bounded(linear));
+    return vec3(standard_curve(linear.r), standard_curve(linear.g), standard_curve(linear.b));
+}
+
+// The sRGB code of a display value before it is rounded, 0..=255. Negative values and NaN give 0.
+float display_code(float toned) {
     // White stays exact, whatever the error of the device's pow.
     if (toned >= 1.0) return 255.0;
     float code = toned <= 0.0031308 ? 12.92 * toned : 1.055 * pow(toned, 1.0 / 2.4) - 0.055;
@@ -49,6 +67,12 @@ void main() {
     uint index = flat_invocation();
     if (index >= push.pixel_count) return;
     vec3 value = push.scale * radiance[index];
+    if (push.is_balanced != 0u) {
+        // Without bounds, an infinite channel would make others NaN.
+        value = bounded(value);
+        value = vec3(dot(push.red, value), dot(push.green, value), dot(push.blue, value));
+    }
+    value = toned(value);
     uint red = dithered(display_code(value.r), index, 0u);
     uint green = dithered(display_code(value.g), index, 1u);
     uint blue = dithered(display_code(value.b), index, 2u);

@@ -4,14 +4,16 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
+use super::display_args::DisplayArgs;
 use super::exposure::Exposure;
 use super::numbers::parse_bound;
 use super::output::OutputFile;
 use super::{heatmap, overlap};
-use crate::cpu::tonemap::display_value;
+use crate::cpu::tonemap::display_values;
 use crate::error::{Error, Result};
 use crate::image::{self, Picture, write_png};
 use crate::metrics::{self, Comparison, PIXELS_PER_DEGREE, ZTest};
+use crate::scene::DisplayTransform;
 
 /// Compare an image with a reference
 ///
@@ -49,6 +51,8 @@ pub(super) struct Compare {
     /// the image, becomes middle grey [default: 0]
     #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = Exposure::parse)]
     exposure: Option<Exposure>,
+    #[command(flatten)]
+    display_args: DisplayArgs,
     /// Sets the difference of each value in relation to the noise that both images state
     #[arg(long)]
     z_test: bool,
@@ -81,7 +85,8 @@ impl Compare {
         let exposure = self.exposure.unwrap_or(Exposure::Stops(0.0));
         let (stops, said) = exposed.map_or((0.0, None), |picture| exposure.stops(&picture.pixels));
         said.iter().for_each(|line| super::note(&format!("lightpaths: {line}")));
-        let [shown, shown_reference] = [&image, &reference].map(|picture| display(picture, stops));
+        let shown_as = self.display_args.transform(stops);
+        let [shown, shown_reference] = [&image, &reference].map(|picture| display(picture, &shown_as));
         let flip = metrics::flip_map(&shown, &shown_reference, image.size, PIXELS_PER_DEGREE);
         let (v, r) = (&image.pixels, &reference.pixels);
         let comparison = Comparison {
@@ -179,17 +184,18 @@ fn same_window((image, a): (&Path, &Picture), (reference, b): (&Path, &Picture))
 }
 
 /// The displayed sRGB values, 0..=1.
-pub(super) fn display(picture: &Picture, stops: f32) -> Vec<[f32; 3]> {
+fn display(picture: &Picture, shown_as: &DisplayTransform) -> Vec<[f32; 3]> {
     match &picture.display {
         Some(display) => display.clone(),
-        None => displayed(&picture.pixels, stops),
+        None => displayed(&picture.pixels, shown_as),
     }
 }
 
 /// The displayed sRGB values of linear values, 0..=1.
-pub(super) fn displayed(pixels: &[[f32; 3]], stops: f32) -> Vec<[f32; 3]> {
-    let code = |value: f32| f32::from(display_value(value * stops.exp2())) / 255.0;
-    pixels.iter().map(|pixel| pixel.map(code)).collect()
+pub(super) fn displayed(pixels: &[[f32; 3]], shown_as: &DisplayTransform) -> Vec<[f32; 3]> {
+    let constants = shown_as.constants();
+    let codes = pixels.iter().map(|pixel| display_values(&constants, *pixel));
+    codes.map(|codes| codes.map(|code| f32::from(code) / 255.0)).collect()
 }
 
 fn text(comparison: &Comparison, z_test: Option<&ZTest>) -> String {

@@ -16,6 +16,7 @@ mod capture;
 mod compare;
 #[cfg(feature = "window")]
 mod demo;
+mod display_args;
 mod estimate;
 mod exposure;
 mod false_colours;

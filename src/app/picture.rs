@@ -8,6 +8,7 @@ use crate::gpu::{Buffer, Context};
 use crate::image::{self, ExrLayer};
 use crate::passes::GrowsWith;
 use crate::passes::frame::tonemap::Tonemap;
+use crate::scene::DisplayTransform;
 
 /// The layer that is infinite where a camera ray leaves the scene.
 const DEPTH: &str = "depth";
@@ -40,11 +41,11 @@ fn refuse(size: [u32; 2], layer: &str, pixels: &[[f32; 3]], is_good: impl Fn(f32
 pub(super) fn tone_mapped(
     context: &Arc<Context>,
     pixels: &[[f32; 3]],
-    exposure_stops: f32,
+    display: &DisplayTransform,
 ) -> Result<Vec<[u8; 4]>> {
     let tonemap = Tonemap::new(context, pixels.len() as u32)?;
     let radiance = Buffer::from_slice(context, GrowsWith::Pixels.named("radiance"), pixels)?;
-    context.run(|rec| tonemap.record(rec, &radiance, exposure_stops))?;
+    context.run(|rec| tonemap.record(rec, &radiance, display))?;
     tonemap.display.read()
 }
 

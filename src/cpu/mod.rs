@@ -49,4 +49,5 @@ pub mod splat;
 pub mod splat_apply;
 pub mod textures;
 pub mod tile_sort;
+mod tone_curves;
 pub mod tonemap;

@@ -1,27 +1,42 @@
 //! Reference of the tone map.
 
 use super::sampling::hash;
+use super::tone_curves::{bounded, standard, toned};
+use crate::scene::DisplayConstants;
+use glam::Vec3;
 
-/// Below this display value the tone map is the identity; above it, highlights roll off.
-const SHOULDER: f32 = 0.8;
-
-/// The 8-bit sRGB code of a linear value. Up to 0.8 the exact sRGB curve, so that mid-grey and
-/// diffuse surfaces keep their sRGB values. Above it a shoulder of continuous slope that reaches
-/// white only at infinity, so that highlights keep their shape. Negative values and NaN give 0.
+/// The 8-bit sRGB code of a linear value, by the standard tone curve. Negative and NaN give 0.
 ///
 /// Rounds to the nearest code, for measurements. Images use [`dithered`].
 pub fn display_value(linear: f32) -> u8 {
-    (display_code(linear) + 0.5) as u8
+    rounded(code(standard(linear)))
 }
 
-/// The code before it is rounded, 0..=255.
-fn display_code(linear: f32) -> f32 {
-    let toned = if linear > SHOULDER {
-        let beyond = (linear - SHOULDER) / (1.0 - SHOULDER);
-        1.0 - (1.0 - SHOULDER) / (1.0 + beyond)
-    } else {
-        linear
-    };
+/// The 8-bit sRGB codes of a radiance, rounded to the nearest.
+pub fn display_values(display: &DisplayConstants, radiance: [f32; 3]) -> [u8; 3] {
+    display_codes(display, radiance).map(rounded)
+}
+
+fn rounded(code: f32) -> u8 {
+    (code + 0.5) as u8
+}
+
+/// The exposed and balanced value of a radiance: input of the tone curve.
+pub fn exposed(display: &DisplayConstants, radiance: [f32; 3]) -> Vec3 {
+    let linear = display.scale * Vec3::from(radiance);
+    match display.white_balance {
+        Some(matrix) => matrix * bounded(linear),
+        None => linear,
+    }
+}
+
+/// The codes before they are rounded, 0..=255.
+fn display_codes(display: &DisplayConstants, radiance: [f32; 3]) -> [f32; 3] {
+    toned(display.tone, exposed(display, radiance)).to_array().map(code)
+}
+
+/// The sRGB code of a display value. Negative values and NaN give 0.
+fn code(toned: f32) -> f32 {
     // White stays exact, whatever the error of a device's `pow`.
     if toned >= 1.0 {
         return 255.0;
@@ -35,7 +50,7 @@ fn dither_noise(pixel: u32, channel: u32) -> f32 {
     (hash(pixel.wrapping_mul(3).wrapping_add(channel)) >> 16) as f32 / 65_536.0
 }
 
-/// The sRGB codes R, G, B, 255 of a pixel, given by its index in the image: as [`display_value`],
+/// The sRGB codes R, G, B, 255 of a pixel, given by its index in the image: as [`display_values`],
 /// but rounded up or down so that the mean over an area is the value. Gradients of less than a code
 /// a pixel show no bands.
 ///
@@ -43,9 +58,10 @@ fn dither_noise(pixel: u32, channel: u32) -> f32 {
 /// neighbour's, which is high-frequency noise. Near black and white it narrows to the uniform
 /// number alone, because clamping a triangle would shift the mean. Black and white are exact. The
 /// same image always has the same codes.
-pub fn dithered(pixel: u32, linear: [f32; 3]) -> [u8; 4] {
+pub fn dithered(pixel: u32, display: &DisplayConstants, radiance: [f32; 3]) -> [u8; 4] {
+    let codes = display_codes(display, radiance);
     let [r, g, b] = [0, 1, 2].map(|channel| {
-        let code = display_code(linear[channel as usize]);
+        let code = codes[channel as usize];
         let width = (2.0 * code.min(255.0 - code)).clamp(0.0, 1.0);
         let next = dither_noise(pixel.wrapping_add(1), channel);
         let noise = dither_noise(pixel, channel) + width * (0.5 - next);
@@ -62,6 +78,16 @@ fn srgb_from_linear(linear: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{DisplayTransform, ToneCurve, WhiteBalance};
+
+    fn plain() -> DisplayConstants {
+        DisplayTransform::default().constants()
+    }
+
+    /// The code of a grey before it is rounded.
+    fn display_code(linear: f32) -> f32 {
+        display_codes(&plain(), [linear; 3])[0]
+    }
 
     #[test]
     fn greys_stay_where_srgb_puts_them() {
@@ -83,9 +109,37 @@ mod tests {
         assert_eq!([f32::INFINITY, f32::MAX].map(display_value), [255; 2]);
     }
 
+    #[test]
+    fn odd_values_are_safe_in_all_transforms() {
+        for tone in ToneCurve::ALL {
+            for kelvin in [6504.0, 3000.0] {
+                let white_balance = WhiteBalance { kelvin, ..WhiteBalance::default() };
+                let display = DisplayTransform { tone, white_balance, exposure_stops: 1.0 }.constants();
+                let codes = |value: f32| display_values(&display, [value; 3]);
+                for black in [0.0, -1.0, f32::NAN, f32::NEG_INFINITY, f32::MIN] {
+                    assert_eq!(codes(black), [0; 3], "{tone:?} {black}");
+                }
+                for white in [1e12, f32::MAX, f32::INFINITY] {
+                    let [red, ..] = codes(white);
+                    assert!(red >= 254, "{tone:?} {white}: {red}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn none_clips_at_one() {
+        let display = DisplayTransform { tone: ToneCurve::None, ..DisplayTransform::default() }.constants();
+        let codes = display_values(&display, [0.18, 0.99, 1.0]);
+        assert_eq!(codes, [118, 254, 255], "the curve of IEC 61966-2-1");
+    }
+
     /// Codes of an area of one value, each channel by itself.
     fn area(linear: f32, size: u32) -> Vec<[u8; 3]> {
-        (0..size * size).map(|pixel| dithered(pixel, [linear; 3])).map(|[r, g, b, _]| [r, g, b]).collect()
+        (0..size * size)
+            .map(|pixel| dithered(pixel, &plain(), [linear; 3]))
+            .map(|[r, g, b, _]| [r, g, b])
+            .collect()
     }
 
     #[test]
@@ -124,7 +178,7 @@ mod tests {
         const HEIGHT: usize = 128;
         let linear = |x: usize| 0.02 * x as f32 / WIDTH as f32;
         let column = |x: usize| -> Vec<u8> {
-            (0..HEIGHT).map(|y| dithered((y * WIDTH + x) as u32, [linear(x); 3])[0]).collect()
+            (0..HEIGHT).map(|y| dithered((y * WIDTH + x) as u32, &plain(), [linear(x); 3])[0]).collect()
         };
         let mean = |codes: &[u8]| codes.iter().map(|&code| f64::from(code)).sum::<f64>() / HEIGHT as f64;
         let mut before = 0.0;

@@ -33,8 +33,8 @@ pub(super) struct Changes {
     pub(super) scan: Scan,
     /// The set of glossy materials, or the exponent of one.
     pub(super) lobes: bool,
-    /// The exposure of the displayed picture.
-    pub(super) exposure: bool,
+    /// How radiance is displayed.
+    pub(super) display_transform: bool,
 }
 
 impl Changes {
@@ -45,7 +45,7 @@ impl Changes {
         composition: true,
         scan: Scan::All,
         lobes: true,
-        exposure: true,
+        display_transform: true,
     };
 }
 
@@ -162,7 +162,7 @@ impl Dirty {
         let lobe_rays = changes.view || changes.lobes;
         let gloss = splat || direct_sum || lobe_rays;
         let compose = gloss || changes.composition;
-        let display = compose || changes.exposure;
+        let display = compose || changes.display_transform;
         let mut plan = FramePlan {
             // Sums take colours as push constants. Only kernels that trace to a light read the
             // table.

@@ -9,7 +9,7 @@ use crate::passes::frame::{form_factors::FormFactors, gloss::is_little};
 use crate::passes::precompute;
 use crate::passes::precompute::path_orders::editable_bits;
 use crate::scene::luminaire::Luminaire;
-use crate::scene::{Camera, Light, LightKind, Material};
+use crate::scene::{Camera, DisplayTransform, Light, LightKind, Material};
 use crate::types::View;
 use glam::Vec3;
 
@@ -183,8 +183,16 @@ impl Renderer {
 
     /// Brightens the displayed picture by `stops`, from the next frame on.
     pub fn set_exposure(&mut self, stops: f32) {
-        self.dirty.changes.exposure |= self.image.exposure_stops != stops;
-        self.image.exposure_stops = stops;
+        self.set_display_transform(DisplayTransform {
+            exposure_stops: stops,
+            ..self.image.display_transform
+        });
+    }
+
+    /// Sets how radiance is displayed, from the next frame on.
+    pub fn set_display_transform(&mut self, display: DisplayTransform) {
+        self.dirty.changes.display_transform |= self.image.display_transform != display;
+        self.image.display_transform = display;
     }
 
     /// Sets the weights of direct and indirect light, 0..=1, from the next frame on; [1, 1] is the

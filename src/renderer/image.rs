@@ -18,6 +18,7 @@ use crate::passes::frame::{
     tonemap::Tonemap,
 };
 use crate::passes::{OneLight, SceneBuffers};
+use crate::scene::DisplayTransform;
 use crate::types::View;
 use glam::Vec3;
 use std::sync::Arc;
@@ -32,7 +33,7 @@ pub(super) struct Image {
     pub(super) pixel_colours: PixelColours,
     pub(super) compose: Compose,
     pub(super) tonemap: Tonemap,
-    pub(super) exposure_stops: f32,
+    pub(super) display_transform: DisplayTransform,
     /// Weights of direct and indirect light.
     pub(super) light_weights: [f32; 2],
 }
@@ -58,7 +59,7 @@ impl Image {
             antialias,
             compose: Compose::new(context, buffers, size, is_glossy)?,
             tonemap: Tonemap::new(context, pixels)?,
-            exposure_stops: 0.0,
+            display_transform: DisplayTransform::default(),
             light_weights: [1.0, 1.0],
         })
     }
@@ -159,7 +160,7 @@ impl Image {
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if plan.display {
-            self.tonemap.record(rec, &self.compose.radiance, self.exposure_stops);
+            self.tonemap.record(rec, &self.compose.radiance, &self.display_transform);
         }
     }
 

@@ -9,7 +9,7 @@ use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::GrowsWith;
 use crate::passes::{SceneBuffers, reflectances};
-use crate::scene::{Camera, Emission, Light, Material, Scene, bvh::Bvh, surfaces};
+use crate::scene::{Camera, DisplayTransform, Emission, Light, Material, Scene, bvh::Bvh, surfaces};
 use crate::types::View;
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -61,9 +61,9 @@ impl Preview {
         camera: &Camera,
         lights: &[Light],
         materials: &[Material],
-        exposure_stops: f32,
+        display: DisplayTransform,
     ) -> Result<()> {
-        self.record(camera, lights, materials, exposure_stops)?.submit()?.wait()?;
+        self.record(camera, lights, materials, display)?.submit()?.wait()?;
         self.end_frame()
     }
 
@@ -77,13 +77,13 @@ impl Preview {
         camera: &Camera,
         lights: &[Light],
         materials: &[Material],
-        exposure_stops: f32,
+        display: DisplayTransform,
     ) -> Result<Recorder> {
         if camera.size != self.image.size() {
             (self.image, self.ambient) = images(&self.context, &self.buffers, camera)?;
             self.ambient_irradiance = Vec3::ZERO;
         }
-        (self.image.view, self.image.exposure_stops) = (View::from(camera), exposure_stops);
+        (self.image.view, self.image.display_transform) = (View::from(camera), display);
         let (image, buffers) = (&self.image, &self.buffers);
         let of_scene = lights;
         let lights = Lights::new(

@@ -39,7 +39,7 @@ impl Renderer {
         scene.reorder(&order);
         let mut opened = Self::new(&self.context, scene, progress)?;
         opened.world.enclosures.is_due = false;
-        opened.set_exposure(self.image.exposure_stops);
+        opened.set_display_transform(self.image.display_transform);
         opened.set_light_weights(self.image.light_weights);
         opened.set_skipping(self.dirty.skips);
         opened.set_serialised(self.is_serialised);

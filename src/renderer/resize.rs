@@ -37,7 +37,7 @@ impl Renderer {
     pub(super) fn replace_image(&mut self, view: View) -> Result<()> {
         let (context, buffers, quality) = (&self.context, &self.world.buffers, &self.world.scene.quality);
         let mut image = Image {
-            exposure_stops: self.image.exposure_stops,
+            display_transform: self.image.display_transform,
             light_weights: self.image.light_weights,
             ..Image::new(context, buffers, view, quality.edge_samples, self.transport.gloss.is_some())?
         };

@@ -20,6 +20,7 @@ mod containers;
 mod coordinates;
 mod cutouts;
 pub mod directions;
+mod display_transform;
 pub mod emission;
 pub mod emitters;
 pub mod environment;
@@ -84,11 +85,13 @@ mod transparency;
 pub mod unweighted;
 mod value;
 mod vertex_colours;
+mod white_balance;
 pub(crate) mod words;
 
 pub use camera::Camera;
 pub use cell_sizes::CellSizes;
 pub use coordinates::unit_direction;
+pub use display_transform::{DisplayConstants, DisplayTransform, ToneCurve};
 pub use emission::Emission;
 pub use film::Film;
 pub use fit::{Place, Up};
@@ -103,6 +106,7 @@ pub use opacity::OpacityMaps;
 pub use panes::Pane;
 pub use quality::Quality;
 pub use texture::{Image, Texture};
+pub use white_balance::WhiteBalance;
 
 /// A triangle with its vertex attributes. Positions are recentred world space, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]

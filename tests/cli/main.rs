@@ -6,6 +6,7 @@ mod cache;
 #[path = "../common/mod.rs"]
 mod common;
 mod compare;
+mod display;
 mod error;
 mod exact;
 mod film;
@@ -125,9 +126,9 @@ fn help_and_version_succeed_and_no_command_fails() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, words) in [
         (&["--help"][..], &["render", "time", "tune", "sweep", "judge", "compare", "info"][..]),
-        (&["render", "--help"], &["--aov", "--exposure", "--set"]),
+        (&["render", "--help"], &["--aov", "--exposure", "--tone", "--white-balance", "--set"]),
         (&["compare", "--help"], &["--heatmap", "--max-relmse", "--z-test"]),
-        (&["film", "--help"], &["--frames", "--format", "--video"]),
+        (&["film", "--help"], &["--frames", "--format", "--tone", "--video"]),
         (&["sweep", "--help"], &["--output", "--cache", "--seconds"]),
         (
             &["time", "--help"],

@@ -12,7 +12,7 @@ use lightpaths::passes::frame::{
     primary::Primary,
     tonemap::Tonemap,
 };
-use lightpaths::scene::{Camera, shapes};
+use lightpaths::scene::{Camera, DisplayTransform, ToneCurve, WhiteBalance, shapes};
 use lightpaths::types::{NO_SIDE, PixelSurface, View};
 
 /// Sizes around a workgroup of 8×8 pixels.
@@ -109,26 +109,37 @@ fn display_codes_equal_the_reference() {
     let mut values = vec![0.0, 0.003_130_8, 0.18, 0.8, 0.801, 1.0, 8.0, 1e30, -1.0, f32::NAN, f32::INFINITY];
     values.extend((0..4000).map(|i| i as f32 * 5e-4));
     values.resize(values.len().next_multiple_of(3), 0.5);
-    for exposure in [0.0, -2.5, 1.0] {
-        let pixels = values.len() as u32 / 3;
-        let radiance = Buffer::from_slice(&context, "radiance", &values).unwrap();
-        let pass = Tonemap::new(&context, pixels).unwrap();
-        context.run(|rec| pass.record(rec, &radiance, exposure)).unwrap();
-        let codes: Vec<[u8; 4]> = pass.display.read().unwrap();
-        let mut different = 0;
-        for (index, (codes, values)) in codes.iter().zip(values.as_chunks::<3>().0).enumerate() {
-            let scaled = values.map(|value| value * exposure.exp2());
-            let reference = cpu::tonemap::dithered(index as u32, scaled);
-            // The device's pow is accurate to a few ulps: the threshold of a code may move.
-            let is_near = codes.iter().zip(reference).all(|(code, reference)| code.abs_diff(reference) <= 1);
-            assert!(
-                is_near && codes[3] == 255,
-                "{values:?} at {exposure}: {codes:?}, {reference:?} by the reference"
-            );
-            different += usize::from(*codes != reference);
+    // Colours over 24 stops.
+    values.extend((0..1200).flat_map(|i| {
+        let value = (i as f32 / 50.0 - 16.0).exp2();
+        [[1.0, 0.3, 0.05], [0.02, 1.0, 0.4], [0.2, 0.0, 1.0]][i % 3].map(|part| part * value)
+    }));
+    let pixels = values.as_chunks::<3>().0;
+    let radiance = Buffer::from_slice(&context, "radiance", &values).unwrap();
+    let pass = Tonemap::new(&context, pixels.len() as u32).unwrap();
+    for tone in ToneCurve::ALL {
+        for (exposure_stops, kelvin, tint) in
+            [(0.0, 6504.0, 0.0), (-2.5, 6504.0, 0.0), (1.0, 2700.0, 0.0), (0.0, 9000.0, 12.0)]
+        {
+            let display =
+                DisplayTransform { exposure_stops, tone, white_balance: WhiteBalance { kelvin, tint } };
+            context.run(|rec| pass.record(rec, &radiance, &display)).unwrap();
+            let codes: Vec<[u8; 4]> = pass.display.read().unwrap();
+            let mut different = 0;
+            for (index, (codes, pixel)) in codes.iter().zip(pixels).enumerate() {
+                let reference = cpu::tonemap::dithered(index as u32, &display.constants(), *pixel);
+                // The device's pow is accurate to a few ulps: the threshold of a code may move.
+                let is_near =
+                    codes.iter().zip(reference).all(|(code, reference)| code.abs_diff(reference) <= 1);
+                assert!(
+                    is_near && codes[3] == 255,
+                    "{pixel:?} by {display:?}: {codes:?}, {reference:?} by the reference"
+                );
+                different += usize::from(*codes != reference);
+            }
+            // Different noise would change a third of the codes.
+            assert!(different <= codes.len() / 100, "{different} of {} by {display:?}", codes.len());
         }
-        // Different noise would change a third of the codes.
-        assert!(different <= codes.len() / 100, "{different} of {}", codes.len());
     }
     assert_silent(&context);
 }

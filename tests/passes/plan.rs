@@ -9,7 +9,7 @@ use lightpaths::passes::frame::needed_records::RecordRequest;
 use lightpaths::renderer::{
     FramePlan, Gathering, Layer, LightResults, Preview, RecordedFrame, Renderer, Scan, Silent,
 };
-use lightpaths::scene::{Camera, Light, LightKind, Quality, Scene, shapes};
+use lightpaths::scene::{Camera, DisplayTransform, Light, LightKind, Quality, Scene, shapes};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -119,7 +119,7 @@ fn frames_of_all_edits_are_one_submission() {
         assert_eq!(context.pipelines_made(), made, "pipelines of a second renderer");
         let mut preview = Preview::new(&context, scene.clone()).unwrap();
         let before = context.submission_count();
-        preview.frame(&camera, &lights, &scene.materials, 0.0).unwrap();
+        preview.frame(&camera, &lights, &scene.materials, DisplayTransform::default()).unwrap();
         assert_eq!(context.submission_count() - before, 1, "submissions of the preview");
         // A scene that may be glossy composes with another variant.
         let variants = u32::from(may_be_glossy);

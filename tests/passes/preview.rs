@@ -7,7 +7,7 @@ use glam::Vec3;
 use lightpaths::renderer::{Layer, Preview, Renderer, Silent};
 use lightpaths::scene::emission::Sky;
 use lightpaths::scene::environment::Environment;
-use lightpaths::scene::{Camera, Emission, Light, LightKind, Quality, Scene, shapes};
+use lightpaths::scene::{Camera, DisplayTransform, Emission, Light, LightKind, Quality, Scene, shapes};
 use std::sync::Arc;
 
 fn scene() -> Scene {
@@ -29,7 +29,7 @@ fn direct_light_is_what_the_renderer_shows_of_it() {
         let mut renderer = Renderer::new(&context(), scene.clone(), &mut Silent).unwrap();
         renderer.set_light_weights([1.0, 0.0]);
         let mut show = |camera: &Camera, lights: &[Light], stops: f32| -> [Vec<u32>; 2] {
-            preview.frame(camera, lights, &scene.materials, stops).unwrap();
+            preview.frame(camera, lights, &scene.materials, DisplayTransform::exposed(stops)).unwrap();
             renderer.resize(camera.size).unwrap();
             renderer.set_camera(camera);
             renderer.set_exposure(stops);
@@ -92,7 +92,7 @@ fn the_sky_lights_the_preview_evenly() {
     scene.lights = vec![Light::new("sky", kind)];
     let mut preview = Preview::new(&context(), scene.clone()).unwrap();
     let mut show = |lights: &[Light]| {
-        preview.frame(&scene.cameras[0], lights, &scene.materials, 0.0).unwrap();
+        preview.frame(&scene.cameras[0], lights, &scene.materials, DisplayTransform::default()).unwrap();
         preview.radiance().unwrap()
     };
     // Half of the sky's radiance at an albedo of 0.6, and the sky itself.

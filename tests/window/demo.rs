@@ -65,6 +65,10 @@ impl<'a> Demo<'a> {
     pub fn run_scaled(display: Option<&'a Display>, mut command: Command, scale: &str) -> Self {
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
         command.envs(display.map(|display| ("DISPLAY", display.name()))).env("WINIT_X11_SCALE_FACTOR", scale);
+        // The user's list of recent scenes stays as it is.
+        if !command.get_envs().any(|(name, _)| name == "LIGHTPATHS_RECENT") {
+            command.env("LIGHTPATHS_RECENT", "");
+        }
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let start = Instant::now();
         let mut child = command.spawn().unwrap();

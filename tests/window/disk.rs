@@ -24,15 +24,15 @@ const LOADED: &str = "lightpaths: s.toml has changed and was loaded again";
 const ASKED: &str = "lightpaths: s.toml has changed on disk; unsaved edits wait for an answer";
 const REFUSED: &str = "lightpaths: not loaded again: s.toml";
 
-const WHITE: &str = "[0.2, 0.2, 0.2]";
-const BLUE: &str = "[0.03, 0.03, 0.2]";
+pub(crate) const WHITE: &str = "[0.2, 0.2, 0.2]";
+pub(crate) const BLUE: &str = "[0.03, 0.03, 0.2]";
 const RED: &str = "[0.2, 0.03, 0.03]";
 
 /// A closed cube of two metres.
-const ROOM: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
+pub(crate) const ROOM: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
 f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 4 1 5 8\nf 2 3 7 6\n";
 
-fn scene(intensity: &str) -> String {
+pub(crate) fn scene(intensity: &str) -> String {
     format!(
         "[[model]]\nfile = \"room.obj\"\n[camera]\nposition = [0, 1, 0.9]\ntarget = [0, 1, 0]\n\
          [[light]]\nname = \"lamp\"\nkind = \"point\"\nposition = [0.2, 1.6, 0.1]\nintensity = {intensity}\n\
@@ -115,13 +115,13 @@ impl<'a> Desk<'a> {
 }
 
 /// Whether there is text in the colour of questions, which the room does not have.
-fn shows_question(window: &RgbImage) -> bool {
+pub(crate) fn shows_question(window: &RgbImage) -> bool {
     let part = image::imageops::crop_imm(window, 0, 0, SIDE, 40).to_image();
     let is_orange = |[r, g, b]: [u8; 3]| r > 180 && (110..200).contains(&g) && b < 60;
     part.pixels().filter(|pixel| is_orange(pixel.0)).count() > 100
 }
 
-fn is_blue(picture: &RgbImage) -> bool {
+pub(crate) fn is_blue(picture: &RgbImage) -> bool {
     let [red, _, blue] = picture.get_pixel(SIDE / 2, SIDE * 25 / 32).0.map(f64::from);
     blue > 1.5 * red
 }

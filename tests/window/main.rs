@@ -12,6 +12,7 @@ mod display;
 mod faults;
 mod frames;
 mod harness;
+mod judging;
 mod keys;
 #[path = "../common/layer.rs"]
 mod layer;
@@ -19,6 +20,7 @@ mod lights;
 mod manager;
 mod memory;
 mod monkey;
+mod opening;
 mod photographs;
 mod picture;
 mod scenarios;

@@ -7,12 +7,12 @@ use super::navigate;
 use super::panels::{fresh_light, middle_of_view};
 use super::session::Session;
 use super::shortcuts::Action;
-use super::ui_state::{Chosen, Request, UiState, View};
+use super::ui_state::{Beside, Chosen, Request, UiState, View};
 use super::viewport::Viewport;
 use crate::app::false_colours::Quantity;
-use crate::scene::Camera;
 use crate::scene::luminaire::Luminaire;
 use crate::scene::save::PlacedModel;
+use crate::scene::{Camera, ToneCurve};
 
 /// Applies one action to the session.
 pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState, viewport: &mut Viewport) {
@@ -56,11 +56,22 @@ pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState,
             };
             (ui_state.view, ui_state.light_range) = (View::FalseColours(quantity), None);
         }
-        Action::Split => ui_state.split = if ui_state.split.is_some() { None } else { Some(0.5) },
+        Action::Split if ui_state.shows_monte_carlo() => ui_state.split = None,
+        Action::Split => ui_state.toggle_beside(Beside::MonteCarlo),
         Action::ShowError => {
-            ui_state.shows_error = ui_state.split.is_none() || !ui_state.shows_error;
+            let is_shown = ui_state.split.is_some() && ui_state.beside == Beside::Error;
+            ui_state.beside = if is_shown { Beside::MonteCarlo } else { Beside::Error };
             ui_state.split = ui_state.split.or(Some(0.5));
         }
+        Action::Snapshot => ui_state.requests.push(Request::Snapshot),
+        Action::SplitSnapshot => match session.snapshots.newest().map(|newest| newest.id) {
+            _ if ui_state.snapshot_beside().is_some() => ui_state.split = None,
+            Some(newest) => ui_state.toggle_beside(Beside::Snapshot(newest)),
+            None => session.alarm("there is no snapshot: N keeps one".to_owned()),
+        },
+        Action::ContactSheet => ui_state.requests.push(Request::ContactSheet),
+        Action::Histogram => ui_state.shows_histogram = !ui_state.shows_histogram,
+        Action::Zebra => ui_state.shows_zebra = !ui_state.shows_zebra,
         Action::FrameAll => {
             let (low, high) = session.scene.bounds();
             navigate::frame_box(&mut session.camera, low, high);
@@ -83,8 +94,13 @@ pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState,
                 light.into_iter().for_each(|entry| entry.light.is_on = !entry.light.is_on);
             }
         }
-        Action::Brighter => session.exposure_stops += 0.5,
-        Action::Darker => session.exposure_stops -= 0.5,
+        Action::Brighter => session.expose(session.display.exposure_stops + 0.5),
+        Action::Darker => session.expose(session.display.exposure_stops - 0.5),
+        Action::FollowExposure => session.follow_exposure(!session.follows_exposure()),
+        Action::NextTone => {
+            let next = (session.display.tone.code() as usize + 1) % ToneCurve::ALL.len();
+            session.display.tone = ToneCurve::ALL[next];
+        }
         Action::Larger => ui_state.text_scale = (ui_state.text_scale * 1.1).min(3.0),
         Action::Smaller => ui_state.text_scale = (ui_state.text_scale / 1.1).max(0.5),
     }

@@ -3,12 +3,14 @@
 mod actions;
 mod autosave;
 mod cells;
+mod contact_sheet;
 mod dialogs;
 mod document;
 mod files;
 mod films;
 mod gizmos;
 mod host_picture;
+mod levels;
 mod light_map;
 mod mixer;
 mod navigate;
@@ -22,6 +24,7 @@ mod session;
 mod session_tests;
 mod shader_sources;
 mod shortcuts;
+mod snapshots;
 mod stage;
 mod start;
 mod ui_state;
@@ -55,7 +58,8 @@ impl Demo {
         // The window sets the size of pictures.
         let options = LoadOptions { size: None, ..self.scene_args.options() };
         let exposure = self.exposure.unwrap_or_else(|| Exposure::of_scene(&self.scene));
-        let source = Source { spec: self.scene.clone(), options, store, exposure };
+        let display = self.display_args.transform(0.0);
+        let source = Source { spec: self.scene.clone(), options, store, exposure, display };
         keep_edits(events.create_proxy());
         let mut app = App::new(self, (source, scene, watch), shaders, events.create_proxy());
         let ended = events.run_app(&mut app);

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::passes::precompute::Silent;
 use crate::reference::{PathTracer, Progressive};
-use crate::scene::Scene;
+use crate::scene::{DisplayTransform, Scene};
 
 /// Polling period of the idle thread.
 const PATIENCE: Duration = Duration::from_millis(200);
@@ -52,12 +52,12 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// sRGB codes R, G, B, 255, with the exposure of the picture beside it.
-    pub(super) fn display(&self, exposure_stops: f32) -> Vec<[u8; 4]> {
-        let scale = 0.5 * exposure_stops.exp2();
+    /// sRGB codes R, G, B, 255, displayed as the picture beside it.
+    pub(super) fn display(&self, display: &DisplayTransform) -> Vec<[u8; 4]> {
+        let display = display.constants();
         let both = self.halves[0].iter().zip(&self.halves[1]);
-        let linear = both.map(|(a, b)| [0, 1, 2].map(|channel| scale * (a[channel] + b[channel])));
-        (0..).zip(linear).map(|(pixel, linear)| dithered(pixel, linear)).collect()
+        let radiance = both.map(|(a, b)| [0, 1, 2].map(|channel| 0.5 * (a[channel] + b[channel])));
+        (0..).zip(radiance).map(|(pixel, radiance)| dithered(pixel, &display, radiance)).collect()
     }
 }
 

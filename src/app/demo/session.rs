@@ -1,5 +1,7 @@
 //! The session: the shown scene, its edits, and its picture.
 
+mod metering;
+mod snapshots;
 mod versions;
 
 use std::collections::VecDeque;
@@ -7,6 +9,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::document::{Document, History};
+use super::snapshots::Snapshots;
 use super::stage::{Progressed, Ready, Wake, Worker, record_preview};
 use super::view_request::ViewRequest;
 use super::watch::Watch;
@@ -16,7 +19,7 @@ use crate::gpu::window::Verdict;
 use crate::gpu::{Buffer, Context, InFlight, PassTiming, Recorder};
 use crate::renderer::{Columns, FrameReport, Layer, Preview, RecordedFrame, Renderer, Store};
 use crate::scene::save::{PlacedModel, SceneText};
-use crate::scene::{Camera, LoadOptions, Scene};
+use crate::scene::{Camera, DisplayTransform, LoadOptions, Scene};
 pub(super) use versions::CHANGED;
 
 /// Frames whose times are kept.
@@ -31,6 +34,8 @@ pub(super) struct Source {
     pub(super) store: Option<Store>,
     /// The exposure at the start.
     pub(super) exposure: Exposure,
+    /// How radiance is displayed at the start, apart from the exposure.
+    pub(super) display: DisplayTransform,
 }
 
 /// The cost of a frame.
@@ -66,6 +71,7 @@ pub(super) struct Session {
     pub(super) text: std::result::Result<SceneText, String>,
     pub(super) document: Document,
     pub(super) history: History,
+    pub(super) snapshots: Snapshots,
     /// The document as a file holds it: the scene's own, or the one saved last.
     saved: Document,
     pub(super) watch: Watch,
@@ -73,7 +79,9 @@ pub(super) struct Session {
     pub(super) is_asked: bool,
     /// The view and the size of the picture.
     pub(super) camera: Camera,
-    pub(super) exposure_stops: f32,
+    pub(super) display: DisplayTransform,
+    /// The exposure follows every picture.
+    follows_exposure: bool,
     /// The exposure that the next frame's picture replaces. `None` once it is measured.
     unmetered: Option<f32>,
     /// The line about the measured exposure, until it is printed.
@@ -139,12 +147,14 @@ impl Session {
         };
         Ok(Self {
             history: History::new(&document),
+            snapshots: Snapshots::default(),
             saved: document.clone(),
             watch,
             is_asked: false,
             document,
             camera: scene.cameras[0].clone(),
-            exposure_stops,
+            display: DisplayTransform { exposure_stops, ..source.display },
+            follows_exposure: false,
             unmetered,
             metered: None,
             weights: [1.0, 1.0],
@@ -338,7 +348,8 @@ impl Session {
             }
             (Stage::Ready(ready), Some(frame)) => {
                 let report = ready.renderer.end_frame(&frame, timings)?;
-                if std::mem::take(&mut self.is_unmetered) && self.unmetered.is_some() {
+                let is_first = std::mem::take(&mut self.is_unmetered);
+                if self.follows_exposure || is_first && self.unmetered.is_some() {
                     let pixels = ready.renderer.layer(Layer::Beauty)?;
                     self.meter(&pixels);
                     self.unmetered = self.unmetered.filter(|_| self.worker.is_some());
@@ -353,15 +364,6 @@ impl Session {
             }
             // Another scene or the full renderer has taken the place of the frame's own.
             _ => Ok(()),
-        }
-    }
-
-    /// Exposes the picture by its mean, unless the user has changed the exposure.
-    fn meter(&mut self, pixels: &[[f32; 3]]) {
-        if self.unmetered == Some(self.exposure_stops) {
-            let (stops, said) = Exposure::Auto.stops(pixels);
-            self.metered = said;
-            (self.exposure_stops, self.unmetered) = (stops, Some(stops));
         }
     }
 
@@ -437,7 +439,7 @@ impl Session {
         ViewRequest {
             document: self.document.clone(),
             camera: self.camera.clone(),
-            exposure_stops: self.exposure_stops,
+            display: self.display,
             weights: self.weights,
         }
     }

@@ -10,12 +10,15 @@ use tempfile::TempDir;
 
 use super::actions;
 use super::files;
+use super::recent::Recent;
 use super::session::{Session, Source};
+use super::ui_state::{Chosen, Request, UiState};
 use super::watch::Watch;
 use crate::app::exposure::Exposure;
 use crate::gpu::{Context, ContextOptions};
-use crate::renderer::{Renderer, Silent};
-use crate::scene::{LoadOptions, Quality, Scene};
+use crate::image::automatic_stops;
+use crate::renderer::{Layer, Renderer, Silent};
+use crate::scene::{DisplayTransform, LoadOptions, Quality, Scene, ToneCurve};
 
 /// A closed cube of two metres.
 const ROOM: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
@@ -50,7 +53,13 @@ fn open(context: &Arc<Context>, file: &Path, change: impl FnOnce(&mut Scene)) ->
     let watch = Watch::new(&spec);
     let mut scene = Scene::load(&spec, &options).unwrap();
     change(&mut scene);
-    let source = Source { spec, options, store: None, exposure: Exposure::Stops(0.0) };
+    let source = Source {
+        spec,
+        options,
+        store: None,
+        exposure: Exposure::Stops(0.0),
+        display: DisplayTransform::default(),
+    };
     Session::new(context, source, scene, watch, Arc::new(|| ())).unwrap()
 }
 
@@ -205,4 +214,96 @@ fn no_model_is_added_to_a_scene_whose_models_are_unknown() {
     assert_eq!(session.document.models.len(), 2);
     let (line, _) = session.alarm.as_ref().unwrap();
     assert_eq!(line, "not added: it cannot be saved");
+}
+
+#[test]
+fn a_snapshot_restores_its_edits_as_one_step() {
+    let (context, folder) = (context(), folder());
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    let first = picture(&mut session);
+    assert_eq!(session.keep_snapshot().unwrap(), "Snapshot 1");
+    let home = session.camera.position;
+    session.document.lights[0].light.is_on = false;
+    session.history.settle(&session.document);
+    session.document.materials[0].diffuse = glam::Vec3::new(0.7, 0.2, 0.2);
+    session.history.settle(&session.document);
+    session.camera.position.x += 0.1;
+    session.display = DisplayTransform { tone: ToneCurve::Agx, ..DisplayTransform::exposed(1.0) };
+    session.follow_exposure(true);
+    let edited = picture(&mut session);
+    assert!(edited != first && session.snapshots.newest().is_some_and(|kept| kept.codes == first));
+
+    session.restore_snapshot(0);
+    assert!(picture(&mut session) == first, "the picture of the snapshot");
+    assert_eq!((session.camera.position, session.follows_exposure()), (home, false));
+    assert_eq!(session.history.depths(), [3, 0], "one step");
+    session.history.undo(&mut session.document);
+    let lamp = &session.document.lights[0].light;
+    assert!(!lamp.is_on && session.document.materials[0].diffuse.x == 0.7, "the step is undone");
+
+    // Snapshots follow the scene when its file changes: a new light renumbers the others.
+    let more = "[[light]]\nname = \"new\"\nkind = \"point\"\nposition = [0, 0.5, 0]\n\
+                intensity = [0.1, 0.1, 0.1]\n[quality]";
+    fs::write(folder.path().join("s.toml"), SCENE.replace("[quality]", more)).unwrap();
+    session.reload().unwrap().unwrap();
+    let reloaded = picture(&mut session);
+    session.restore_snapshot(0);
+    let restored = picture(&mut session);
+    assert!(reloaded != first && restored == first, "the lights of the snapshot, without the new one");
+}
+
+#[test]
+fn the_exposure_follows_the_picture_until_it_is_locked() {
+    let (context, folder) = (context(), folder());
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    settle(&mut session);
+    let expected = |session: &Session| {
+        let radiance = session.renderer().unwrap().layer(Layer::Beauty).unwrap();
+        automatic_stops(&radiance)
+    };
+    assert!(session.display.exposure_stops == 0.0 && expected(&session) != 0.0);
+    session.follow_exposure(true);
+    settle(&mut session);
+    let first = session.display.exposure_stops;
+    assert_eq!(first, expected(&session));
+    // A quarter of the light is two stops.
+    for entry in &mut session.document.lights {
+        entry.light.kind = entry.light.kind.with_emission(0.25 * entry.light.kind.emission());
+    }
+    settle(&mut session);
+    assert!((session.display.exposure_stops - first - 2.0).abs() < 0.011, "{:?}", session.display);
+    session.follow_exposure(false);
+    let locked = session.display.exposure_stops;
+    session.document.lights[0].light.is_on = false;
+    settle(&mut session);
+    assert_eq!(session.display.exposure_stops, locked);
+    assert!((expected(&session) - locked).abs() > 0.05, "the picture has changed");
+    // A change by hand locks, too.
+    session.follow_exposure(true);
+    settle(&mut session);
+    session.expose(-1.0);
+    settle(&mut session);
+    assert_eq!((session.display.exposure_stops, session.follows_exposure()), (-1.0, false));
+}
+
+#[test]
+fn a_luminaire_is_added_from_its_file_and_other_files_are_refused() {
+    let (context, folder) = (context(), folder());
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    let mut ui_state = UiState::new("s", Recent::none());
+    let lamp = folder.path().join("lamp.IES");
+    let text = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 10\n0 90\n0\n500 0\n";
+    std::fs::write(&lamp, text).unwrap();
+    let before = session.document.lights.len();
+    actions::drop_file(&mut session, &mut ui_state, &lamp);
+    let added = &session.document.lights[before];
+    assert_eq!((added.light.name.as_str(), ui_state.chosen), ("lamp", Chosen::Light(added.id)));
+    assert!((added.light.luminaire.as_ref().unwrap().profile.peak_candela - 500.0).abs() < 1e-9);
+    std::fs::write(&lamp, "a poem").unwrap();
+    actions::drop_file(&mut session, &mut ui_state, &lamp);
+    assert_eq!(session.document.lights.len(), before + 1);
+    assert!(session.alarm.as_ref().unwrap().0.contains("is no photometric file"));
+    // A scene takes the place of the open one.
+    actions::drop_file(&mut session, &mut ui_state, Path::new("t.toml"));
+    assert_eq!((ui_state.to_open.as_deref(), &ui_state.requests[..]), (Some("t.toml"), &[Request::Open][..]));
 }

@@ -24,6 +24,11 @@ pub(super) enum Action {
     Split,
     ShowError,
     FalseColours,
+    Histogram,
+    Zebra,
+    Snapshot,
+    SplitSnapshot,
+    ContactSheet,
     FrameAll,
     ResetCamera,
     AddLight,
@@ -31,6 +36,8 @@ pub(super) enum Action {
     SwitchLight,
     Brighter,
     Darker,
+    FollowExposure,
+    NextTone,
     Larger,
     Smaller,
     Vsync,
@@ -57,7 +64,7 @@ const fn command(logical_key: Key, action: Action, text: &'static str) -> Bindin
 }
 
 /// All bindings. A combination stands before the shorter ones that it contains.
-pub(super) const BINDINGS: [Binding; 36] = [
+pub(super) const BINDINGS: [Binding; 43] = [
     key(Key::F1, Action::Help, "Show or hide this list"),
     key(Key::H, Action::Help, "Show or hide this list"),
     key(Key::P, Action::Panels, "Show or hide the panels"),
@@ -87,6 +94,11 @@ pub(super) const BINDINGS: [Binding; 36] = [
     key(Key::Num7, Action::ShowError, "Ours beside its error, as Monte Carlo finds it"),
     key(Key::Num8, Action::FalseColours, "Illuminance as colours; again: luminance"),
     key(Key::M, Action::Split, "Ours beside Monte Carlo"),
+    key(Key::N, Action::Snapshot, "Keep the picture and its edits as a snapshot"),
+    key(Key::B, Action::SplitSnapshot, "Ours beside the newest snapshot"),
+    key(Key::J, Action::ContactSheet, "Save all snapshots as one picture"),
+    key(Key::G, Action::Histogram, "Show or hide the histogram"),
+    key(Key::Z, Action::Zebra, "Stripes on pixels without detail, white or black"),
     key(Key::F, Action::FrameAll, "Look at all of the scene"),
     key(Key::Home, Action::ResetCamera, "Back to the scene's camera"),
     key(Key::R, Action::ResetCamera, "Back to the scene's camera"),
@@ -96,6 +108,8 @@ pub(super) const BINDINGS: [Binding; 36] = [
     key(Key::O, Action::SwitchLight, "Switch the chosen light off or on"),
     key(Key::Period, Action::Brighter, "Expose half a stop more"),
     key(Key::Comma, Action::Darker, "Expose half a stop less"),
+    key(Key::K, Action::FollowExposure, "Let the exposure follow the picture, or lock it"),
+    key(Key::T, Action::NextTone, "The next tone curve"),
     command(Key::Plus, Action::Larger, "Larger text"),
     command(Key::Minus, Action::Smaller, "Smaller text"),
     key(Key::V, Action::Vsync, "Wait for the screen, or do not"),

@@ -209,7 +209,7 @@ pub(super) fn record_preview(
     for material in &mut materials {
         material.clamp_albedo();
     }
-    preview.record(&requested.camera, &lights, &materials, requested.exposure_stops)
+    preview.record(&requested.camera, &lights, &materials, requested.display)
 }
 
 impl Ready {
@@ -224,7 +224,7 @@ impl Ready {
             renderer.resize(requested.camera.size)?;
         }
         renderer.set_camera(&requested.camera);
-        renderer.set_exposure(requested.exposure_stops);
+        renderer.set_display_transform(requested.display);
         renderer.set_light_weights(requested.weights);
         self.bring_lights_into_line(&requested.document)?;
         let refused = self.bring_materials_into_line(document)?;

@@ -8,6 +8,7 @@ use clap::Args;
 use super::session::Source;
 use super::watch::Watch;
 use crate::app::args::{CacheArgs, DeviceArgs, SceneArgs};
+use crate::app::display_args::DisplayArgs;
 use crate::app::exposure::Exposure;
 use crate::error::Error;
 use crate::scene::Scene;
@@ -25,6 +26,8 @@ pub(in crate::app) struct Demo {
     /// is there [default: 0; for a model alone: auto]
     #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = Exposure::parse)]
     pub(super) exposure: Option<Exposure>,
+    #[command(flatten)]
+    pub(super) display_args: DisplayArgs,
     /// Fills the screen
     #[arg(long)]
     pub(super) fullscreen: bool,

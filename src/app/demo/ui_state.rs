@@ -1,6 +1,7 @@
 //! The UI state: the chosen item, the view, the open panels. None of it belongs to the scene.
 
 use super::dialogs::Purpose;
+use super::levels::Levels;
 use super::mixer::Mixer;
 use super::recent::Recent;
 use crate::app::false_colours::{Quantity, Scale};
@@ -31,6 +32,17 @@ pub(super) enum View {
     Inspect,
     /// Illuminance or luminance as colours.
     FalseColours(Quantity),
+}
+
+/// The picture right of the split.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Beside {
+    /// Monte Carlo of the same view.
+    MonteCarlo,
+    /// Our error, as Monte Carlo finds it.
+    Error,
+    /// A snapshot, by its identifier.
+    Snapshot(u64),
 }
 
 /// A request that the window gizmos outside of the panels.
@@ -68,6 +80,12 @@ pub(super) enum Request {
     Restore,
     /// Deletes these edits.
     Discard,
+    /// Keeps the picture and its edits.
+    Snapshot,
+    /// Restores the edits of a snapshot.
+    RestoreSnapshot(u64),
+    /// Saves all snapshots as one picture.
+    ContactSheet,
 }
 
 /// Answers for a scene that has changed on disk and has unsaved edits.
@@ -87,9 +105,10 @@ pub(super) struct UiState {
     pub(super) view: View,
     pub(super) shows_panels: bool,
     pub(super) shows_help: bool,
-    /// Position of the split, 0..=1 from the left: our picture before it, Monte Carlo after it.
+    /// Position of the split, 0..=1 from the left: our picture before it, another one after it.
     /// `None`: no split.
     pub(super) split: Option<f32>,
+    pub(super) beside: Beside,
     pub(super) vsync: bool,
     /// The time of each pass is shown.
     pub(super) times_passes: bool,
@@ -117,9 +136,16 @@ pub(super) struct UiState {
     pub(super) text_scale: f32,
     pub(super) is_recording: bool,
     pub(super) is_playing: bool,
-    /// The map of our error stands in place of Monte Carlo.
-    pub(super) shows_error: bool,
     pub(super) verdict: Option<Verdict>,
+    /// The picture against the snapshot beside it.
+    pub(super) difference: Option<Difference>,
+    pub(super) shows_histogram: bool,
+    /// Stripes mark pixels without detail.
+    pub(super) shows_zebra: bool,
+    /// Levels of the picture, if the histogram is shown.
+    pub(super) levels: Option<Levels>,
+    /// The panel of snapshots opens.
+    pub(super) opens_snapshots: bool,
     /// Range of false colours. `None`: follows the next picture.
     pub(super) light_range: Option<Scale>,
     pub(super) mixer: Mixer,
@@ -137,6 +163,16 @@ pub(super) struct Verdict {
     pub(super) noise: f64,
 }
 
+/// The picture against a snapshot of the same size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Difference {
+    /// Version of the picture, and identifier of the snapshot.
+    pub(super) of: (u64, u64),
+    pub(super) relmse: f64,
+    /// Sum of all values over that of the snapshot, less 1.
+    pub(super) brighter: f64,
+}
+
 /// A position on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
@@ -149,20 +185,21 @@ pub(super) struct Place {
 impl UiState {
     pub(super) fn new(scene: &str, recent: Recent) -> Self {
         Self {
-            asks_to_open: false,
-            to_open: None,
-            recent,
             chosen: Chosen::Light(0),
             view: View::Beauty,
             shows_panels: true,
             shows_help: false,
             split: None,
+            beside: Beside::MonteCarlo,
             vsync: true,
             times_passes: false,
             scale: 1.0,
             place: None,
             requests: Vec::new(),
             asks_to_close: false,
+            asks_to_open: false,
+            to_open: None,
+            recent,
             asks_to_restore: false,
             save_to: format!("{scene}-edited.toml"),
             model_to_add: String::new(),
@@ -170,20 +207,56 @@ impl UiState {
             text_scale: 1.0,
             is_recording: false,
             is_playing: false,
-            shows_error: false,
             verdict: None,
+            difference: None,
+            shows_histogram: false,
+            shows_zebra: false,
+            levels: None,
+            opens_snapshots: false,
             light_range: None,
             mixer: Mixer::default(),
         }
     }
-}
 
-impl UiState {
     /// The state for another scene: what does not depend on the scene stays.
     pub(super) fn of_scene(&mut self, scene: &str) -> Self {
         let recent = std::mem::replace(&mut self.recent, Recent::none());
-        let Self { shows_panels, vsync, times_passes, scale, text_scale, .. } = *self;
-        Self { shows_panels, vsync, times_passes, scale, text_scale, ..Self::new(scene, recent) }
+        Self {
+            shows_panels: self.shows_panels,
+            vsync: self.vsync,
+            times_passes: self.times_passes,
+            scale: self.scale,
+            text_scale: self.text_scale,
+            shows_histogram: self.shows_histogram,
+            shows_zebra: self.shows_zebra,
+            ..Self::new(scene, recent)
+        }
+    }
+
+    /// Whether the window shows values that the host reads from the picture.
+    pub(super) fn reads_picture(&self) -> bool {
+        let has_colours = matches!(self.view, View::Cells(_) | View::FalseColours(_));
+        has_colours || self.shows_zebra || self.shows_histogram
+    }
+
+    /// The snapshot right of the split.
+    pub(super) fn snapshot_beside(&self) -> Option<u64> {
+        match self.beside {
+            Beside::Snapshot(id) => self.split.and(Some(id)),
+            _ => None,
+        }
+    }
+
+    /// Whether Monte Carlo, or the error that it finds, stands right of the split.
+    pub(super) fn shows_monte_carlo(&self) -> bool {
+        self.split.is_some() && self.snapshot_beside().is_none()
+    }
+
+    /// Shows the picture beside ours, or hides it if it is shown.
+    pub(super) fn toggle_beside(&mut self, beside: Beside) {
+        let is_shown = self.split.is_some() && self.beside == beside;
+        self.split = if is_shown { None } else { self.split.or(Some(0.5)) };
+        self.beside = beside;
     }
 }
 

@@ -58,7 +58,9 @@ pub(super) struct Textures {
     pub(super) picture: egui::TextureId,
     /// Colours of cells or of light, drawn over it.
     pub(super) over: Option<egui::TextureId>,
-    /// Monte Carlo, drawn beside it.
+    /// Stripes on pixels without detail, drawn over it if no colours are.
+    pub(super) zebra: Option<egui::TextureId>,
+    /// Monte Carlo or a snapshot, drawn beside it.
     pub(super) beside: Option<egui::TextureId>,
 }
 
@@ -353,12 +355,12 @@ fn size(session: &Session) -> f32 {
     (high - low).length()
 }
 
-/// Draws the picture, the cell colours over it, and Monte Carlo right of the split.
+/// Draws the picture, the colours or stripes over it, and another picture right of the split.
 fn draw(ui: &Ui, area: Rect, textures: Textures, wipe: Option<f32>) {
     let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
     let painter = ui.painter();
     painter.image(textures.picture, area, whole, Color32::WHITE);
-    if let Some(over) = textures.over {
+    if let Some(over) = textures.over.or(textures.zebra) {
         painter.image(over, area, whole, Color32::WHITE);
     }
     if let (Some(beside), Some(wipe)) = (textures.beside, wipe) {

@@ -10,6 +10,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 
 use super::args::{CacheArgs, DeviceArgs, SceneArgs, device_label};
+use super::display_args::DisplayArgs;
 use super::exposure::parse_fixed;
 use super::output::{OutputFile, create_folder};
 use super::{overlap, picture};
@@ -45,6 +46,8 @@ pub(super) struct Film {
     /// Brightens PNG frames by this many stops [default: 0]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_fixed)]
     exposure: Option<f32>,
+    #[command(flatten)]
+    display_args: DisplayArgs,
     #[command(flatten, next_help_heading = "Scene")]
     scene_args: SceneArgs,
     #[command(flatten, next_help_heading = "Kept light paths")]
@@ -65,6 +68,9 @@ impl Film {
             let message = "--exposure is for --format png; an EXR holds radiance as it is";
             return Err(Error::Usage(message.to_owned()));
         }
+        if let (Format::Exr, Some(flag)) = (self.format, self.display_args.given()) {
+            return Err(Error::Usage(format!("{flag} is for --format png; an EXR holds radiance as it is")));
+        }
         if self.format == Format::Exr && self.video.is_some_and(|video| video != Video::None) {
             let message = "--video needs --format png; an EXR is not ready to be looked at";
             return Err(Error::Usage(message.to_owned()));
@@ -79,7 +85,7 @@ impl Film {
         OutputFile::check(&self.frame_path(range.start, &film))?;
 
         let mut renderer = self.device_args.renderer_from(store.as_ref(), &context, scene)?;
-        renderer.set_exposure(self.exposure.unwrap_or(0.0));
+        renderer.set_display_transform(self.display_args.transform(self.exposure.unwrap_or(0.0)));
         renderer.set_serialised(false);
         let start = Instant::now();
         let mut times_ms = Vec::new();

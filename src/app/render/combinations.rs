@@ -78,6 +78,9 @@ impl Render {
                     "--exposure and --false-color exclude each other: --range sets its colours".to_owned(),
                 );
             }
+            if let Some(flag) = self.display_args.given() {
+                return refuse(format!("{flag} and --false-color exclude each other"));
+            }
         }
         let wants_lux = self.false_color == Some(Quantity::Lux);
         for (given, flag) in
@@ -103,6 +106,9 @@ impl Render {
         }
         if format == Format::Exr && self.exposure.is_some() {
             return refuse("--exposure is for .png outputs; an EXR holds radiance as it is".to_owned());
+        }
+        if let (Format::Exr, Some(flag)) = (format, self.display_args.given()) {
+            return refuse(format!("{flag} is for .png outputs; an EXR holds radiance as it is"));
         }
         if self.method == Method::Direct && self.aov.contains(&Aov::Indirect) {
             return refuse("--aov indirect needs --method lightpaths, path or photon".to_owned());
@@ -171,6 +177,10 @@ mod tests {
             ("-o a.png --target-ms 5 --capture c", "--capture"),
             ("-o a.exr --target-ms 5 --spp 64", "--spp"),
             ("-o a.exr --exposure 1", "--exposure"),
+            ("-o a.exr --tone agx", "--tone"),
+            ("-o a.exr --white-balance 2700", "--white-balance"),
+            ("-o a.exr --tint -5", "--tint"),
+            ("-o a.png --false-color nits --tone none", "--tone"),
             ("-o a.exr --method direct --aov direct,indirect", "indirect"),
             ("-o a.exr --stats a.exr", "two outputs"),
         ] {
@@ -178,6 +188,7 @@ mod tests {
         }
         for arguments in [
             "-o a.PNG --exposure -1.5",
+            "-o a.png --exposure auto --tone agx --white-balance 2700 --tint -5",
             "-o a.exr --exact gather --aov indirect",
             "-o a.exr --method direct --aov direct,lights",
             "-o a.exr --method path --aov all",

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use super::args::{CacheArgs, DeviceArgs, SceneArgs};
+use super::display_args::DisplayArgs;
 use super::exposure::Exposure;
 use super::false_colours::{self, Quantity, Scale};
 use super::numbers::{parse_positive, parse_seconds, whole};
@@ -67,6 +68,8 @@ pub(super) struct Render {
     /// model alone: auto]
     #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = Exposure::parse, help_heading = "Output")]
     exposure: Option<Exposure>,
+    #[command(flatten)]
+    display_args: DisplayArgs,
     /// Makes a PNG of illuminance (lux) or luminance (nits) as colours
     #[arg(long, value_name = "QUANTITY", value_enum, help_heading = "Output")]
     false_color: Option<Quantity>,
@@ -237,7 +240,8 @@ impl Render {
             let exposure = self.exposure.unwrap_or_else(|| Exposure::of_scene(&self.scene));
             let (stops, said) = exposure.stops(pixels);
             said.iter().for_each(|line| self.device_args.say(line));
-            rendered.display = picture::tone_mapped(&context, pixels, stops)?;
+            let display = self.display_args.transform(stops);
+            rendered.display = picture::tone_mapped(&context, pixels, &display)?;
         }
         self.device_args.report_validation(&context);
         Ok(rendered)

@@ -31,7 +31,7 @@ use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::image::write_png;
 use crate::renderer::Layer;
-use crate::scene::Scene;
+use crate::scene::{DisplayTransform, Scene};
 use baselines::Outcome;
 use format::Shown;
 use measure::{Judged, Measured, judge, measure};
@@ -352,7 +352,8 @@ fn shown(
 
 /// Tone-mapped sRGB codes.
 fn display(pixels: &[[f32; 3]]) -> Vec<[u8; 4]> {
-    (0..).zip(pixels).map(|(pixel, &linear)| dithered(pixel, linear)).collect()
+    let display = DisplayTransform::default().constants();
+    (0..).zip(pixels).map(|(pixel, &radiance)| dithered(pixel, &display, radiance)).collect()
 }
 
 fn png(pixels: &[[u8; 4]], size: [u32; 2]) -> Result<Vec<u8>> {

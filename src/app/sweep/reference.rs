@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::gpu::Context;
 use crate::metrics;
 use crate::reference::{PathTracer, Progressive};
-use crate::scene::Scene;
+use crate::scene::{DisplayTransform, Scene};
 
 /// A reference with its derived pictures.
 pub(super) struct Reference {
@@ -64,7 +64,7 @@ impl Reference {
         let Kept { spp, seconds, images: [a, b, _, indirect] } = kept;
         let mean: Vec<[f32; 3]> =
             a.iter().zip(&b).map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect();
-        let shown = crate::app::compare::displayed(&mean, 0.0);
+        let shown = crate::app::compare::displayed(&mean, &DisplayTransform::default());
         let flip = metrics::Flip::new(&shown, size, metrics::PIXELS_PER_DEGREE);
         let noise_relmse = metrics::half_noise([&a, &b]);
         let facts = ReferenceFacts { method: "path tracing", spp, seconds, noise_relmse, from_cache };

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::metrics;
-use crate::scene::Quality;
+use crate::scene::{DisplayTransform, Quality};
 
 /// All results of a sweep.
 #[derive(Debug, Serialize)]
@@ -213,7 +213,7 @@ impl Judge<'_> {
         picture: &[[f32; 3]],
         indirect: Option<&[[f32; 3]]>,
     ) -> (ErrorFigures, Vec<f64>) {
-        let flip = self.flip.map(&crate::app::compare::displayed(picture, 0.0));
+        let flip = self.flip.map(&crate::app::compare::displayed(picture, &DisplayTransform::default()));
         let debiased = self.debiased_relmse(picture);
         let figures = ErrorFigures {
             relmse: metrics::relmse(picture, self.mean),

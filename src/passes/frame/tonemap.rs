@@ -1,10 +1,12 @@
-//! Tone map: radiance to 8-bit sRGB. In: radiance (W/m²/sr), exposure. Out: four bytes a pixel,
-//! the last 255.
+//! Tone map: radiance to 8-bit sRGB. In: radiance (W/m²/sr), a display transform. Out: four bytes a
+//! pixel, the last 255.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
+use crate::scene::DisplayTransform;
+use glam::{Mat3, Vec3};
 use std::sync::Arc;
 
 gpu_struct! {
@@ -12,6 +14,14 @@ gpu_struct! {
         pub pixel_count: u32,
         /// Exposure factor, 2^exposure stops.
         pub scale: f32,
+        /// Code of the tone curve.
+        pub curve: u32,
+        /// 1: the rows are the white balance.
+        pub is_balanced: u32,
+        /// Rows of the white balance, linear Rec.709 from linear Rec.709.
+        pub red: Vec3,
+        pub green: Vec3,
+        pub blue: Vec3,
     }
 }
 
@@ -47,11 +57,21 @@ impl Tonemap {
     }
 
     /// Maps all pixels.
-    pub fn record(&self, rec: &mut Recorder, radiance: &Buffer, exposure_stops: f32) {
+    pub fn record(&self, rec: &mut Recorder, radiance: &Buffer, display: &DisplayTransform) {
+        let constants = display.constants();
+        let rows = constants.white_balance.unwrap_or(Mat3::IDENTITY);
         rec.pass(Self::STEM).dispatch(
             &self.pipeline,
             [self.pixel_count, 1, 1],
-            &TonemapPush { pixel_count: self.pixel_count, scale: exposure_stops.exp2() },
+            &TonemapPush {
+                pixel_count: self.pixel_count,
+                scale: constants.scale,
+                curve: constants.tone.code(),
+                is_balanced: constants.white_balance.is_some().into(),
+                red: rows.row(0),
+                green: rows.row(1),
+                blue: rows.row(2),
+            },
             &[("Radiance", radiance), ("Display", &self.display)],
         );
     }

@@ -1,5 +1,6 @@
 //! Panels beside the picture.
 
+mod exposure;
 mod help;
 mod lights;
 mod luminaire;
@@ -7,6 +8,7 @@ mod materials;
 mod models;
 mod question;
 mod scene;
+mod snapshots;
 mod timing;
 mod views;
 
@@ -66,6 +68,7 @@ pub(super) fn panels(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
         let has_several = session.document.models.len() > 1;
         section(ui, "Models", has_several, &mut |ui| models::models(ui, session, ui_state));
         section(ui, "View", true, &mut |ui| views::views(ui, session, ui_state));
+        snapshots::section(ui, session, ui_state);
         section(ui, "Time", true, &mut |ui| timing::timing(ui, session, ui_state));
         section(ui, "Scene and film", false, &mut |ui| scene::scene(ui, session, ui_state));
         said(ui, session);
@@ -124,6 +127,13 @@ pub(super) fn alarm(ctx: &egui::Context, session: &mut Session) {
         });
     });
     ctx.request_repaint_after_secs(left);
+}
+
+/// Draws the position of the split.
+pub(super) fn wipe(ui: &mut Ui, ui_state: &mut UiState) {
+    if let Some(wipe) = &mut ui_state.split {
+        row(ui, "Wipe", |ui| ui.add(egui::Slider::new(wipe, 0.0..=1.0).show_value(false)));
+    }
 }
 
 /// A row with a name before a widget.

@@ -2,14 +2,12 @@
 
 use egui::{DragValue, Slider, Ui};
 
-use super::row;
+use super::{exposure, row, wipe};
 use crate::app::demo::light_map::legend;
 use crate::app::demo::session::Session;
-use crate::app::demo::ui_state::{Request, UiState, Verdict, View};
+use crate::app::demo::ui_state::{Beside, Request, UiState, Verdict, View};
 use crate::app::false_colours::Quantity;
 use crate::app::heatmap;
-
-const EXPOSURE: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
 pub(super) fn views(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
     ui.horizontal_wrapped(|ui| {
@@ -59,8 +57,7 @@ pub(super) fn views(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) 
             "Click a surface: gather rays of the nearest cache point, light path of the nearest entry point.",
         );
     }
-    let stops = &mut session.exposure_stops;
-    row(ui, "Exposure", |ui| ui.add(Slider::new(stops, EXPOSURE).step_by(0.25).suffix(" stops")));
+    exposure::exposure(ui, session, ui_state);
     row(ui, "Resolution", |ui| {
         for (scale, name) in [(1.0, "full"), (0.5, "half"), (0.25, "quarter")] {
             ui.selectable_value(&mut ui_state.scale, scale, name);
@@ -70,22 +67,32 @@ pub(super) fn views(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) 
     if ui.checkbox(&mut vsync, "Wait for the screen").changed() {
         ui_state.requests.push(Request::Vsync);
     }
-    let mut compares = ui_state.split.is_some();
+    monte_carlo(ui, ui_state);
+}
+
+/// Draws the comparison with Monte Carlo.
+fn monte_carlo(ui: &mut Ui, ui_state: &mut UiState) {
+    let mut compares = ui_state.shows_monte_carlo();
     if ui.checkbox(&mut compares, "Compare with Monte Carlo (M)").changed() {
-        ui_state.split = compares.then_some(0.5);
+        ui_state.split = compares.then_some(ui_state.split.unwrap_or(0.5));
+        ui_state.beside = Beside::MonteCarlo;
     }
-    if let Some(wipe) = &mut ui_state.split {
-        row(ui, "Wipe", |ui| ui.add(Slider::new(wipe, 0.0..=1.0).show_value(false)));
-        ui.checkbox(&mut ui_state.shows_error, "Our error in its place (7)");
-        if ui_state.shows_error {
-            ui.small(heatmap::RELATIVE_SCALE);
+    if !ui_state.shows_monte_carlo() {
+        return;
+    }
+    wipe(ui, ui_state);
+    let mut shows_error = ui_state.beside == Beside::Error;
+    if ui.checkbox(&mut shows_error, "Our error in its place (7)").changed() {
+        ui_state.beside = if shows_error { Beside::Error } else { Beside::MonteCarlo };
+    }
+    if shows_error {
+        ui.small(heatmap::RELATIVE_SCALE);
+    }
+    match ui_state.verdict {
+        Some(Verdict { samples, relmse, uncertainty, noise }) => {
+            ui.label(format!("ours: relMSE {relmse:.1e} ± {uncertainty:.0e}"));
+            ui.label(format!("Monte Carlo: {samples} samples a pixel, noise {noise:.1e}"));
         }
-        match ui_state.verdict {
-            Some(Verdict { samples, relmse, uncertainty, noise }) => {
-                ui.label(format!("ours: relMSE {relmse:.1e} ± {uncertainty:.0e}"));
-                ui.label(format!("Monte Carlo: {samples} samples a pixel, noise {noise:.1e}"));
-            }
-            None => drop(ui.small("Monte Carlo begins.")),
-        }
+        None => drop(ui.small("Monte Carlo begins.")),
     }
 }

@@ -48,6 +48,7 @@ impl Session {
             document.models = models_of(&own, document.models.split_at(file_models));
             document
         };
+        self.snapshots.rebase(rebased, |camera| rebase.camera(camera));
         history.reload(&document, rebased, &self.document);
         self.history = history;
         Ok(Some(rebase))
@@ -121,6 +122,7 @@ impl Session {
         let (mut history, is_asked) = (self.history.clone(), self.is_asked);
         history.rebase(|document| rebase.document(document));
         self.replace(scene, watch, &rebase)?;
+        self.snapshots.rebase(|document| rebase.document(document), |camera| rebase.camera(camera));
         (self.document, self.saved, self.history) = (document, saved, history);
         self.is_asked = is_asked;
         Ok(())
@@ -157,13 +159,15 @@ impl Session {
         Ok(())
     }
 
-    /// Replaces the scene; camera and notes stay.
+    /// Replaces the scene; camera, notes and snapshots stay.
     fn replace(&mut self, scene: Scene, watch: Watch, rebase: &Rebase) -> Result<()> {
         let next = Self::new(&self.context, self.source.clone(), scene, watch, self.wake.clone())?;
         let before = std::mem::replace(self, next);
+        self.snapshots = before.snapshots;
         self.camera = rebase.camera(&before.camera);
         self.generation = before.generation;
-        (self.exposure_stops, self.unmetered) = (before.exposure_stops, before.unmetered);
+        (self.display, self.unmetered) = (before.display, before.unmetered);
+        self.follows_exposure = before.follows_exposure;
         (self.version, self.alarm, self.times_passes) =
             (before.version, before.alarm.clone(), before.times_passes);
         let new = std::mem::replace(&mut self.said, before.said.clone());

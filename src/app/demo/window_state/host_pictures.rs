@@ -2,9 +2,10 @@
 
 use super::{Over, WindowState};
 use crate::app::demo::cells;
+use crate::app::demo::levels::{Levels, zebra};
 use crate::app::demo::light_map::LightMap;
 use crate::app::demo::reference::Reference;
-use crate::app::demo::ui_state::{Verdict, View};
+use crate::app::demo::ui_state::{Beside, Verdict, View};
 use crate::app::false_colours::Scale;
 use crate::app::heatmap;
 use crate::error::Result;
@@ -15,13 +16,16 @@ impl WindowState {
     /// Shows the newest Monte Carlo picture, or our error against it, while the split view is on.
     pub(super) fn follow_reference(&mut self) -> Result<()> {
         self.leaving.take_if(|leaving| leaving.has_ended());
-        if self.ui_state.split.is_none() {
-            (self.beside.of, self.ui_state.verdict) = (None, None);
+        if !self.ui_state.shows_monte_carlo() {
+            self.ui_state.verdict = None;
             if let Some(mut reference) = self.reference.take() {
                 reference.stop();
                 self.leaving = Some(reference);
             }
-            return Ok(());
+            return self.follow_snapshot();
+        }
+        if matches!(self.beside.of, Some((Beside::Snapshot(_), _))) {
+            self.beside.of = None;
         }
         if self.session.renderer().is_none() {
             return Ok(());
@@ -37,8 +41,8 @@ impl WindowState {
         if reference.follow(&self.session) {
             (self.beside.of, self.ui_state.verdict) = (None, None);
         }
-        let shows_error = self.ui_state.shows_error;
-        if !reference.advance()? && self.beside.of == Some(shows_error) {
+        let of = (self.ui_state.beside, self.session.display);
+        if !reference.advance()? && self.beside.of == Some(of) {
             return Ok(());
         }
         let Some(found) = reference.newest() else { return Ok(()) };
@@ -50,10 +54,10 @@ impl WindowState {
             _ => None,
         };
         let pixels = match &error {
-            Some(error) if shows_error => heatmap::of_relative_error(&error.map(found.size)),
-            _ => found.display(self.session.exposure_stops),
+            Some(error) if of.0 == Beside::Error => heatmap::of_relative_error(&error.map(found.size)),
+            _ => found.display(&self.session.display),
         };
-        self.beside.show(&self.context, &mut self.painter, shows_error, found.size, &pixels)?;
+        self.beside.show(&self.context, &mut self.painter, of, found.size, &pixels)?;
         self.ui_state.verdict = error.map(|error| Verdict {
             samples: found.samples,
             relmse: error.relmse(),
@@ -76,7 +80,7 @@ impl WindowState {
                 if self.over.of == Some(of) {
                     return Ok(());
                 }
-                (of, cells::colours(renderer, level, self.session.exposure_stops)?)
+                (of, cells::colours(renderer, level, self.session.display.exposure_stops)?)
             }
             View::FalseColours(quantity) => {
                 let light = match self.overlays.light.take().filter(|light| light.is_of(renderer, version)) {
@@ -103,6 +107,41 @@ impl WindowState {
             }
         };
         self.over.show(&self.context, &mut self.painter, of, size, &pixels)?;
+        self.window.request_redraw();
+        Ok(())
+    }
+
+    /// Updates the stripes and the histogram of the picture.
+    pub(super) fn follow_levels(&mut self) -> Result<()> {
+        let (version, ui_state) = (self.session.version, &mut self.ui_state);
+        let Some(renderer) = self.session.renderer() else {
+            (self.zebra.of, ui_state.levels) = (None, None);
+            return Ok(());
+        };
+        self.zebra.of = self.zebra.of.filter(|_| ui_state.shows_zebra);
+        ui_state.levels.take_if(|_| !ui_state.shows_histogram);
+        let lacks_zebra = ui_state.shows_zebra && self.zebra.of != Some(version);
+        let is_new = |levels: &Levels| levels.version == version;
+        let lacks_levels = ui_state.shows_histogram && !ui_state.levels.as_ref().is_some_and(is_new);
+        if !lacks_zebra && !lacks_levels {
+            return Ok(());
+        }
+        let codes = renderer.display()?;
+        if lacks_levels {
+            let layer = match ui_state.view {
+                View::Direct => Layer::Direct,
+                View::Indirect => Layer::Indirect,
+                _ => Layer::Beauty,
+            };
+            let radiance = renderer.layer(layer)?;
+            let display = self.session.display.constants();
+            ui_state.levels = Some(Levels::new(version, &radiance, &codes, &display));
+        }
+        if lacks_zebra {
+            let size = renderer.size();
+            let stripes = zebra(&codes, size);
+            self.zebra.show(&self.context, &mut self.painter, version, size, &stripes)?;
+        }
         self.window.request_redraw();
         Ok(())
     }

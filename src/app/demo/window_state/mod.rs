@@ -5,6 +5,7 @@ mod host_pictures;
 mod opening;
 mod requests;
 mod shaders;
+mod snapshots;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -30,13 +31,14 @@ use super::shader_sources::ShaderSources;
 use super::shortcuts;
 use super::stage::Wake;
 use super::start::{Demo, Start, WakeUp, no_display};
-use super::ui_state::{UiState, View};
+use super::ui_state::{Beside, UiState};
 use super::viewport::{Textures, Viewport};
 use crate::app::false_colours::{Quantity, Scale};
 use crate::app::note;
 use crate::error::Result;
 use crate::gpu::window::{FRAMES, Painting, PictureId, Shown, WindowPainter};
 use crate::gpu::{Context, Recorder};
+use crate::scene::DisplayTransform;
 
 /// Delay before a frame is presented again that the system did not take. Also the polling period
 /// of the precomputation.
@@ -72,8 +74,10 @@ pub(super) struct WindowState {
     shown: u64,
     /// Colours of cells, with the picture version and the level that they show.
     over: HostPicture<Over>,
-    /// The Monte Carlo picture beside ours, or, if set, the map of our error.
-    beside: HostPicture<bool>,
+    /// Stripes on pixels without detail, in the picture of a version.
+    zebra: HostPicture<u64>,
+    /// The picture beside ours, and how its radiance is displayed.
+    beside: HostPicture<(Beside, DisplayTransform)>,
     reference: Option<Reference>,
     /// A stopped tracer that finishes its last samples.
     leaving: Option<Reference>,
@@ -164,6 +168,7 @@ impl WindowState {
             picture,
             shown: 0,
             over: HostPicture::new(),
+            zebra: HostPicture::new(),
             beside: HostPicture::new(),
             reference: None,
             leaving: None,
@@ -278,6 +283,8 @@ impl WindowState {
         let commands = self.submit_before_colours(commands)?;
         let coloured = self.colour_over();
         self.tolerate(coloured)?;
+        let measured = self.follow_levels();
+        self.tolerate(measured)?;
         let shown = self.paint(output, commands)?;
         self.settle(shown == Shown::Yes && !is_new);
         if is_new {
@@ -299,6 +306,7 @@ impl WindowState {
         let textures = Textures {
             picture: self.painter.texture(self.picture),
             over: self.over.texture(&self.painter),
+            zebra: self.zebra.texture(&self.painter),
             beside: self.beside.texture(&self.painter),
         };
         let mut shown = Ok(());
@@ -396,11 +404,11 @@ impl WindowState {
         }
     }
 
-    /// Submits the commands of a picture by themselves if the window shows colours of cells or of
-    /// light: the host reads values before it draws.
+    /// Submits the commands of a picture by themselves if the window shows colours, stripes or a
+    /// histogram: the host reads values before it draws.
     fn submit_before_colours(&mut self, commands: Option<Recorder>) -> Result<Option<Recorder>> {
         match commands {
-            Some(commands) if matches!(self.ui_state.view, View::Cells(_) | View::FalseColours(_)) => {
+            Some(commands) if self.ui_state.reads_picture() => {
                 let session = &mut self.session;
                 self.painter.run(commands, &mut |in_flight| session.check(in_flight))?;
                 Ok(None)

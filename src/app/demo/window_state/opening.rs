@@ -49,8 +49,8 @@ impl WindowState {
             self.record();
         }
         let exposure = Exposure::of_scene(&spec);
-        let store = self.session.source.store.clone();
-        self.show_scene(Source { spec, options, store, exposure }, scene, watch)
+        let (store, display) = (self.session.source.store.clone(), self.session.display);
+        self.show_scene(Source { spec, options, store, exposure, display }, scene, watch)
     }
 
     fn show_scene(&mut self, source: Source, scene: Scene, watch: Watch) -> Result<()> {
@@ -68,7 +68,7 @@ impl WindowState {
         self.ui_state.asks_to_restore = self.autosave.found().is_some();
         self.ui_state.recent.add(&spec);
         self.viewport = Viewport::new();
-        (self.over.of, self.beside.of) = (None, None);
+        (self.over.of, self.beside.of, self.zebra.of) = (None, None, None);
         (self.recorded, self.plays_when_ready, self.was_ready) = (None, false, false);
         self.window.set_title(&format!("{name} – lightpaths"));
         self.is_marked = false;

@@ -88,6 +88,10 @@ impl WindowState {
                 self.ui_state.asks_to_restore = false;
                 self.tell("the edits of the last time are deleted".to_owned());
             }
+            Request::Snapshot | Request::RestoreSnapshot(_) | Request::ContactSheet => {
+                let done = self.fulfil_snapshot(request);
+                self.tolerate(done)?;
+            }
             Request::Answer(answer) => {
                 let done = self.answer(answer);
                 self.tolerate(done)?;

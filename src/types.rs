@@ -329,8 +329,7 @@ gpu_struct! {
         /// Spot: unit axis; area: unit normal of the emitting side; directional: unit
         /// direction of travel.
         pub axis: Vec3,
-        /// Area light: area, m². Spot: first word of its measured intensities in the table; 0 if it
-        /// has none.
+        /// Area light: area, m². Spot: first word of its measured intensities, 0 if it has none.
         pub area: f32,
         /// Point and spot: intensity, W/sr; area: radiance, W/m²/sr; directional: irradiance of a
         /// facing surface, W/m².

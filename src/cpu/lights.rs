@@ -25,7 +25,7 @@ pub struct LightSample {
 pub struct Intensities<'a> {
     /// Word of the table at which the values start.
     pub first_word: usize,
-    /// The values.
+    /// The values, from there on.
     pub values: &'a [f32],
 }
 

@@ -34,7 +34,7 @@ pub(super) struct Lights {
     context: Arc<Context>,
     /// The device's copy of `rows`.
     table: Buffer,
-    /// Parts of the lights, radiances of skies, measured intensities. Kernels of frames work per unit of
+    /// Parts of the lights, radiances of skies, measured intensities. Kernels work per unit of
     /// emission: the colour reaches them in the sums over lights.
     rows: LightTable,
     /// Radiance of the sky by direction, W/m²/sr; three floats a cell of its table. `None` if there

@@ -178,6 +178,18 @@ impl Light {
         Ok(Self { name, kind, is_on, luminaire })
     }
 
+    /// A light that is on and points down, as it was measured, in white.
+    pub fn measured(name: impl Into<String>, luminaire: Luminaire, position: Vec3) -> Self {
+        let kind = LightKind::Spot {
+            position,
+            direction: Vec3::NEG_Y,
+            intensity: Vec3::splat((luminaire.profile.peak_candela / photometry::LUMENS_A_WATT) as f32),
+            angle: luminaire.profile.widest,
+            penumbra: 0.0,
+        };
+        Self { luminaire: Some(luminaire), ..Self::new(name, kind) }
+    }
+
     /// A light that is on, without measured intensities.
     pub fn new(name: impl Into<String>, kind: LightKind) -> Self {
         Self { name: name.into(), kind, is_on: true, luminaire: None }
@@ -199,8 +211,7 @@ impl LightKind {
         }
     }
 
-    /// Reads a light without its name, as [`Light::read`] does. `luminaire`: its measured
-    /// intensities.
+    /// Reads a light without its name, as [`Light::read`] does, with its measured intensities.
     pub(super) fn read(section: &Section, origin: DVec3, luminaire: Option<&Luminaire>) -> Result<Self> {
         const KINDS: [&str; 4] = ["point", "spot", "area", "directional"];
         let vector = |key, range, expected| section.need(section.vector(key, range)?, key, expected);

@@ -12,8 +12,8 @@ use lightpaths::scene::{Light, Quality, Scene, shapes};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Intensity, cd, at a vertical and a horizontal angle, radians: wide along C0, narrow along C90, and
-/// brighter towards C0 than towards C180.
+/// Intensity, cd, at a vertical and a horizontal angle, radians: wide along C0, narrow along C90,
+/// and brighter towards C0 than towards C180.
 fn intensity(axial: f64, around: f64) -> f64 {
     let (x, y) = (axial.sin() * around.cos(), axial.sin() * around.sin());
     800.0 * axial.cos().max(0.0) * (1.0 + 0.5 * x) * (1.0 - 0.7 * y * y)
@@ -62,12 +62,12 @@ fn turned(mut light: Light, axis: Vec3, turn: f32) -> Light {
 /// The lumens of the file are those of its integral.
 #[test]
 fn a_file_has_the_lumens_of_its_integral() {
-    let light = luminaire().light("lamp", Vec3::ZERO);
+    let light = Light::measured("lamp", luminaire(), Vec3::ZERO);
     let (found, _) = light.power().unwrap();
     assert!((found / flux() - 1.0).abs() < 0.005, "{found} instead of {}", flux());
 }
 
-/// Illuminance is cd·cosθ/d², for a light that looks down, and for one that looks aside and is turned.
+/// Illuminance is cd·cosθ/d², for a light that looks down and for one that looks aside, turned.
 #[test]
 fn meters_read_the_candela_of_the_file() {
     let place = Vec3::new(0.1, 0.6, -0.1);
@@ -82,7 +82,7 @@ fn meters_read_the_candela_of_the_file() {
     ] {
         let mut scene = shapes::hidden_light(0.01, 0.9, 0.0);
         scene.triangles.truncate(12);
-        scene.lights = vec![turned(luminaire().light("lamp", place), axis, turn)];
+        scene.lights = vec![turned(Light::measured("lamp", luminaire(), place), axis, turn)];
         // Nodes of the file: there the interpolation is exact.
         let angles =
             [(0.0_f32, 0.0_f32), (20.0, 0.0), (45.0, 0.0), (45.0, 180.0), (45.0, 90.0), (30.0, 230.0)];
@@ -109,7 +109,8 @@ fn meters_read_the_candela_of_the_file() {
 #[test]
 fn a_sphere_integrates_a_luminaire() {
     let mut scene = shapes::integrating_sphere(1.5, 4, 0.5, Vec3::ZERO, 1.0);
-    scene.lights = vec![turned(luminaire().light("lamp", Vec3::ZERO), Vec3::new(0.48, 0.6, -0.64), 0.7)];
+    scene.lights =
+        vec![turned(Light::measured("lamp", luminaire(), Vec3::ZERO), Vec3::new(0.48, 0.6, -0.64), 0.7)];
     let expected = scene.lights[0].power().unwrap().0 / scene.area_m2();
     let places = [Vec3::X, Vec3::NEG_Y, Vec3::new(0.48, 0.6, -0.64), Vec3::new(0.0, 0.8, 0.6)];
     let shape = |place: Vec3| MeterShape::Point { position: 1.49 * place, normal: -place };
@@ -123,7 +124,7 @@ fn a_sphere_integrates_a_luminaire() {
 
 fn room() -> Scene {
     let mut scene = shapes::hidden_light(0.7, 0.9, 0.5);
-    let light = luminaire().light("lamp", Vec3::new(0.2, 0.7, 0.1));
+    let light = Light::measured("lamp", luminaire(), Vec3::new(0.2, 0.7, 0.1));
     scene.lights = vec![turned(light, Vec3::new(-0.36, -0.8, 0.48), 1.0)];
     scene
 }

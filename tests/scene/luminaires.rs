@@ -7,7 +7,7 @@ use lightpaths::scene::film::Snapshot;
 use lightpaths::scene::luminaire::Luminaire;
 use lightpaths::scene::photometry::LUMENS_A_WATT;
 use lightpaths::scene::save::{Edited, SceneText};
-use lightpaths::scene::{LightKind, LoadOptions, Scene};
+use lightpaths::scene::{Light, LightKind, LoadOptions, Scene};
 use std::f64::consts::PI;
 
 /// 100 cd in all directions of the lower hemisphere, and 50 cd at its rim on one side.
@@ -115,7 +115,7 @@ fn saving_keeps_files_powers_and_turns() {
     // One more luminaire, as the window adds it.
     let mut edited = scene.clone();
     let added = Luminaire::open(&folder.path().join("lamp.ies")).unwrap();
-    edited.lights.push(added.light("new", Vec3::ONE));
+    edited.lights.push(Light::measured("new", added, Vec3::ONE));
     edited.lights[1].luminaire.as_mut().unwrap().turn = -0.5;
     let saved = text.with_edits(&Edited::from_scene(&edited), &to).unwrap();
     std::fs::write(&to, &saved).unwrap();
@@ -137,7 +137,7 @@ fn films_move_and_add_luminaires() {
     moved[0].kind = moved[0].kind.moved_to(Vec3::new(0.5, 0.2, 0.1));
     let mut more = moved.clone();
     let added = Luminaire::open(&folder.path().join("lamp.ies")).unwrap();
-    more.push(added.light("new", Vec3::new(0.1, 0.5, 0.2)));
+    more.push(Light::measured("new", added, Vec3::new(0.1, 0.5, 0.2)));
     more[1].luminaire.as_mut().unwrap().turn = 0.25;
     let first = Snapshot::from_scene(&scene);
     let samples =

@@ -12,7 +12,7 @@ use super::viewport::Viewport;
 use crate::app::false_colours::Quantity;
 use crate::scene::luminaire::Luminaire;
 use crate::scene::save::PlacedModel;
-use crate::scene::{Camera, ToneCurve};
+use crate::scene::{Camera, Light, ToneCurve};
 
 /// Applies one action to the session.
 pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState, viewport: &mut Viewport) {
@@ -165,6 +165,6 @@ pub(super) fn add_luminaire(session: &mut Session, ui_state: &mut UiState, path:
         Err(why) => return session.alarm(format!("not added: {why}")),
     };
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let place = session.document.add(luminaire.light(&name, middle_of_view(session)));
+    let place = session.document.add(Light::measured(name, luminaire, middle_of_view(session)));
     ui_state.chosen = Chosen::Light(session.document.lights[place].id);
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::gpu::cache_folder;
 use crate::scene::builtin;
 
-/// Longest list.
+/// Maximum number of scenes on the list.
 const MOST: usize = 8;
 
 /// The list, the last one first.

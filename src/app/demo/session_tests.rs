@@ -293,13 +293,13 @@ fn a_luminaire_is_added_from_its_file_and_other_files_are_refused() {
     let mut ui_state = UiState::new("s", Recent::none());
     let lamp = folder.path().join("lamp.IES");
     let text = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 10\n0 90\n0\n500 0\n";
-    std::fs::write(&lamp, text).unwrap();
+    fs::write(&lamp, text).unwrap();
     let before = session.document.lights.len();
     actions::drop_file(&mut session, &mut ui_state, &lamp);
     let added = &session.document.lights[before];
-    assert_eq!((added.light.name.as_str(), ui_state.chosen), ("lamp", Chosen::Light(added.id)));
+    assert_eq!((added.light.name.as_str(), ui_state.chosen), ("lamp2", Chosen::Light(added.id)));
     assert!((added.light.luminaire.as_ref().unwrap().profile.peak_candela - 500.0).abs() < 1e-9);
-    std::fs::write(&lamp, "a poem").unwrap();
+    fs::write(&lamp, "a poem").unwrap();
     actions::drop_file(&mut session, &mut ui_state, &lamp);
     assert_eq!(session.document.lights.len(), before + 1);
     assert!(session.alarm.as_ref().unwrap().0.contains("is no photometric file"));

@@ -56,6 +56,8 @@ pub(super) enum Request {
     Fullscreen,
     /// Asks for a file.
     Ask(Purpose),
+    /// Adds the luminaire `luminaire_to_add`.
+    AddLuminaire,
     /// Opens the scene `to_open`, or asks if there are unsaved edits.
     Open,
     /// Opens it without a question.
@@ -124,6 +126,8 @@ pub(super) struct UiState {
     /// A scene that the user has chosen.
     pub(super) to_open: Option<String>,
     pub(super) recent: Recent,
+    /// A file dialog takes the keys.
+    pub(super) is_in_dialog: bool,
     /// An earlier window has left unsaved edits.
     pub(super) asks_to_restore: bool,
     /// Path for the saved scene and pictures.
@@ -200,6 +204,7 @@ impl UiState {
             asks_to_open: false,
             to_open: None,
             recent,
+            is_in_dialog: false,
             asks_to_restore: false,
             save_to: format!("{scene}-edited.toml"),
             model_to_add: String::new(),

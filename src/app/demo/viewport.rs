@@ -132,7 +132,7 @@ impl Viewport {
 
     /// Moves the camera by the held keys.
     fn fly(&self, ui: &Ui, session: &mut Session, ui_state: &UiState) {
-        if ui.ctx().egui_wants_keyboard_input() {
+        if ui.ctx().egui_wants_keyboard_input() || ui_state.is_in_dialog {
             return;
         }
         let (held, seconds) = ui.input(|input| {

@@ -84,7 +84,7 @@ struct RecordedLight {
     base: Option<Light>,
     /// The first state, which gives its kind and number of samples.
     kind: LightKind,
-    /// Measured intensities.
+    /// Its measured intensities, if any.
     luminaire: Option<Luminaire>,
     /// Its state and whether it is on. `None` while it is absent.
     series: Series<Option<(LightKind, bool)>>,

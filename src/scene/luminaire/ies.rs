@@ -21,9 +21,9 @@ pub(super) enum Coordinates {
 #[derive(Clone, Debug)]
 pub(super) struct Ies {
     pub(super) coordinates: Coordinates,
-    /// Degrees, increasing.
+    /// Vertical angles, degrees, increasing.
     pub(super) vertical: Vec<f64>,
-    /// Degrees, increasing.
+    /// Horizontal angles, degrees, increasing.
     pub(super) horizontal: Vec<f64>,
     /// cd, one list of vertical angles for each horizontal angle. All factors are applied.
     pub(super) candela: Vec<Vec<f64>>,
@@ -141,8 +141,7 @@ impl Ies {
         Ok(self)
     }
 
-    /// Intensity in a direction, cd. `axial`: angle from the axis; `around`: angle about it. Both
-    /// in degrees.
+    /// Intensity in a direction, cd. `axial`: angle from the axis; `around`: about it; degrees.
     pub(super) fn intensity(&self, axial: f64, around: f64) -> f64 {
         let [vertical, horizontal] = match self.coordinates {
             Coordinates::C => [axial, self.folded(around.rem_euclid(360.0))],

@@ -9,9 +9,8 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3, Vec3};
 
 use super::builtin::Files;
-use super::photometry::LUMENS_A_WATT;
+use super::limits;
 use super::value::Section;
-use super::{Light, LightKind, limits};
 use crate::{Error, Result, files};
 
 pub(crate) use profile::Grid;
@@ -25,7 +24,7 @@ pub struct Luminaire {
     /// File that it was read from.
     pub file: PathBuf,
     /// Turn of the plane C0 about the axis, radians; counter-clockwise for someone whom the light
-    /// leaves behind, that is from above for a light that shines down.
+    /// leaves behind: from above, for a light that points down.
     pub turn: f32,
 }
 
@@ -69,18 +68,6 @@ impl Luminaire {
         let bytes = files::read(file, limits::IES_BYTES).map_err(|unread| fault(unread.to_string()))?;
         let profile = Profile::from_ies(&bytes).map_err(fault)?;
         Ok(Self { profile: Arc::new(profile), file: file.to_owned(), turn: 0.0 })
-    }
-
-    /// A light at a position that shines down as it was measured, in white.
-    pub fn light(self, name: &str, position: Vec3) -> Light {
-        let kind = LightKind::Spot {
-            position,
-            direction: Vec3::NEG_Y,
-            intensity: Vec3::splat((self.profile.peak_candela / LUMENS_A_WATT) as f32),
-            angle: self.profile.widest,
-            penumbra: 0.0,
-        };
-        Light { luminaire: Some(self), ..Light::new(name, kind) }
     }
 
     /// Unit direction at a right angle to the `axis` in which the plane C0 lies. For a light that

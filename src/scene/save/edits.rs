@@ -24,8 +24,8 @@ pub(super) fn camera(table: &mut Node, camera: &Camera, origin: DVec3) {
     number(table, "fov_y", camera.fov_y_degrees, Some(cameras::FOV_Y_DEFAULT), |n| n as f32, numbers::plain);
 }
 
-/// Replaces the list of lights. Returns the index of each in the old list. `files`: the scene's file
-/// that was loaded, and the one to be saved.
+/// Replaces the list of lights. Returns the index of each in the old list. `files`: the scene's
+/// file that was loaded, and the one to be saved.
 pub(super) fn lights(
     root: &mut Node,
     lights: &[Light],

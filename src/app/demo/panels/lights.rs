@@ -55,7 +55,7 @@ pub(super) fn lights(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
             }
         }
     });
-    luminaire::adding(ui, session, ui_state);
+    luminaire::adding(ui, ui_state);
     if let Chosen::Light(id) = ui_state.chosen
         && let Some(entry) = session.document.lights.iter_mut().find(|entry| entry.id == id)
     {

@@ -4,10 +4,8 @@ use egui::epaint::PathStroke;
 use egui::{Align2, FontId, Pos2, Sense, Stroke, TextEdit, Ui, pos2, vec2};
 
 use super::{PALETTE, row};
-use crate::app::demo::actions;
 use crate::app::demo::dialogs::Purpose;
 use crate::app::demo::light_map::short;
-use crate::app::demo::session::Session;
 use crate::app::demo::ui_state::{Request, UiState};
 use crate::scene::luminaire::{Luminaire, Profile};
 
@@ -18,14 +16,13 @@ const SEGMENTS: u32 = 90;
 const CIRCLES: u32 = 4;
 
 /// Draws the field that adds a luminaire.
-pub(super) fn adding(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
+pub(super) fn adding(ui: &mut Ui, ui_state: &mut UiState) {
     row(ui, "Luminaire", |ui| {
-        let path = TextEdit::singleline(&mut ui_state.luminaire_to_add).desired_width(140.0);
+        let path = TextEdit::singleline(&mut ui_state.luminaire_to_add).desired_width(118.0);
         ui.add(path.hint_text(".ies file, or drop it here"));
         let is_named = !ui_state.luminaire_to_add.trim().is_empty();
         if ui.add_enabled(is_named, egui::Button::new("Add").small()).clicked() {
-            let path = std::mem::take(&mut ui_state.luminaire_to_add);
-            actions::add_luminaire(session, ui_state, std::path::Path::new(path.trim()));
+            ui_state.requests.push(Request::AddLuminaire);
         }
         if ui.small_button("…").on_hover_text("Choose a luminaire or a model").clicked() {
             ui_state.requests.push(Request::Ask(Purpose::Add));

@@ -25,7 +25,7 @@ pub(super) fn models(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
         });
     }
     row(ui, "Add", |ui| {
-        let path = TextEdit::singleline(&mut ui_state.model_to_add).desired_width(140.0);
+        let path = TextEdit::singleline(&mut ui_state.model_to_add).desired_width(118.0);
         ui.add(path.hint_text("file, or drop it here"));
         let is_named = !ui_state.model_to_add.trim().is_empty();
         if ui.add_enabled(is_named, egui::Button::new("Add").small()).clicked() {

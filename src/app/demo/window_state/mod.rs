@@ -311,7 +311,8 @@ impl WindowState {
         };
         let mut shown = Ok(());
         let output = egui.run_ui(input, |ui| {
-            let types = ui.ctx().egui_wants_keyboard_input() || self.dialogs.is_open();
+            self.ui_state.is_in_dialog = self.dialogs.is_open();
+            let types = ui.ctx().egui_wants_keyboard_input() || self.ui_state.is_in_dialog;
             for action in ui.input_mut(|input| shortcuts::pressed(input, types)) {
                 actions::act(action, &mut self.session, &mut self.ui_state, &mut self.viewport);
             }

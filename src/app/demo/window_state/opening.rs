@@ -10,8 +10,7 @@ use crate::error::Result;
 use crate::scene::{LoadOptions, Scene};
 
 impl WindowState {
-    /// Opens the scene that the user has chosen, unless edits of this one are unsaved: then the
-    /// window asks.
+    /// Opens the scene that the user has chosen. Asks if edits of this one are unsaved.
     pub(super) fn open_or_ask(&mut self) -> Result<()> {
         if let Some(player) = self.player.take() {
             // The changes that a film makes are no edits.

@@ -6,6 +6,7 @@ use std::time::Instant;
 use winit::window::Fullscreen;
 
 use super::WindowState;
+use crate::app::demo::actions;
 use crate::app::demo::dialogs::Purpose;
 use crate::app::demo::files;
 use crate::app::demo::films::{FilmRecorder, Player};
@@ -32,6 +33,10 @@ impl WindowState {
                     Purpose::Open | Purpose::Add => self.session.source.spec.clone(),
                 };
                 self.dialogs.ask(purpose, Path::new(&file));
+            }
+            Request::AddLuminaire => {
+                let path = std::mem::take(&mut self.ui_state.luminaire_to_add);
+                actions::add_luminaire(&mut self.session, &mut self.ui_state, Path::new(path.trim()));
             }
             Request::Open => self.open_or_ask()?,
             Request::OpenAnyway => self.open()?,

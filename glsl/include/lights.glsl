@@ -21,7 +21,8 @@ float spot_falloff(LightSource light, vec3 direction) {
 
 // Fraction of a measured spot's largest intensity in a unit direction of travel: bilinear between
 // the nodes of its grid. At the light's first word are the numbers of nodes from the axis and
-// about it, the azimuth of the plane C0, then the fractions. As Grid in src/scene/luminaire.
+// about it, the azimuth of the plane C0, and the first word of the fractions, which lights of one
+// file have in common. As Grid in src/scene/luminaire.
 float measured_fraction(LightSource light, vec3 direction) {
     uint first = uint(light.area);
     vec3 local = direction * frame_around(light.axis);
@@ -36,7 +37,7 @@ float measured_fraction(LightSource light, vec3 direction) {
     float column = (turn - floor(turn)) * float(columns);
     uint left = min(uint(column), columns - 1u);
     uint right = left + 1u == columns ? 0u : left + 1u;
-    uvec2 node = first + 3u + uvec2(left, right) * rows + low;
+    uvec2 node = uint(number_at(Lights, first + 3u)) + uvec2(left, right) * rows + low;
     vec2 near = vec2(number_at(Lights, node.x), number_at(Lights, node.y));
     vec2 far = vec2(number_at(Lights, node.x + 1u), number_at(Lights, node.y + 1u));
     vec2 of_columns = mix(near, far, row - float(low));

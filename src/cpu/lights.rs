@@ -37,7 +37,7 @@ impl<'a> Intensities<'a> {
     fn of(self, light: &LightSource) -> (f64, Grid<'a>) {
         let own = &self.values[light.area as usize - self.first_word..];
         let [rows, columns] = [own[0], own[1]].map(|count| count as u32);
-        let fractions = &own[3..][..(rows * columns) as usize];
+        let fractions = &self.values[own[3] as usize - self.first_word..][..(rows * columns) as usize];
         (own[2].into(), Grid { rows, columns, widest: light.outer_angle.into(), fractions })
     }
 

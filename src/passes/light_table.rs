@@ -13,6 +13,7 @@ use crate::scene::{Emission, Light, LightKind};
 use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_GROUP, LIGHT_SKY, LIGHT_SPOT, LightSource};
 use glam::{DVec2, DVec3, Vec3};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Point samples of an emitting surface, over all of its parts.
 const SURFACE_SAMPLES: u32 = 32;
@@ -75,20 +76,32 @@ impl LightTable {
         self.rows.len() * size_of::<LightSource>() / 4
     }
 
-    /// Appends the measured intensities of lights.
+    /// Appends the measured intensities of lights; those of one file once.
     fn measure(&mut self, lights: &[Light]) {
+        let mut known: Vec<(&Arc<Profile>, f32)> = Vec::new();
         for (index, light) in lights.iter().enumerate() {
             let Some(luminaire) = &light.luminaire else { continue };
-            let row = self.lights[index].parts.start as usize;
-            let first_word = self.first_word() + self.values.len();
-            let row = &mut self.rows[row];
-            row.area = first_word as f32;
-            (row.inner_angle, row.outer_angle) = (luminaire.profile.widest, luminaire.profile.widest);
+            let profile = &luminaire.profile;
+            let found = known.iter().find(|(known, _)| Arc::ptr_eq(known, profile) || *known == profile);
+            let fractions = found.map(|(_, word)| *word).unwrap_or_else(|| {
+                let word = self.next_word();
+                self.values.extend(&profile.fractions);
+                known.push((profile, word));
+                word
+            });
+            let head = self.next_word();
+            let row = &mut self.rows[self.lights[index].parts.start as usize];
+            row.area = head;
+            (row.inner_angle, row.outer_angle) = (profile.widest, profile.widest);
             let c0 = frame(row.axis).transpose() * luminaire.c0(row.axis);
-            let Profile { rows, columns, fractions, .. } = &*luminaire.profile;
-            self.values.extend([*rows as f32, *columns as f32, c0.y.atan2(c0.x) as f32]);
-            self.values.extend(fractions);
+            let azimuth = c0.y.atan2(c0.x) as f32;
+            self.values.extend([profile.rows as f32, profile.columns as f32, azimuth, fractions]);
         }
+    }
+
+    /// The word behind the last value, as a number: a float holds integers up to 2^24.
+    fn next_word(&self) -> f32 {
+        (self.first_word() + self.values.len()) as f32
     }
 
     /// The measured intensities.
@@ -96,11 +109,16 @@ impl LightTable {
         Intensities { first_word: self.first_word(), values: &self.values }
     }
 
+    /// Length of [`Self::bytes`].
+    pub fn byte_count(&self) -> usize {
+        (4 * (self.first_word() + self.values.len())).next_multiple_of(16)
+    }
+
     /// The device's copy: rows, then values, in whole texels.
     pub fn bytes(&self) -> Vec<u8> {
         let mut bytes = bytemuck::cast_slice(&self.rows).to_vec();
         bytes.extend_from_slice(bytemuck::cast_slice(&self.values));
-        bytes.resize(bytes.len().next_multiple_of(16), 0);
+        bytes.resize(self.byte_count(), 0);
         bytes
     }
 
@@ -289,7 +307,7 @@ fn sky_radiances(sky: &Sky, turn: f32, channel: Option<u8>) -> impl Iterator<Ite
 mod tests {
     use super::*;
     use crate::scene::environment::Environment;
-    use std::sync::Arc;
+    use crate::scene::luminaire::Luminaire;
 
     fn sky(turn: f32) -> (Vec<Light>, Emission) {
         let emission = Emission { sky: Some(Sky::new(Environment::constant(), 64)), ..Emission::default() };
@@ -343,6 +361,23 @@ mod tests {
             (share * 4.0 * std::f64::consts::PI / f64::from(rows[900].area) - 1.0).abs() < 1e-2,
             "{share}"
         );
+    }
+
+    /// Two turned lights of one file have a head each, and its fractions once.
+    #[test]
+    fn lights_of_one_file_have_its_intensities_in_common() {
+        let text = "TILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 10\n0 45 90\n0\n500 300 100\n";
+        let profile = Arc::new(Profile::from_ies(text.as_bytes()).unwrap());
+        let lamp = |turn| Luminaire { profile: profile.clone(), file: "lamp.ies".into(), turn };
+        let lights = [0.0, 0.5].map(|turn| Light::measured("lamp", lamp(turn), Vec3::ZERO));
+        let table = LightTable::new(&lights, &Emission::default());
+        assert_eq!((table.values.len(), table.byte_count()), (3 + 2 * 4, table.bytes().len()));
+        let [first, second] = [0, 1].map(|row| table.rows[row]);
+        assert!(first.area != second.area);
+        for light in [first, second] {
+            let away = DVec3::new(1.0, -1.0, 0.0).normalize();
+            assert!((table.intensities().fraction(&light, away) - 0.6).abs() < 1e-6);
+        }
     }
 
     #[test]

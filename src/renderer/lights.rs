@@ -286,7 +286,7 @@ impl Lights {
                 }
             }
         }
-        let bytes = rows.bytes().len() as u64;
+        let bytes = rows.byte_count() as u64;
         if bytes > self.table.bytes() {
             self.table = Buffer::storage(&self.context, "lights", bytes)?;
         }

@@ -1,6 +1,7 @@
 //! Loading a scene: the TOML file, its models, the changes of the command line, and defaults
 //! for missing sections.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -434,6 +435,14 @@ pub(super) fn read_lights(file: &Path, root: &Node, origin: DVec3, files: &Files
     let lights = lights.map(|(number, section)| Light::read(section, number, origin, files));
     let lights = lights.collect::<Result<Vec<_>>>()?;
     refuse_repeated(&sections, lights.iter().map(|light| light.name.as_str()))?;
+    let mut files = BTreeMap::new();
+    for luminaire in lights.iter().filter_map(|light| light.luminaire.as_ref()) {
+        files.insert(&luminaire.file, luminaire.profile.fractions.len());
+    }
+    if files.values().sum::<usize>() > limits::INTENSITIES {
+        let message = format!("`ies`: these files have more than {} intensities", limits::INTENSITIES);
+        return Err(Error::input(file, message));
+    }
     Ok(lights)
 }
 

@@ -23,6 +23,8 @@ pub const FOLDER_NAMES: usize = 1 << 16;
 pub const MATERIALS: usize = 1 << 16;
 /// Bytes of a photometric file.
 pub const IES_BYTES: u64 = 16 << 20;
+/// Measured intensities of all luminaires. The device's table names words by floats.
+pub const INTENSITIES: usize = 1 << 23;
 /// Lights of a scene, including lights that a film adds.
 pub const LIGHTS: usize = 1024;
 /// `[[meter]]`s of a scene.

@@ -30,10 +30,10 @@ impl Profile {
     /// # Errors
     /// A clause about the file.
     pub fn from_ies(bytes: &[u8]) -> Result<Self, String> {
-        Ok(Self::new(&Ies::read(&String::from_utf8_lossy(bytes))?))
+        Self::new(&Ies::read(&String::from_utf8_lossy(bytes).replace('\r', "\n"))?)
     }
 
-    fn new(ies: &Ies) -> Self {
+    fn new(ies: &Ies) -> Result<Self, String> {
         let [widest, row_step, column_step] = match ies.coordinates {
             Coordinates::C => {
                 let widest = ies.vertical[ies.vertical.len() - 1];
@@ -53,8 +53,11 @@ impl Profile {
         });
         let candela: Vec<f64> = angles.map(|(axial, around)| ies.intensity(axial, around)).collect();
         let peak_candela = candela.iter().fold(0.0, |peak: f64, value| peak.max(*value));
+        if peak_candela == 0.0 {
+            return Err(format!("has no intensity at angles {row_step}° apart"));
+        }
         let fractions = candela.iter().map(|value| (value / peak_candela) as f32).collect();
-        Self { rows, columns, widest: widest.to_radians() as f32, fractions, peak_candela }
+        Ok(Self { rows, columns, widest: widest.to_radians() as f32, fractions, peak_candela })
     }
 
     /// Integral of the fraction over all directions, sr: the flux over the largest intensity.
@@ -255,5 +258,9 @@ mod tests {
         assert!(fault(&good.replace("\r\n1 1\r\n", "\r\n1 x\r\n")).contains("expected a number"));
         assert!(fault(&file(1, &[10.0, 90.0], &[0.0], |_, _| 1.0)).contains("vertical angles"));
         assert!(fault(&file(1, &[0.0, 90.0], &[0.0, 45.0], |_, _| 1.0)).contains("horizontal angles"));
+        let spike = |axial: f64, _: f64| if axial == 0.05 { 1.0 } else { 0.0 };
+        assert!(fault(&file(1, &[0.0, 0.05, 0.1, 90.0], &[0.0], spike)).contains("0.25° apart"));
+        // Line ends of old systems.
+        assert!(Profile::from_ies(good.replace("\r\n", "\r").as_bytes()).is_ok());
     }
 }

@@ -149,7 +149,7 @@ pub fn open_in<'a>(display: &'a Display, folder: &Path, scene: &str) -> Demo<'a>
 
 fn a_material_is_chosen_by_a_click_edited_and_taken_back(demo: &Demo) {
     // Position of the first channel of the selected material's albedo in the panel.
-    const ALBEDO: Point = (SIDE as i32 + 178, 154);
+    const ALBEDO: Point = (SIDE as i32 + 178, 175);
     demo.client().click(1, (203, 333));
     let before = settled(demo);
     demo.drag(1, ALBEDO, (ALBEDO.0 - 60, ALBEDO.1), 12);

@@ -1,15 +1,17 @@
 // Tone map: radiance to sRGB codes, in four steps: exposure, white balance, tone curve, and the
 // sRGB curve. Rounding is dithered, so that dark gradients show no bands. Deterministic.
-// One invocation = one pixel. In: radiance (W/m²/sr), a display transform. Out: R | G << 8 |
-// B << 16 | 255 << 24.
+// One invocation = one pixel. In: radiance (W/m²/sr), or two whose weighted sum is shown; a display
+// transform. Out: R | G << 8 | B << 16 | 255 << 24.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/dispatch.glsl"
+#include "include/quirks.glsl"
 #include "include/sampling.glsl"
 #include "include/tone_curves.glsl"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint MIXES = 0;  // 1: the picture is gains · with + (1 - gains) · without
 
 struct TonemapPush {
     uint pixel_count;
@@ -19,10 +21,12 @@ struct TonemapPush {
     vec3 red;  // linear Rec.709 from linear Rec.709
     vec3 green;
     vec3 blue;
+    vec3 gains;
 };
 
 layout(scalar, binding = 0) readonly buffer Radiance { vec3 radiance[]; };
-layout(scalar, binding = 1) writeonly buffer Display { uint display[]; };
+layout(scalar, binding = 1) readonly buffer Without { vec3 without[]; };
+layout(scalar, binding = 2) writeonly buffer Display { uint display[]; };
 layout(scalar, push_constant) uniform Push { TonemapPush push; };
 
 const float SHOULDER = 0.8;
@@ -35,11 +39,13 @@ float standard_curve(float linear) {
 }
 
 vec3 toned(vec3 linear) {
-    if (push.curve == CURVE_NONE) return linear;
-    if (push.curve == CURVE_FILMIC) return filmic_curve(bounded(linear));
-    if (push.curve == CURVE_ACES) return aces_curve(bounded(linear));
-    if (push.curve == CURVE_AGX) return agx_curve(bounded(linear));
-    return vec3(standard_curve(linear.r), standard_curve(linear.g), standard_curve(linear.b));
+    vec3 toned = linear;
+    if_any (push.curve == CURVE_STANDARD)
+        toned = vec3(standard_curve(linear.r), standard_curve(linear.g), standard_curve(linear.b));
+    if_any (push.curve == CURVE_FILMIC) toned = filmic_curve(bounded(linear));
+    if_any (push.curve == CURVE_ACES) toned = aces_curve(bounded(linear));
+    if_any (push.curve == CURVE_AGX) toned = agx_curve(bounded(linear));
+    return toned;
 }
 
 // The sRGB code of a display value before it is rounded, 0..=255. Negative values and NaN give 0.
@@ -66,8 +72,10 @@ uint dithered(float code, uint pixel, uint channel) {
 void main() {
     uint index = flat_invocation();
     if (index >= push.pixel_count) return;
-    vec3 value = push.scale * radiance[index];
-    if (push.is_balanced != 0u) {
+    vec3 linear = radiance[index];
+    if (MIXES != 0u) linear = push.gains * linear + (1.0 - push.gains) * without[index];
+    vec3 value = push.scale * linear;
+    if_any (push.is_balanced != 0u) {
         // Without bounds, an infinite channel would make others NaN.
         value = bounded(value);
         value = vec3(dot(push.red, value), dot(push.green, value), dot(push.blue, value));

@@ -45,6 +45,14 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn begin_frame(&mut self) -> Result<(Recorder, RecordedFrame)> {
+        self.begin_frame_then(|_, _| ())
+    }
+
+    /// Records the next frame, and then further commands.
+    pub(super) fn begin_frame_then(
+        &mut self,
+        then: impl Fn(&Self, &mut Recorder),
+    ) -> Result<(Recorder, RecordedFrame)> {
         if !self.dirty.skips {
             self.force(Work::Everything);
         }
@@ -60,7 +68,10 @@ impl Renderer {
             needs_precompute: self.needs_precompute(),
             recording_ms: [0.0; 2],
         };
-        let recorder = self.record_frame(&frame)?;
+        let recorder = self.context.record(frame.is_serialised, |rec| {
+            self.record(rec, &frame.plan);
+            then(self, rec);
+        })?;
         frame.recording_ms = watch.stop(&self.context);
         Ok((recorder, frame))
     }

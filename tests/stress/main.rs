@@ -15,6 +15,7 @@ mod frame_costs;
 mod geometry;
 mod loop_limit;
 mod measures;
+mod mixing;
 mod near_lights;
 mod pass_costs;
 mod precompute_costs;

@@ -1,5 +1,5 @@
-//! Tone map: radiance to 8-bit sRGB. In: radiance (W/m²/sr), a display transform. Out: four bytes a
-//! pixel, the last 255.
+//! Tone map: radiance to 8-bit sRGB. In: radiance (W/m²/sr), or two pictures whose weighted sum is
+//! shown; a display transform. Out: four bytes a pixel, the last 255.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
@@ -22,6 +22,8 @@ gpu_struct! {
         pub red: Vec3,
         pub green: Vec3,
         pub blue: Vec3,
+        /// Weight of the first of two pictures in each channel; the rest is that of the second.
+        pub gains: Vec3,
     }
 }
 
@@ -46,7 +48,7 @@ impl Tonemap {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, pixel_count: u32) -> Result<Self> {
         Ok(Self {
-            pipeline: Pipeline::new(context, Self::STEM, &[])?,
+            pipeline: Pipeline::new(context, Self::STEM, &[("MIXES", 0)])?,
             pixel_count,
             display: Buffer::storage(
                 context,
@@ -56,12 +58,32 @@ impl Tonemap {
         })
     }
 
+    /// The pipeline for [`Self::record_mix`].
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn mixing(context: &Arc<Context>) -> Result<Pipeline> {
+        Pipeline::new(context, Self::STEM, &[("MIXES", 1)])
+    }
+
     /// Maps all pixels.
     pub fn record(&self, rec: &mut Recorder, radiance: &Buffer, display: &DisplayTransform) {
+        self.record_mix(rec, &self.pipeline, [radiance; 2], Vec3::ONE, display);
+    }
+
+    /// Maps all pixels of `gains` times the first picture and 1 - `gains` times the second.
+    pub fn record_mix(
+        &self,
+        rec: &mut Recorder,
+        pipeline: &Pipeline,
+        [with, without]: [&Buffer; 2],
+        gains: Vec3,
+        display: &DisplayTransform,
+    ) {
         let constants = display.constants();
         let rows = constants.white_balance.unwrap_or(Mat3::IDENTITY);
         rec.pass(Self::STEM).dispatch(
-            &self.pipeline,
+            pipeline,
             [self.pixel_count, 1, 1],
             &TonemapPush {
                 pixel_count: self.pixel_count,
@@ -71,8 +93,9 @@ impl Tonemap {
                 red: rows.row(0),
                 green: rows.row(1),
                 blue: rows.row(2),
+                gains,
             },
-            &[("Radiance", radiance), ("Display", &self.display)],
+            &[("Radiance", with), ("Without", without), ("Display", &self.display)],
         );
     }
 }

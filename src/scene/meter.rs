@@ -58,14 +58,34 @@ pub type MeterPoint = (Vec3, Vec3);
 
 /// Number of points along edges of these lengths, in cells of p = 0.2 m · 5^lg(d / 1 m), where d is
 /// the longer edge. [EN 12464-1, 4.4]
-fn standard_grid(lengths: [f64; 2]) -> [u32; 2] {
+pub(super) fn standard_grid(lengths: [f64; 2]) -> [u32; 2] {
     let cell = 0.2 * 5f64.powf(lengths[0].max(lengths[1]).log10());
     lengths.map(|length| ((length / cell).round() as u32).clamp(*GRID.start(), *GRID.end()))
 }
 
+impl MeterShape {
+    /// A square plane that faces along the unit `normal`, with its middle at `middle`.
+    pub(crate) fn on_surface(middle: Vec3, normal: Vec3, side: f32) -> Self {
+        let edge_u = side * Vec3::Y.cross(normal).try_normalize().unwrap_or(Vec3::X);
+        let edge_v = normal.cross(edge_u);
+        let grid = standard_grid([f64::from(side); 2]);
+        Self::Plane { corner: middle - 0.5 * (edge_u + edge_v), edge_u, edge_v, grid }
+    }
+
+    /// The same elsewhere.
+    pub(crate) fn moved(self, by: Vec3) -> Self {
+        match self {
+            Self::Point { position, normal } => Self::Point { position: position + by, normal },
+            Self::Plane { corner, edge_u, edge_v, grid } => {
+                Self::Plane { corner: corner + by, edge_u, edge_v, grid }
+            }
+        }
+    }
+}
+
 impl Meter {
     /// Default name of a meter, by its number in the file.
-    fn unnamed(number: usize) -> String {
+    pub(super) fn unnamed(number: usize) -> String {
         format!("meter{number}")
     }
 

@@ -17,16 +17,16 @@ use crate::until;
 
 /// Position of the answer buttons.
 const RELOAD: Point = (90, 42);
-const KEEP_MINE: Point = (209, 42);
+pub(crate) const KEEP_MINE: Point = (209, 42);
 const KEEP_BOTH: Point = (286, 42);
 
 const LOADED: &str = "lightpaths: s.toml has changed and was loaded again";
-const ASKED: &str = "lightpaths: s.toml has changed on disk; unsaved edits wait for an answer";
+pub(crate) const ASKED: &str = "lightpaths: s.toml has changed on disk; unsaved edits wait for an answer";
 const REFUSED: &str = "lightpaths: not loaded again: s.toml";
 
 pub(crate) const WHITE: &str = "[0.2, 0.2, 0.2]";
 pub(crate) const BLUE: &str = "[0.03, 0.03, 0.2]";
-const RED: &str = "[0.2, 0.03, 0.03]";
+pub(crate) const RED: &str = "[0.2, 0.03, 0.03]";
 
 /// A closed cube of two metres.
 pub(crate) const ROOM: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
@@ -41,13 +41,13 @@ pub(crate) fn scene(intensity: &str) -> String {
 }
 
 /// A window with a scene of few light paths, in its own folder.
-struct Desk<'a> {
+pub(crate) struct Desk<'a> {
     folder: TempDir,
-    demo: Demo<'a>,
+    pub(crate) demo: Demo<'a>,
 }
 
 impl<'a> Desk<'a> {
-    fn open(display: &'a Display) -> Self {
+    pub(crate) fn open(display: &'a Display) -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("room.obj"), ROOM).unwrap();
         std::fs::write(folder.path().join("s.toml"), scene(WHITE)).unwrap();
@@ -63,7 +63,7 @@ impl<'a> Desk<'a> {
     }
 
     /// Ends the process as a crash does, and opens another window.
-    fn crash(self, display: &'a Display) -> Self {
+    pub(crate) fn crash(self, display: &'a Display) -> Self {
         let Self { folder, demo } = self;
         let killed = Command::new("kill").args(["-9", &demo.process().to_string()]).status().unwrap();
         assert!(killed.success());
@@ -72,30 +72,30 @@ impl<'a> Desk<'a> {
         Self::open_in(display, folder)
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
     /// Runs an action and waits for its line of output.
-    fn answered(&self, line: &str, act: impl FnOnce()) {
+    pub(crate) fn answered(&self, line: &str, act: impl FnOnce()) {
         let mark = self.demo.mark();
         act();
         self.demo.wait_for_line_since(mark, line, SOON);
     }
 
-    fn write(&self, text: &str, line: &str) {
+    pub(crate) fn write(&self, text: &str, line: &str) {
         self.answered(line, || std::fs::write(self.path("s.toml"), text).unwrap());
     }
 
     /// Runs an action and waits until the scene is loaded again.
-    fn reloads(&self, act: impl FnOnce()) {
+    pub(crate) fn reloads(&self, act: impl FnOnce()) {
         let mark = self.demo.mark();
         act();
         self.demo.wait_for_line_since(mark, LOADED, SOON);
         self.demo.wait_for_line_since(mark, "lightpaths: ready", READY);
     }
 
-    fn answer(&self, answer: Point) {
+    pub(crate) fn answer(&self, answer: Point) {
         until("question", SOON, || shows_question(&self.demo.capture()).then_some(()));
         self.demo.client().click(1, answer);
     }
@@ -109,7 +109,7 @@ impl<'a> Desk<'a> {
     }
 
     /// Number of lines so far with this prefix.
-    fn count(&self, line: &str) -> usize {
+    pub(crate) fn count(&self, line: &str) -> usize {
         self.demo.lines(Stream::Err).iter().filter(|said| said.starts_with(line)).count()
     }
 }
@@ -126,11 +126,11 @@ pub(crate) fn is_blue(picture: &RgbImage) -> bool {
     blue > 1.5 * red
 }
 
-fn same(a: &RgbImage, b: &RgbImage) -> bool {
+pub(crate) fn same(a: &RgbImage, b: &RgbImage) -> bool {
     changed_pixels(a, b, PICTURE, 0) == 0
 }
 
-fn lights(path: &Path) -> usize {
+pub(crate) fn lights(path: &Path) -> usize {
     Scene::load(path.to_str().unwrap(), &LoadOptions::default()).unwrap().lights.len()
 }
 
@@ -217,9 +217,9 @@ fn edits_outlive_every_change_on_disk_until_there_is_an_answer() {
 }
 
 /// Position of the answers about edits of a window that has crashed.
-const BRING_BACK: Point = (60, 42);
+pub(crate) const BRING_BACK: Point = (60, 42);
 const DELETE: Point = (160, 42);
-const LEFT: &str = "lightpaths: s.toml has edits of the last time that were not saved";
+pub(crate) const LEFT: &str = "lightpaths: s.toml has edits of the last time that were not saved";
 
 #[test]
 fn edits_outlive_a_crash() {

@@ -6,6 +6,7 @@
 #![allow(unreachable_pub, clippy::unwrap_used, reason = "a test may panic")]
 
 mod client;
+mod crashes;
 mod demo;
 mod disk;
 mod display;

@@ -134,7 +134,7 @@ pub fn device_memory(demo: &Demo) -> u64 {
 }
 
 /// A number from the environment. An invalid one is an error; the default does not replace it.
-fn setting<T: FromStr>(name: &str, default: T) -> T {
+pub fn setting<T: FromStr>(name: &str, default: T) -> T {
     std::env::var(name).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name}={text}")))
 }
 

@@ -3,6 +3,7 @@
 
 use glam::Vec3;
 
+use crate::scene::meter::Meter;
 use crate::scene::save::PlacedModel;
 use crate::scene::{Light, Material, Scene};
 
@@ -18,6 +19,8 @@ pub(super) struct Document {
     pub(super) materials: Vec<MaterialEdit>,
     /// In the order of the scene file; models that the user added follow.
     pub(super) models: Vec<PlacedModel>,
+    /// In the order of the scene file; new ones follow.
+    pub(super) meters: Vec<Meter>,
 }
 
 /// A light with an identifier that survives renaming and reordering.
@@ -43,6 +46,7 @@ impl Document {
             lights: (0..).zip(&scene.lights).map(entry).collect(),
             materials: scene.materials.iter().map(MaterialEdit::from_material).collect(),
             models,
+            meters: scene.meters.clone(),
         }
     }
 
@@ -179,7 +183,8 @@ mod tests {
 
     fn document() -> Document {
         let edit = MaterialEdit { diffuse: Vec3::splat(0.5), specular: Vec3::ZERO, exponent: 1.0 };
-        let mut document = Document { lights: Vec::new(), materials: vec![edit], models: Vec::new() };
+        let mut document =
+            Document { lights: Vec::new(), materials: vec![edit], models: Vec::new(), meters: Vec::new() };
         document.add(light("lamp"));
         document
     }

@@ -52,7 +52,12 @@ pub(super) fn write_scene(session: &Session, path: &Path) -> Result<String> {
     let lights: Vec<Light> = session.document.lights.iter().map(|entry| entry.light.clone()).collect();
     let mut materials = session.scene.materials.clone();
     session.document.apply_materials(&mut materials);
-    let edited = Edited { camera: &session.camera, lights: &lights, materials: &materials };
+    let edited = Edited {
+        camera: &session.camera,
+        lights: &lights,
+        materials: &materials,
+        meters: Some(&session.document.meters),
+    };
     let text = session.text.as_ref().map_err(|why| Error::Usage(why.clone()))?;
     let text = text.with_edits(&edited, path)?;
     output.write(|out| std::io::Write::write_all(out, text.as_bytes()))?;
@@ -76,6 +81,21 @@ pub(super) fn free_rescue_name(scene_to: &Path) -> PathBuf {
     let stem = scene_to.with_extension("");
     let free = |number: u32| PathBuf::from(format!("{}-rescued-{number:03}.toml", stem.display()));
     (1..).map(free).find(|path| !path.exists()).expect("numbers do not end")
+}
+
+/// Saves the picture and the direct and indirect light of each light as layers of an EXR beside the
+/// scene. Returns a message.
+pub(super) fn save_layers(session: &mut Session, scene_to: &str) -> Result<String> {
+    let stem = Path::new(scene_to).with_extension("");
+    let free = |number: u32| PathBuf::from(format!("{}-lights-{number:03}.exr", stem.display()));
+    let path = (1..).map(free).find(|path| !path.exists()).expect("numbers do not end");
+    let output = OutputFile::check(&path)?;
+    let (size, beauty, layers) = session.light_layers()?;
+    let named = layers.iter().map(|layer| (&*layer.name, layer.channels, &layer.pixels));
+    let all = std::iter::once(("", &["R", "G", "B"][..], &beauty)).chain(named);
+    let all: Vec<_> = all.map(|(name, channels, pixels)| ExrLayer { name, channels, pixels }).collect();
+    picture::write_exr(&output, size, &all)?;
+    Ok(format!("saved {} with {} layers of lights", path.display(), layers.len()))
 }
 
 /// Saves the picture beside the scene: tone-mapped as PNG and linear as EXR. Returns a message.

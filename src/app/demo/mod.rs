@@ -3,8 +3,10 @@
 mod actions;
 mod autosave;
 mod cells;
+mod coarse;
 mod contact_sheet;
 mod dialogs;
+mod dimming;
 mod document;
 mod files;
 mod films;
@@ -12,6 +14,7 @@ mod gizmos;
 mod host_picture;
 mod levels;
 mod light_map;
+mod meters;
 mod mixer;
 mod navigate;
 mod overlays;
@@ -52,7 +55,7 @@ impl Demo {
         let store = self.cache_args.store()?;
         let shaders = ShaderSources::new(self.shaders.as_deref())?;
         let watch = Watch::new(&self.scene);
-        let scene = self.scene_args.load(&self.scene)?;
+        let scene = self.scene_args.load_with_meters(&self.scene)?;
         let events =
             EventLoop::<WakeUp>::with_user_event().build().map_err(|error| no_display(&error.to_string()))?;
         // The window sets the size of pictures.

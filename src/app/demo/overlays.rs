@@ -187,6 +187,19 @@ fn ring(painter: &Painter, projection: Projection, point: &CachePoint, colour: C
     }
 }
 
+/// Draws lines in the upper left corner of the picture.
+pub(super) fn marks(painter: &Painter, area: Rect, lines: &[String]) {
+    let mut top = area.left_top() + egui::vec2(8.0, 8.0);
+    for line in lines {
+        let text = painter.layout_no_wrap(line.clone(), FontId::proportional(13.0), PALETTE[1]);
+        let back = Rect::from_min_size(top, text.size()).expand2(egui::vec2(6.0, 3.0));
+        painter.rect_filled(back, 3.0, Color32::from_black_alpha(170));
+        let height = back.height() + 4.0;
+        painter.galley(top, text, PALETTE[1]);
+        top.y += height;
+    }
+}
+
 /// Draws a light's mark in the light's colour.
 pub(super) fn mark(painter: &Painter, place: Vec2, entry: &LightEntry, is_chosen: bool) {
     let colour = entry.light.kind.emission();

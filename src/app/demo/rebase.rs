@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::document::{Document, LightEntry, MaterialEdit};
+use crate::scene::meter::Meter;
 use crate::scene::{Camera, LightKind, Scene};
 
 /// The map from lights, materials and positions of one scene to another. Names identify
@@ -47,7 +48,7 @@ impl Rebase {
         }
     }
 
-    /// The document with the same lights and models, and with the same edits of the materials that
+    /// The document with the same lights, models and meters, and with the same edits of the materials that
     /// the second scene has.
     pub(super) fn document(&self, document: &Document) -> Document {
         let lights = document.lights.iter().filter_map(|LightEntry { id, light }| {
@@ -68,8 +69,15 @@ impl Rebase {
         let lights = lights.chain(new);
         let edits = self.materials.iter().zip(&self.edits);
         let edits = edits.map(|(from, edit)| from.map_or(*edit, |from| document.materials[from]));
-        let models = document.models.clone();
-        Document { lights: lights.collect(), materials: edits.collect(), models }
+        let meters = document.meters.iter();
+        let meters =
+            meters.map(|Meter { name, shape }| Meter { name: name.clone(), shape: shape.moved(self.shift) });
+        Document {
+            lights: lights.collect(),
+            materials: edits.collect(),
+            models: document.models.clone(),
+            meters: meters.collect(),
+        }
     }
 
     /// The identifier of a light.

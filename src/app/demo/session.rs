@@ -1,6 +1,7 @@
 //! The session: the shown scene, its edits, and its picture.
 
 mod metering;
+mod meters;
 mod snapshots;
 mod versions;
 
@@ -17,7 +18,7 @@ use crate::app::exposure::Exposure;
 use crate::error::{Error, Result};
 use crate::gpu::window::Verdict;
 use crate::gpu::{Buffer, Context, InFlight, PassTiming, Recorder};
-use crate::renderer::{Columns, FrameReport, Layer, Preview, RecordedFrame, Renderer, Store};
+use crate::renderer::{Columns, FrameReport, Layer, Preview, Reading, RecordedFrame, Renderer, Store};
 use crate::scene::save::{PlacedModel, SceneText};
 use crate::scene::{Camera, DisplayTransform, LoadOptions, Scene};
 pub(super) use versions::CHANGED;
@@ -97,11 +98,17 @@ pub(super) struct Session {
     /// Version of the shown picture.
     pub(super) version: u64,
     pub(super) costs: VecDeque<Cost>,
+    /// Frames that have ended.
+    pub(super) frames: u64,
     pub(super) last: Option<FrameReport>,
+    /// Version of the picture that was measured last, and what the meters read.
+    readings: Option<(u64, Vec<Reading>)>,
     /// A picture size that did not fit the device.
     pub(super) refused_size: Option<[u32; 2]>,
     /// The pointer is pressed: a model that it moves is loaded when it is released.
     pub(super) is_held: bool,
+    /// Nothing reads the picture but the window: lights that a drag dims may be mixed.
+    pub(super) may_mix: bool,
     /// The last frame reverted an edit.
     pub(super) has_gone_back: bool,
     /// The last frame needs the light paths of an enclosure.
@@ -163,10 +170,13 @@ impl Session {
             alarm: None,
             version: 0,
             costs: VecDeque::new(),
+            frames: 0,
             last: None,
+            readings: None,
             refused_size: None,
             has_gone_back: false,
             is_held: false,
+            may_mix: false,
             needs_precompute: false,
             stage: Stage::Preview(Box::new(Preview::new(context, scene.clone())?)),
             generation: 0,
@@ -213,10 +223,10 @@ impl Session {
         if std::mem::take(&mut self.needs_precompute) {
             self.open_enclosure()?;
         }
-        self.follow_models();
+        self.follow_models()?;
         self.take_renderer()?;
         let requested = self.requested();
-        if self.shown.as_ref() == Some(&requested) {
+        if self.shown.as_ref() == Some(&requested) && (self.mixes() || !self.is_mixed()) {
             return Ok(None);
         }
         let before = self.shown.clone();
@@ -263,9 +273,23 @@ impl Session {
         }
     }
 
+    /// Whether lights that are dimmed may be mixed: in a drag, if the last recording was submitted.
+    fn mixes(&self) -> bool {
+        self.may_mix
+            && self.is_held
+            && !self.times_passes
+            && !self.follows_exposure
+            && self.recorded.is_none()
+    }
+
+    /// Whether the picture is mixed, and no frame's.
+    pub(super) fn is_mixed(&self) -> bool {
+        matches!(&self.stage, Stage::Ready(ready) if ready.is_mixed())
+    }
+
     /// Records the requested picture.
     fn record(&mut self, requested: &ViewRequest) -> Result<Recorder> {
-        let before = self.shown.clone();
+        let (before, mixes) = (self.shown.clone(), self.mixes());
         match &mut self.stage {
             Stage::Preview(preview) => {
                 let recorder = record_preview(preview, requested, &self.scene.materials)?;
@@ -274,6 +298,10 @@ impl Session {
             }
             Stage::Ready(ready) => {
                 ready.renderer.set_serialised(self.times_passes);
+                if mixes && let Some((recorder, frame)) = ready.record_dimmed(before.as_ref(), requested)? {
+                    self.recorded = Some(Recorded { frame, before });
+                    return Ok(recorder);
+                }
                 let (recorder, frame, refused) = ready.record(requested, &mut self.document)?;
                 self.needs_precompute = frame.needs_precompute();
                 self.said.extend(refused);
@@ -357,6 +385,7 @@ impl Session {
                 if self.costs.len() == FRAMES {
                     self.costs.pop_front();
                 }
+                self.frames += 1;
                 let FrameReport { columns, device_ms, frame_ms, .. } = report;
                 self.costs.push_back(Cost { columns, device_ms, frame_ms });
                 self.last = Some(report);

@@ -13,6 +13,7 @@ pub(super) enum Action {
     SaveAs,
     Save,
     Screenshot,
+    Layers,
     Record,
     Play,
     Beauty,
@@ -64,7 +65,7 @@ const fn command(logical_key: Key, action: Action, text: &'static str) -> Bindin
 }
 
 /// All bindings. A combination stands before the shorter ones that it contains.
-pub(super) const BINDINGS: [Binding; 43] = [
+pub(super) const BINDINGS: [Binding; 44] = [
     key(Key::F1, Action::Help, "Show or hide this list"),
     key(Key::H, Action::Help, "Show or hide this list"),
     key(Key::P, Action::Panels, "Show or hide the panels"),
@@ -83,6 +84,7 @@ pub(super) const BINDINGS: [Binding; 43] = [
     },
     command(Key::S, Action::Save, "Save the scene"),
     command(Key::P, Action::Screenshot, "Save the picture"),
+    command(Key::L, Action::Layers, "Save the light of each light as layers of one file"),
     command(Key::R, Action::Record, "Begin or end to record a film"),
     key(Key::Space, Action::Play, "Play or stop the film"),
     key(Key::Num1, Action::Beauty, "The picture"),

@@ -1,15 +1,18 @@
 //! The renderers of the window: a preview of direct light, then those whose light paths a thread
 //! traces, for a draft and for the scene's own settings.
 
+use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use super::dimming::{self, Dimmed, Dimming};
 use super::document::{Document, MaterialEdit};
 use super::view_request::ViewRequest;
 use crate::app::estimate::Estimate;
+use crate::app::meters::{self, Found, Goal, Wish};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Recorder};
 use crate::renderer::{Preview, Progress, RecordedFrame, Renderer, Store};
@@ -54,6 +57,8 @@ pub(super) struct Ready {
     ids: Vec<u64>,
     /// The last frame left work that the next camera movement would wait for.
     is_behind: bool,
+    /// The picture is mixed, and no frame's.
+    dimming: Option<Dimming>,
 }
 
 /// The worker's side of the shared state.
@@ -135,7 +140,8 @@ impl Worker {
     /// The next renderer, if it is ready. `light_count`: number of lights of the loaded scene.
     pub(super) fn next(&mut self, light_count: usize) -> Option<Ready> {
         let renderer = self.made.try_iter().last()?;
-        Some(Ready { renderer, ids: (0..light_count as u64).collect(), is_behind: true })
+        let ids = (0..light_count as u64).collect();
+        Some(Ready { renderer, ids, is_behind: true, dimming: None })
     }
 
     /// Whether the thread has ended and [`Self::next`] has no more renderers.
@@ -219,7 +225,63 @@ impl Ready {
         requested: &ViewRequest,
         document: &mut Document,
     ) -> Result<(Recorder, RecordedFrame, Vec<String>)> {
+        let refused = self.bring_into_line(requested, document)?;
+        let (recorder, frame) = self.renderer.begin_frame()?;
+        Ok((recorder, frame, refused))
+    }
+
+    /// Records the request as a mix of pictures: lights are dimmed without a frame. The first time,
+    /// the frame without these lights is rendered. `None` if anything else differs from the picture
+    /// that is shown.
+    pub(super) fn record_dimmed(
+        &mut self,
+        shown: Option<&ViewRequest>,
+        requested: &ViewRequest,
+    ) -> Result<Option<(Recorder, Option<RecordedFrame>)>> {
+        if let Some(dimming) = &self.dimming {
+            let Some(gains) = dimming.gains(requested) else { return Ok(None) };
+            return Ok(Some((self.renderer.mix(&dimming.mix, gains)?, None)));
+        }
+        let Some((base, dimmed)) = shown.and_then(|base| Some((base, Dimmed::new(base, requested)?))) else {
+            return Ok(None);
+        };
+        let mix = match self.renderer.begin_mix() {
+            Err(error) if error.is_out_of_memory() => return Ok(None),
+            mix => mix?,
+        };
+        let dark = dimming::without(requested, &dimmed.lights);
+        self.bring_into_line(&dark, &mut dark.document.clone())?;
+        let (recorder, frame) = self.renderer.begin_frame_without(&mix, dimmed.gains)?;
+        self.dimming = Some(Dimming { base: base.clone(), lights: dimmed.lights, mix });
+        Ok(Some((recorder, Some(frame))))
+    }
+
+    /// Searches for powers that give these illuminances; lights that are `kept` stay. Returns the
+    /// identifiers of the others. The next record sets the lights right.
+    pub(super) fn find_powers(&mut self, goals: &[Goal], kept: &HashSet<u64>) -> Result<(Vec<u64>, Found)> {
+        let lights: Vec<usize> = meters::active(self.renderer.scene())
+            .into_iter()
+            .filter(|light| !kept.contains(&self.ids[*light]))
+            .collect();
+        if lights.is_empty() {
+            return Err(Error::Usage("no light that is on may change".to_owned()));
+        }
+        let wish = Wish { goals, lights: &lights, max_factor: f64::INFINITY };
+        let found = wish.find(&mut self.renderer, (&[], 0.0))?;
+        Ok((lights.into_iter().map(|light| self.ids[light]).collect(), found))
+    }
+
+    /// Whether the picture is mixed, and no frame's.
+    pub(super) fn is_mixed(&self) -> bool {
+        self.dimming.is_some()
+    }
+
+    /// Edits the renderer. Refused material edits are reverted in `document`, with a message each.
+    fn bring_into_line(&mut self, requested: &ViewRequest, document: &mut Document) -> Result<Vec<String>> {
         let renderer = &mut self.renderer;
+        if self.dimming.take().is_some() {
+            renderer.end_mix();
+        }
         if renderer.size() != requested.camera.size {
             renderer.resize(requested.camera.size)?;
         }
@@ -229,8 +291,7 @@ impl Ready {
         self.bring_lights_into_line(&requested.document)?;
         let refused = self.bring_materials_into_line(document)?;
         self.is_behind = true;
-        let (recorder, frame) = self.renderer.begin_frame()?;
-        Ok((recorder, frame, refused))
+        Ok(refused)
     }
 
     /// Records the work that the last frame left, so that the next camera movement does not wait.

@@ -2,6 +2,7 @@
 
 use super::dialogs::Purpose;
 use super::levels::Levels;
+use super::meters::Meters;
 use super::mixer::Mixer;
 use super::recent::Recent;
 use crate::app::false_colours::{Quantity, Scale};
@@ -50,6 +51,8 @@ pub(super) enum Beside {
 pub(super) enum Request {
     Save,
     Screenshot,
+    /// Saves the light of each light as layers of one file.
+    Layers,
     Record,
     Play,
     Vsync,
@@ -88,6 +91,8 @@ pub(super) enum Request {
     RestoreSnapshot(u64),
     /// Saves all snapshots as one picture.
     ContactSheet,
+    /// Searches for powers of lights that give the wanted illuminances.
+    Solve,
 }
 
 /// Answers for a scene that has changed on disk and has unsaved edits.
@@ -114,6 +119,8 @@ pub(super) struct UiState {
     pub(super) vsync: bool,
     /// The time of each pass is shown.
     pub(super) times_passes: bool,
+    /// The picture has fewer pixels while the user moves something and frames are slow.
+    pub(super) coarsens: bool,
     /// Picture pixels per window pixel.
     pub(super) scale: f32,
     /// The clicked position on a surface.
@@ -153,6 +160,7 @@ pub(super) struct UiState {
     /// Range of false colours. `None`: follows the next picture.
     pub(super) light_range: Option<Scale>,
     pub(super) mixer: Mixer,
+    pub(super) meters: Meters,
 }
 
 /// Our picture against Monte Carlo's.
@@ -197,6 +205,7 @@ impl UiState {
             beside: Beside::MonteCarlo,
             vsync: true,
             times_passes: false,
+            coarsens: true,
             scale: 1.0,
             place: None,
             requests: Vec::new(),
@@ -220,6 +229,7 @@ impl UiState {
             opens_snapshots: false,
             light_range: None,
             mixer: Mixer::default(),
+            meters: Meters::default(),
         }
     }
 
@@ -230,6 +240,7 @@ impl UiState {
             shows_panels: self.shows_panels,
             vsync: self.vsync,
             times_passes: self.times_passes,
+            coarsens: self.coarsens,
             scale: self.scale,
             text_scale: self.text_scale,
             shows_histogram: self.shows_histogram,
@@ -242,6 +253,12 @@ impl UiState {
     pub(super) fn reads_picture(&self) -> bool {
         let has_colours = matches!(self.view, View::Cells(_) | View::FalseColours(_));
         has_colours || self.shows_zebra || self.shows_histogram
+    }
+
+    /// Whether the window shows the picture, and nothing that is read from it.
+    pub(super) fn shows_picture_alone(&self) -> bool {
+        let is_read = self.reads_picture() || self.split.is_some() || !self.requests.is_empty();
+        self.view == View::Beauty && !is_read && !self.is_playing
     }
 
     /// The snapshot right of the split.

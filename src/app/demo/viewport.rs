@@ -5,7 +5,9 @@ use std::time::Instant;
 use egui::{CentralPanel, Color32, Frame, Key, PointerButton, Rect, Response, Sense, Ui, pos2};
 use glam::{Vec2, Vec3};
 
+use super::coarse::{Coarse, Hand};
 use super::gizmos::{Drag, Part, Projection, hit, of_light};
+use super::meters;
 use super::navigate::{self, Held};
 use super::overlays;
 use super::session::Session;
@@ -18,6 +20,8 @@ use crate::scene::Camera;
 const PATIENCE_S: f64 = 0.15;
 /// Range of a picture's width and height, pixels.
 const SIDES: [u32; 2] = [16, 8192];
+/// Points by which the shape of a coarse picture may differ from that of its area.
+const ROUNDED: f32 = 4.0;
 /// Largest distance between the pointer and a gizmo that it takes, points.
 const TOLERANCE: f32 = 6.0;
 /// Largest distance between a click and a light's mark, points.
@@ -35,6 +39,9 @@ const SPEED: f32 = 0.2;
 pub(super) struct Viewport {
     /// The size that the picture should take, and the time of that request.
     size: ([u32; 2], Instant),
+    coarse: Coarse,
+    /// By what the size is divided.
+    divisor: u32,
     hold: Option<Hold>,
     /// Pointer position at the last movement of the held part.
     pointer: Vec2,
@@ -71,7 +78,14 @@ impl Viewport {
     }
 
     pub(super) fn new() -> Self {
-        Self { size: ([0, 0], Instant::now()), hold: None, pointer: Vec2::ZERO, anchor: Vec3::ZERO }
+        Self {
+            size: ([0, 0], Instant::now()),
+            coarse: Coarse::new(),
+            divisor: 1,
+            hold: None,
+            pointer: Vec2::ZERO,
+            anchor: Vec3::ZERO,
+        }
     }
 
     /// Draws the picture in the area that the panels leave, and gizmos its input.
@@ -85,9 +99,10 @@ impl Viewport {
     ) -> Result<()> {
         let shown = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             let area = ui.max_rect();
-            self.fit(ui, session, ui_state, area);
             let response = ui.allocate_rect(area, Sense::click_and_drag());
-            self.fly(ui, session, ui_state);
+            let flies = self.fly(ui, session, ui_state);
+            self.fit(ui, session, ui_state, (area, flies));
+            let area = framed(area, session.picture().1);
             let projection = projection(&session.camera, area);
             self.take(ui, &response, projection, session, ui_state)?;
             self.drag(ui, &response, session, ui_state, area);
@@ -95,14 +110,19 @@ impl Viewport {
             draw(ui, area, textures, ui_state.split);
             let projection = self::projection(&session.camera, area);
             overlays.paint(ui, projection, area, session, ui_state)?;
+            if ui_state.meters.is_open {
+                meters::paint(&ui.painter_at(area), projection, session, ui_state.meters.chosen);
+            }
             self.draw_lights(ui, &response, projection, session, ui_state);
+            overlays::marks(&ui.painter_at(response.rect), response.rect, &self.marks(session, ui_state));
             Ok(())
         });
         shown.inner
     }
 
-    /// Resizes the picture to its area once the area is constant.
-    fn fit(&mut self, ui: &Ui, session: &mut Session, ui_state: &UiState, area: Rect) {
+    /// Resizes the picture to its area once the area is constant. While the user moves something
+    /// and frames are slow, the picture has fewer pixels.
+    fn fit(&mut self, ui: &Ui, session: &mut Session, ui_state: &UiState, (area, flies): (Rect, bool)) {
         let pixels = ui.ctx().pixels_per_point() * ui_state.scale;
         let side = |points: f32| ((points * pixels).round() as u32).clamp(SIDES[0], SIDES[1]);
         let size = [side(area.width()), side(area.height())];
@@ -115,6 +135,8 @@ impl Viewport {
                 session.camera.size = size;
             }
         }
+        self.divisor = self.divisor_of(ui, session, ui_state, flies);
+        let size = self.divided();
         if session.camera.size != size && session.refused_size != Some(size) {
             let waited = self.size.1.elapsed().as_secs_f64();
             if waited >= PATIENCE_S {
@@ -125,15 +147,62 @@ impl Viewport {
         }
     }
 
-    /// Whether the picture has the size of its area, or the device refused that size.
-    pub(super) fn fits(&self, session: &Session) -> bool {
-        session.camera.size == self.size.0 || session.refused_size == Some(self.size.0)
+    /// The size of the picture while it is coarse, or its full size.
+    fn divided(&self) -> [u32; 2] {
+        self.size.0.map(|side| (side / self.divisor).max(SIDES[0]))
     }
 
-    /// Moves the camera by the held keys.
-    fn fly(&self, ui: &Ui, session: &mut Session, ui_state: &UiState) {
+    /// By what the width and the height of the picture are divided.
+    fn divisor_of(&mut self, ui: &Ui, session: &Session, ui_state: &UiState, flies: bool) -> u32 {
+        // Mixed pictures are fast at every size, and films are shown as they are.
+        if session.is_mixed() {
+            return self.divisor;
+        }
+        if ui_state.is_playing || !ui_state.coarsens {
+            self.coarse = Coarse::new();
+            return 1;
+        }
+        let (holds, turns) =
+            ui.input(|input| (input.pointer.any_down(), input.smooth_scroll_delta() != egui::Vec2::ZERO));
+        let ms = session.costs.back().map_or(0.0, |cost| cost.frame_ms);
+        let (hand, now) =
+            (Hand { holds, moves: flies || turns, frames: (session.frames, ms) }, Instant::now());
+        let divisor = self.coarse.follow(hand, now);
+        if let Some(rest) = self.coarse.rests_in(now) {
+            ui.ctx().request_repaint_after(rest);
+        }
+        divisor
+    }
+
+    /// What the picture lacks, and what runs beside it.
+    fn marks(&self, session: &Session, ui_state: &UiState) -> Vec<String> {
+        let mut marks = Vec::new();
+        if ui_state.is_recording {
+            marks.push("● recording".to_owned());
+        }
+        if self.divisor > 1 {
+            marks.push(format!("1/{} of the width and height while you move", self.divisor));
+        }
+        if let Some(progress) = session.progress().filter(|_| !ui_state.shows_panels) {
+            marks.push(format!(
+                "{}, {:.0} %",
+                progress.estimate.words(),
+                100.0 * progress.estimate.fraction()
+            ));
+        }
+        marks
+    }
+
+    /// Whether the picture has the size of its area, or the device refused that size.
+    pub(super) fn fits(&self, session: &Session) -> bool {
+        let size = self.divided();
+        session.camera.size == size || session.refused_size == Some(size)
+    }
+
+    /// Moves the camera by the held keys. Returns whether it did.
+    fn fly(&self, ui: &Ui, session: &mut Session, ui_state: &UiState) -> bool {
         if ui.ctx().egui_wants_keyboard_input() || ui_state.is_in_dialog {
-            return;
+            return false;
         }
         let (held, seconds) = ui.input(|input| {
             let down = |key| input.key_down(key) && !input.modifiers.command;
@@ -149,10 +218,12 @@ impl Viewport {
             (held, input.stable_dt)
         });
         let step = held.step(seconds, SPEED * size(session));
-        if step != Vec3::ZERO && !ui_state.is_playing {
+        let flies = step != Vec3::ZERO && !ui_state.is_playing;
+        if flies {
             navigate::fly(&mut session.camera, step);
             ui.ctx().request_repaint();
         }
+        flies
     }
 
     /// Starts a drag where the pointer is pressed, or chooses the clicked item.
@@ -336,7 +407,6 @@ impl Viewport {
 
 /// The projection of the picture's area.
 fn projection(camera: &Camera, area: Rect) -> Projection {
-    // A picture that waits for its new size is stretched, and the overlays are too.
     Projection::new(camera, vec(area.min), Vec2::new(area.width(), area.height()))
 }
 
@@ -347,6 +417,17 @@ fn surface(session: &Session, projection: Projection, pointer: Vec2) -> Result<O
     let pixel = projection.pixel(pointer, size);
     let found = renderer.surface_at(pixel)?;
     Ok(found.map(|found| Place { position: found.position, normal: found.normal, material: found.material }))
+}
+
+/// Where a picture of this size stands in its area. One that waits for another shape is not
+/// stretched; the size of a coarse one is rounded.
+fn framed(area: Rect, [width, height]: [u32; 2]) -> Rect {
+    let scale = (area.width() / width as f32).min(area.height() / height as f32);
+    let size = scale * egui::vec2(width as f32, height as f32);
+    match (area.size() - size).max_elem() <= ROUNDED {
+        true => area,
+        false => Rect::from_center_size(area.center(), size),
+    }
 }
 
 /// The scene's diagonal, metres.

@@ -5,6 +5,8 @@ pub(super) mod measure;
 mod search;
 pub(super) mod solve;
 
+pub(in crate::app) use search::{Found, Goal, Wish};
+
 use super::args::{CacheArgs, DeviceArgs, SceneArgs};
 use crate::error::{Error, Result};
 use crate::gpu::Context;
@@ -48,6 +50,6 @@ fn measure_with(renderer: &mut Renderer, is_on: impl Fn(usize) -> bool) -> Resul
 }
 
 /// The lights that are on and not black.
-fn active(scene: &Scene) -> Vec<usize> {
+pub(in crate::app) fn active(scene: &Scene) -> Vec<usize> {
     (0..scene.lights.len()).filter(|&light| scene.lights[light].is_active()).collect()
 }

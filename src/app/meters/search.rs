@@ -1,8 +1,10 @@
 //! The search for powers and places of lights that give wanted illuminances.
 
-use super::{least_squares, measure_with};
+use super::{active, least_squares, measure_with};
 use crate::error::Result;
 use crate::renderer::{Measured, Reading, Renderer};
+use crate::scene::LightKind;
+use crate::scene::meter::Meter;
 use glam::Vec3;
 
 /// Weight of a light's change beside the relative errors. It only chooses among powers that fit the
@@ -21,17 +23,81 @@ const DAMPING: f64 = 0.1;
 const RELAXED: f64 = 0.3;
 const DAMPED: f64 = 4.0;
 
+/// Relative error up to which a goal is reached.
+const REACHED: f64 = 0.02;
+
 /// A wanted mean illuminance.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Goal {
+pub(in crate::app) struct Goal {
     /// Index of the meter.
-    pub(super) meter: usize,
+    pub(in crate::app) meter: usize,
     /// Its illuminance, lx.
-    pub(super) lux: f64,
+    pub(in crate::app) lux: f64,
+}
+
+/// What is wanted, and which lights may change.
+pub(in crate::app) struct Wish<'a> {
+    pub(in crate::app) goals: &'a [Goal],
+    /// Lights whose power may change.
+    pub(in crate::app) lights: &'a [usize],
+    /// Bound of the factors of their powers.
+    pub(in crate::app) max_factor: f64,
+}
+
+/// What was found.
+pub(in crate::app) struct Found {
+    /// Light, as it was found, and factor of its power.
+    pub(in crate::app) lights: Vec<(usize, LightKind, f64)>,
+    /// Illuminance of each goal before and after, lx, as rendered.
+    pub(in crate::app) rendered: Vec<[f64; 2]>,
+}
+
+/// Whether an illuminance is the wanted one.
+pub(super) fn is_reached(after: f64, wanted: f64) -> bool {
+    (after / wanted - 1.0).abs() <= REACHED
+}
+
+impl Goal {
+    /// A line about its illuminance before and after, lx.
+    pub(in crate::app) fn said(&self, meters: &[Meter], [before, after]: [f64; 2]) -> String {
+        let missed = if is_reached(after, self.lux) { "" } else { ", which is not reachable" };
+        format!("{}: {before:.0} to {after:.0} lx of {:.0}{missed}", meters[self.meter].name, self.lux)
+    }
+}
+
+impl Wish<'_> {
+    /// Searches for powers, and for places of lights that are `moved`, each at most `reach` metres.
+    /// The renderer's lights are then as found, and on as the last measurement had them.
+    pub(in crate::app) fn find(
+        &self,
+        renderer: &mut Renderer,
+        (moved, reach): (&[usize], f32),
+    ) -> Result<Found> {
+        let Self { goals, lights, max_factor } = *self;
+        let all = active(renderer.scene());
+        let before = means(renderer, goals, &all)?;
+        let mut on: Vec<usize> = all.into_iter().filter(|light| !lights.contains(light)).collect();
+        let mut search = Search::new(renderer, goals, (lights, &on), max_factor)?;
+        search.descend(renderer, moved, reach)?;
+
+        let (factors, _) = search.powers();
+        let mut found = Vec::new();
+        for (&light, factor) in lights.iter().zip(factors) {
+            let mut kind = renderer.scene().lights[light].kind;
+            if factor > 0.0 {
+                kind = kind.with_emission(kind.emission() * factor as f32);
+                renderer.set_light(light, kind)?;
+                on.push(light);
+            }
+            found.push((light, kind, factor));
+        }
+        let after = means(renderer, goals, &on)?;
+        Ok(Found { lights: found, rendered: before.into_iter().zip(after).map(|(a, b)| [a, b]).collect() })
+    }
 }
 
 /// Lights that may change, and what is known about them.
-pub(super) struct Search<'a> {
+struct Search<'a> {
     goals: &'a [Goal],
     /// Lights whose power may change.
     lights: &'a [usize],
@@ -44,7 +110,7 @@ pub(super) struct Search<'a> {
 }
 
 /// Mean illuminance of each goal with these lights on, lx.
-pub(super) fn means(renderer: &mut Renderer, goals: &[Goal], on: &[usize]) -> Result<Vec<f64>> {
+fn means(renderer: &mut Renderer, goals: &[Goal], on: &[usize]) -> Result<Vec<f64>> {
     let points = measure_with(renderer, |light| on.contains(&light))?;
     let points = Measured::by_meter(renderer.scene(), &points);
     Ok(goals.iter().map(|goal| Reading::new(points[goal.meter]).mean).collect())
@@ -56,7 +122,7 @@ fn place_of(renderer: &Renderer, light: usize) -> Vec3 {
 
 impl<'a> Search<'a> {
     /// Measures each light that may change alone, and `others` together.
-    pub(super) fn new(
+    fn new(
         renderer: &mut Renderer,
         goals: &'a [Goal],
         (lights, others): (&'a [usize], &[usize]),
@@ -71,7 +137,7 @@ impl<'a> Search<'a> {
     }
 
     /// Factors of the powers, and the relative errors of the goals that they leave.
-    pub(super) fn powers(&self) -> (Vec<f64>, Vec<f64>) {
+    fn powers(&self) -> (Vec<f64>, Vec<f64>) {
         let row = |(number, goal): (usize, &Goal)| -> Vec<f64> {
             self.alone.iter().map(|means| means[number] / goal.lux).collect()
         };
@@ -91,7 +157,7 @@ impl<'a> Search<'a> {
     /// Moves lights, each at most `reach` metres, until the powers reach all goals or no step
     /// helps. `moved` are places in the list of lights. The steps are damped Gauss-Newton steps of
     /// the errors that the best powers leave. [Golub 1973]
-    pub(super) fn descend(&mut self, renderer: &mut Renderer, moved: &[usize], reach: f32) -> Result<()> {
+    fn descend(&mut self, renderer: &mut Renderer, moved: &[usize], reach: f32) -> Result<()> {
         let places = |renderer: &Renderer| -> Vec<Vec3> {
             moved.iter().map(|&own| place_of(renderer, self.lights[own])).collect()
         };

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use super::search::{Goal, Search, means};
+use super::search::{Found, Goal, Wish, is_reached};
 use super::{active, open};
 use crate::app::args::{CacheArgs, DeviceArgs, SceneArgs};
 use crate::app::numbers::parse_positive;
@@ -14,7 +14,7 @@ use crate::app::overlap;
 use crate::error::{Error, Result};
 use crate::renderer::Renderer;
 use crate::scene::save::{Edited, SceneText};
-use crate::scene::{Light, LightKind, Scene};
+use crate::scene::{Light, Scene};
 
 /// Find the powers of lights that give wanted illuminances
 ///
@@ -64,16 +64,6 @@ struct Target {
 
 /// Metres that a light may move unless the user states them.
 const REACH_M: f64 = 1.0;
-/// Relative error up to which a target is reached.
-const REACHED: f64 = 0.02;
-
-/// What was found.
-struct Solution {
-    /// Light, as it was found, and factor of its power.
-    lights: Vec<(usize, LightKind, f64)>,
-    /// Illuminance of each target before and after, lx, as rendered.
-    rendered: Vec<[f64; 2]>,
-}
 
 fn parse_target(text: &str) -> std::result::Result<Target, String> {
     let expected = "expected METER=LUX, as in desk=500".to_owned();
@@ -147,28 +137,11 @@ impl Solve {
         Ok(lights)
     }
 
-    fn solution(&self, renderer: &mut Renderer, goals: &[Goal], lights: &[usize]) -> Result<Solution> {
-        let all = active(renderer.scene());
+    fn solution(&self, renderer: &mut Renderer, goals: &[Goal], lights: &[usize]) -> Result<Found> {
         let moved = self.moved_of(renderer.scene(), lights)?;
-        let before = means(renderer, goals, &all)?;
-        let mut on: Vec<usize> = all.into_iter().filter(|light| !lights.contains(light)).collect();
-        let max_factor = self.max_factor.unwrap_or(f64::INFINITY);
-        let mut search = Search::new(renderer, goals, (lights, &on), max_factor)?;
-        search.descend(renderer, &moved, self.reach.unwrap_or(REACH_M) as f32)?;
-
-        let (factors, _) = search.powers();
-        let mut found = Vec::new();
-        for (&light, factor) in lights.iter().zip(factors) {
-            let mut kind = renderer.scene().lights[light].kind;
-            if factor > 0.0 {
-                kind = kind.with_emission(kind.emission() * factor as f32);
-                renderer.set_light(light, kind)?;
-                on.push(light);
-            }
-            found.push((light, kind, factor));
-        }
-        let after = means(renderer, goals, &on)?;
-        Ok(Solution { lights: found, rendered: before.into_iter().zip(after).map(|(a, b)| [a, b]).collect() })
+        let reach = self.reach.unwrap_or(REACH_M) as f32;
+        Wish { goals, lights, max_factor: self.max_factor.unwrap_or(f64::INFINITY) }
+            .find(renderer, (&moved, reach))
     }
 
     /// Places in `lights` of the lights that may move.
@@ -187,7 +160,7 @@ impl Solve {
     }
 
     /// Writes the scene file with these lights.
-    fn write(&self, output: &OutputFile, solution: &Solution) -> Result<()> {
+    fn write(&self, output: &OutputFile, solution: &Found) -> Result<()> {
         let mut scene = self.scene_args.load_with_meters(&self.scene)?;
         let text = SceneText::new(&self.scene, &self.scene_args.options(), &scene)?;
         for &(light, kind, factor) in &solution.lights {
@@ -198,7 +171,7 @@ impl Solve {
         output.write(|out| std::io::Write::write_all(out, text.as_bytes()))
     }
 
-    fn text(&self, scene: &Scene, solution: &Solution) -> String {
+    fn text(&self, scene: &Scene, solution: &Found) -> String {
         let names = self.targets.iter().map(|target| target.meter.chars().count());
         let lights = solution.lights.iter().map(|&(light, ..)| scene.lights[light].name.chars().count());
         let width = names.chain(lights).max().unwrap_or(0).max(5);
@@ -223,7 +196,7 @@ impl Solve {
         text
     }
 
-    fn document(&self, scene: &Scene, solution: &Solution) -> serde_json::Value {
+    fn document(&self, scene: &Scene, solution: &Found) -> serde_json::Value {
         let lights = solution.lights.iter().map(|&(light, kind, factor)| {
             let place = kind.position().map(|place| (place.as_dvec3() + scene.origin).to_array());
             json!({"name": scene.lights[light].name, "factor": factor, "position": place})
@@ -236,10 +209,6 @@ impl Solve {
         });
         json!({"lights": lights.collect::<Vec<_>>(), "targets": targets.collect::<Vec<_>>()})
     }
-}
-
-fn is_reached(after: f64, target: f64) -> bool {
-    (after / target - 1.0).abs() <= REACHED
 }
 
 #[cfg(test)]

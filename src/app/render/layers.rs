@@ -30,10 +30,10 @@ pub(super) enum Aov {
 const RGB: &[&str] = &["R", "G", "B"];
 
 /// A layer of the written image.
-pub(super) struct Layer {
-    pub(super) name: Cow<'static, str>,
-    pub(super) channels: &'static [&'static str],
-    pub(super) pixels: Vec<[f32; 3]>,
+pub(in crate::app) struct Layer {
+    pub(in crate::app) name: Cow<'static, str>,
+    pub(in crate::app) channels: &'static [&'static str],
+    pub(in crate::app) pixels: Vec<[f32; 3]>,
 }
 
 /// The main layer, or the layer of an AOV.
@@ -71,7 +71,7 @@ impl Aov {
 }
 
 /// Direct and indirect light of each active light, which add up to the picture.
-pub(super) fn of_lights(renderer: &mut Renderer) -> Result<Vec<Layer>> {
+pub(in crate::app) fn of_lights(renderer: &mut Renderer) -> Result<Vec<Layer>> {
     let count = renderer.scene().lights.iter().filter(|light| light.is_active()).count();
     if count > MAX_LIGHTS {
         return Err(Error::Usage(format!(

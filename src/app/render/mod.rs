@@ -1,7 +1,7 @@
 //! `lightpaths render`: renders one image without a window.
 
 mod combinations;
-mod layers;
+pub(super) mod layers;
 mod lightpaths;
 mod path_judge;
 pub(super) mod sampled;

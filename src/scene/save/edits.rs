@@ -225,7 +225,7 @@ fn material_table<'a>(root: &'a mut Node, name: &str) -> &'a mut Node {
     &mut tables[index]
 }
 
-fn set_text(table: &mut Node, key: &str, text: &str) {
+pub(super) fn set_text(table: &mut Node, key: &str, text: &str) {
     table.set(key, node(Kind::Text(text.to_owned())));
 }
 
@@ -252,17 +252,17 @@ fn components(
     table.set(key, node(Kind::Array([0, 1, 2].map(component).into())));
 }
 
-fn vector(table: &mut Node, key: &str, wanted: Vec3) {
+pub(super) fn vector(table: &mut Node, key: &str, wanted: Vec3) {
     components(table, key, wanted, |_, number| number as f32, |_, value| numbers::plain(value));
 }
 
-fn place(table: &mut Node, key: &str, wanted: Vec3, origin: DVec3) {
+pub(super) fn place(table: &mut Node, key: &str, wanted: Vec3, origin: DVec3) {
     let read = |axis, number: f64| (number - origin[axis]) as f32;
     components(table, key, wanted, read, |axis, value| numbers::place(value, origin[axis]));
 }
 
 /// Sets a whole direction if it differs from the wanted value: its components depend on each other.
-fn direction(table: &mut Node, key: &str, wanted: Vec3) {
+pub(super) fn direction(table: &mut Node, key: &str, wanted: Vec3) {
     let old = numbers_of(table, key).map(|numbers| DVec3::from(numbers.map(|(number, _)| number)));
     let read = old.and_then(unit).map(|unit| unit.as_vec3().to_array().map(f32::to_bits));
     if read != Some(wanted.to_array().map(f32::to_bits)) {

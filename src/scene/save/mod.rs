@@ -5,6 +5,7 @@
 //! origin, see `scene/numbers.rs`.
 
 mod edits;
+mod meters;
 mod models;
 mod paths;
 mod text;
@@ -16,6 +17,7 @@ use glam::DVec3;
 use super::builtin::{self, Files};
 use super::file::{Source, read_cameras, read_lights};
 use super::material::Override;
+use super::meter::{self, Meter};
 use super::value::{Kind, Node, Origin, Section};
 use super::{Camera, Light, LightKind, LoadOptions, Material, Quality, Scene, fit, limits};
 use crate::{Error, Result};
@@ -43,12 +45,16 @@ pub struct Edited<'a> {
     pub lights: &'a [Light],
     /// All materials, in the scene's order.
     pub materials: &'a [Material],
+    /// All light meters, recentred. `None`: as they were loaded.
+    pub meters: Option<&'a [Meter]>,
 }
 
 impl<'a> Edited<'a> {
-    /// The editable parts of a scene.
+    /// The editable parts of a scene. Meters stay as they were loaded: many scenes are used
+    /// without.
     pub fn from_scene(scene: &'a Scene) -> Self {
-        Self { camera: &scene.cameras[0], lights: &scene.lights, materials: &scene.materials }
+        let (lights, materials) = (&scene.lights, &scene.materials);
+        Self { camera: &scene.cameras[0], lights, materials, meters: None }
     }
 }
 
@@ -113,7 +119,11 @@ impl SceneText {
         let lights = edits::lights(&mut root, edited.lights, self.origin, [&self.source.file, to])?;
         edits::materials(&mut root, &self.materials, edited.materials);
         edits::emissions(&mut root, &self.materials, edited.lights);
-        let text = text::write(&self.source.text, &root, [("camera", &cameras), ("light", &lights)])?;
+        let mut from = vec![("camera", cameras), ("light", lights)];
+        if let Some(edited) = edited.meters {
+            from.push(("meter", meters::write(&mut root, edited, self.origin)));
+        }
+        let text = text::write(&self.source.text, &root, &from)?;
         self.check(to, &text)?;
         Ok(text)
     }
@@ -176,6 +186,7 @@ impl SceneText {
         let files = if let Files::Memory(_) = self.source.files { &self.source.files } else { &anywhere };
         read_lights(to, &root, self.origin, files)?;
         read_cameras(to, &root, self.origin)?;
+        meter::read_all(to, &root, self.origin)?;
         for section in Section::list(to, &root, "material", limits::MATERIALS)? {
             Override::read(&section)?;
         }

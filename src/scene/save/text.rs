@@ -10,13 +10,13 @@ use crate::scene::numbers;
 use crate::scene::value::{Kind, Node};
 use crate::{Error, Result};
 
-/// The text of `root`. `from` has two lists by name, each with the old index of every element.
-pub(super) fn write(text: &str, root: &Node, from: [(&str, &[Option<usize>]); 2]) -> Result<String> {
+/// The text of `root`. `from` has lists by name, each with the old index of every element.
+pub(super) fn write(text: &str, root: &Node, from: &[(&str, Vec<Option<usize>>)]) -> Result<String> {
     let mut document: DocumentMut =
         text.parse().map_err(|_| Error::input(Path::new("scene"), "is not TOML: load it again"))?;
     let Kind::Table(sections) = &root.kind else { return Ok(text.to_owned()) };
     for (key, section) in sections {
-        let found = from.iter().find(|(list, _)| list == key).map(|(_, from)| from.to_vec());
+        let found = from.iter().find(|(list, _)| list == key).map(|(_, from)| from.clone());
         if let Kind::Array(elements) = &section.kind {
             let from = found.unwrap_or_else(|| (0..elements.len()).map(Some).collect());
             write_list(&mut document, key, elements, &from);

@@ -5,6 +5,7 @@ mod help;
 mod lights;
 mod luminaire;
 mod materials;
+mod meters;
 mod models;
 mod question;
 mod scene;
@@ -68,6 +69,7 @@ pub(super) fn panels(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
         let has_several = session.document.models.len() > 1;
         section(ui, "Models", has_several, &mut |ui| models::models(ui, session, ui_state));
         section(ui, "View", true, &mut |ui| views::views(ui, session, ui_state));
+        meters::section(ui, session, ui_state);
         snapshots::section(ui, session, ui_state);
         section(ui, "Time", true, &mut |ui| timing::timing(ui, session, ui_state));
         section(ui, "Scene and film", false, &mut |ui| scene::scene(ui, session, ui_state));

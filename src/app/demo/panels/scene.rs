@@ -51,6 +51,7 @@ pub(super) fn scene(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) 
             ("Save scene", Request::Save, "With its edited lights, materials and camera (Ctrl+S)"),
             ("Save as…", Request::Ask(Purpose::Save), "To a file that you choose (Ctrl+Shift+S)"),
             ("Save picture", Request::Screenshot, "As PNG and EXR beside the scene (Ctrl+P)"),
+            ("Save layers", Request::Layers, "Direct and indirect light of each light, as one EXR (Ctrl+L)"),
             (recording, Request::Record, "Every edit until it ends, as a film file (Ctrl+R)"),
             (playing, Request::Play, "The film that was recorded last, or the scene's own (Space)"),
         ] {

@@ -21,6 +21,8 @@ fn columns(columns: &Columns) -> [(&'static str, f64); 5] {
 pub(super) fn timing(ui: &mut Ui, session: &Session, ui_state: &mut UiState) {
     ui.checkbox(&mut ui_state.times_passes, "Time each pass")
         .on_hover_text("Passes then wait for each other, and frames take longer");
+    ui.checkbox(&mut ui_state.coarsens, "Coarser while moving")
+        .on_hover_text("A half or a quarter of the width and height while frames take over 50 ms");
     let Some(last) = session.costs.back() else {
         ui.small("No frame yet.");
         return;

@@ -2,9 +2,13 @@
 
 use super::{Session, Stage};
 use crate::app::demo::view_request::ViewRequest;
+use crate::app::render::layers;
 use crate::error::{Error, Result};
 use crate::renderer::Layer;
 use crate::scene::Camera;
+
+/// Size of a picture, its pixels, and the layers of its lights.
+type LightLayers = ([u32; 2], Vec<[f32; 3]>, Vec<layers::Layer>);
 
 impl Session {
     /// Keeps the shown picture and its edits. Returns the snapshot's name.
@@ -21,6 +25,24 @@ impl Session {
         let codes = ready.renderer.display()?;
         let radiance = ready.renderer.layer(Layer::Beauty)?;
         Ok(self.snapshots.keep(shown.clone(), size, radiance, codes))
+    }
+
+    /// Size and pixels of the picture, and the layers of its lights. It renders a frame for each
+    /// light, and then the picture again.
+    ///
+    /// # Errors
+    /// There are no light paths yet, or too many lights; or the device failed.
+    pub(in crate::app::demo) fn light_layers(&mut self) -> Result<LightLayers> {
+        self.end_frames(0)?;
+        let Stage::Ready(ready) = &mut self.stage else {
+            let why = "the layers can be saved when the light paths are traced";
+            return Err(Error::Usage(why.to_owned()));
+        };
+        // Frames of other lights were shown.
+        self.shown = None;
+        let beauty = ready.renderer.layer(Layer::Beauty)?;
+        let layers = layers::of_lights(&mut ready.renderer)?;
+        Ok((ready.renderer.size(), beauty, layers))
     }
 
     /// Restores the edits of a snapshot: lights, materials and models as one step of the history;

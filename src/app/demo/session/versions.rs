@@ -85,11 +85,12 @@ impl Session {
         options
     }
 
-    /// Loads the scene anew if its models differ from the document's. An edit that cannot be loaded
+    /// Loads the scene anew if its models differ from the document's, and prepares it again if its
+    /// meters do. An edit that cannot be loaded
     /// is taken back.
-    pub(super) fn follow_models(&mut self) {
+    pub(super) fn follow_models(&mut self) -> Result<()> {
         if self.is_held || self.document.models == self.loaded_models {
-            return;
+            return self.follow_meters();
         }
         let done = match self.is_asked || !self.watch.is_as_read() {
             true => Err(Error::Usage(format!("{} {CHANGED}", self.source.spec))),
@@ -101,6 +102,15 @@ impl Session {
             self.has_gone_back = true;
             self.alarm(format!("taken back: {error}"));
         }
+        Ok(())
+    }
+
+    /// Traces light paths anew if the meters differ: each has gather rays of its own.
+    fn follow_meters(&mut self) -> Result<()> {
+        if self.is_held || self.document.meters == self.scene.meters {
+            return Ok(());
+        }
+        self.prepare_open(self.scene.clone())
     }
 
     fn load_models(&mut self) -> Result<()> {
@@ -116,9 +126,10 @@ impl Session {
 
     /// Prepares another version of the same scene; edits stay. `watch`: its files, taken before
     /// they were read.
-    fn prepare_again(&mut self, scene: Scene, watch: Watch) -> Result<()> {
+    fn prepare_again(&mut self, mut scene: Scene, watch: Watch) -> Result<()> {
         let rebase = Rebase::new(&self.scene, &scene);
         let (document, saved) = (rebase.document(&self.document), rebase.document(&self.saved));
+        scene.meters.clone_from(&document.meters);
         let (mut history, is_asked) = (self.history.clone(), self.is_asked);
         history.rebase(|document| rebase.document(document));
         self.replace(scene, watch, &rebase)?;

@@ -111,6 +111,14 @@ impl WindowState {
         Ok(())
     }
 
+    /// Reads the light meters, if their panel is open.
+    pub(super) fn follow_readings(&mut self) -> Result<()> {
+        if self.ui_state.meters.is_open && self.session.follow_readings()? {
+            self.window.request_redraw();
+        }
+        Ok(())
+    }
+
     /// Updates the stripes and the histogram of the picture.
     pub(super) fn follow_levels(&mut self) -> Result<()> {
         let (version, ui_state) = (self.session.version, &mut self.ui_state);

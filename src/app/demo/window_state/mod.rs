@@ -285,6 +285,8 @@ impl WindowState {
         self.tolerate(coloured)?;
         let measured = self.follow_levels();
         self.tolerate(measured)?;
+        let measured = self.follow_readings();
+        self.tolerate(measured)?;
         let shown = self.paint(output, commands)?;
         self.settle(shown == Shown::Yes && !is_new);
         if is_new {
@@ -343,6 +345,7 @@ impl WindowState {
         }
         self.session.weights = self.ui_state.view.weights();
         self.session.times_passes = self.ui_state.times_passes;
+        self.session.may_mix = self.ui_state.shows_picture_alone();
         Ok(output)
     }
 

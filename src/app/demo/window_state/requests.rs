@@ -68,6 +68,14 @@ impl WindowState {
                 let saved = files::save_picture(&self.session, &self.ui_state.save_to);
                 self.say(saved);
             }
+            Request::Layers => {
+                let saved = files::save_layers(&mut self.session, &self.ui_state.save_to);
+                match saved {
+                    Err(error) if error.is_out_of_memory() => self.tolerate(Err(error))?,
+                    Err(error) => self.tell_alarm(&error),
+                    Ok(said) => self.tell(said),
+                }
+            }
             Request::Record => self.record(),
             Request::Play => {
                 let done = self.play_or_stop();
@@ -97,6 +105,10 @@ impl WindowState {
                 let done = self.fulfil_snapshot(request);
                 self.tolerate(done)?;
             }
+            Request::Solve => {
+                let done = self.find_powers();
+                self.tolerate(done)?;
+            }
             Request::Answer(answer) => {
                 let done = self.answer(answer);
                 self.tolerate(done)?;
@@ -104,6 +116,19 @@ impl WindowState {
         }
         self.window.request_redraw();
         Ok(true)
+    }
+
+    /// Changes powers of lights so that the meters have the wanted means.
+    fn find_powers(&mut self) -> Result<()> {
+        let (session, meters) = (&mut self.session, &self.ui_state.meters);
+        let wanted = session.document.meters.iter().map(|meter| meters.wants(meter)).enumerate();
+        let wanted: Vec<(usize, f64)> = wanted.filter(|(_, lux)| *lux > 0.0).collect();
+        match session.find_powers(&wanted, &meters.kept) {
+            Ok(lines) => lines.into_iter().for_each(|line| self.tell(line)),
+            Err(error @ Error::Usage(_)) => self.tell_alarm(&error),
+            Err(error) => return Err(error),
+        }
+        Ok(())
     }
 
     pub(super) fn record(&mut self) {

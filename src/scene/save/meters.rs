@@ -1,0 +1,64 @@
+//! The light meters of a scene file as the window edits them.
+
+use glam::{DVec3, Vec3};
+
+use super::edits::{direction, place, set_text, vector};
+use super::node;
+use crate::scene::meter::{Meter, MeterShape, standard_grid};
+use crate::scene::value::{Kind, Node};
+
+/// Replaces the list of meters. Returns the index of each in the old list.
+pub(super) fn write(root: &mut Node, meters: &[Meter], origin: DVec3) -> Vec<Option<usize>> {
+    let old = match root.get("meter") {
+        Some(Node { kind: Kind::Array(tables), .. }) => tables.clone(),
+        _ => Vec::new(),
+    };
+    let name_of = |(number, table): (usize, &Node)| {
+        table.get("name").and_then(Node::as_text).map_or_else(|| Meter::unnamed(number), str::to_owned)
+    };
+    let names: Vec<String> = old.iter().enumerate().map(name_of).collect();
+    let from: Vec<Option<usize>> =
+        meters.iter().map(|meter| names.iter().position(|name| *name == meter.name)).collect();
+    if meters.is_empty() && old.is_empty() {
+        return from;
+    }
+    let tables = meters.iter().zip(&from).enumerate().map(|(number, (meter, from))| {
+        let mut table = from.map_or_else(|| node(Kind::Table(Vec::new())), |index| old[index].clone());
+        edit(&mut table, meter, number, origin);
+        table
+    });
+    root.set("meter", node(Kind::Array(tables.collect())));
+    from
+}
+
+fn edit(table: &mut Node, meter: &Meter, number: usize, origin: DVec3) {
+    let word = match meter.shape {
+        MeterShape::Point { .. } => "point",
+        MeterShape::Plane { .. } => "plane",
+    };
+    if table.get("name").is_some() || meter.name != Meter::unnamed(number) {
+        set_text(table, "name", &meter.name);
+    }
+    if table.get("kind").and_then(Node::as_text) != Some(word) {
+        if let Kind::Table(entries) = &mut table.kind {
+            entries.retain(|(key, _)| key == "name");
+        }
+        set_text(table, "kind", word);
+    }
+    match meter.shape {
+        MeterShape::Point { position, normal } => {
+            place(table, "position", position, origin);
+            direction(table, "normal", normal);
+        }
+        MeterShape::Plane { corner, edge_u, edge_v, grid } => {
+            place(table, "corner", corner, origin);
+            vector(table, "edge_u", edge_u);
+            vector(table, "edge_v", edge_v);
+            let length = |edge: Vec3| f64::from(edge.length());
+            if table.get("grid").is_some() || grid != standard_grid([length(edge_u), length(edge_v)]) {
+                let numbers = grid.map(|count| node(Kind::Integer(count.into())));
+                table.set("grid", node(Kind::Array(numbers.into())));
+            }
+        }
+    }
+}

@@ -9,6 +9,7 @@ mod client;
 mod demo;
 mod disk;
 mod display;
+mod editing;
 mod faults;
 mod frames;
 mod harness;

@@ -7,6 +7,8 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use glam::Vec3;
+
 use super::document::{Document, MaterialEdit};
 use super::view_request::ViewRequest;
 use crate::app::estimate::Estimate;
@@ -276,7 +278,10 @@ impl Ready {
     fn bring_materials_into_line(&mut self, document: &mut Document) -> Result<Vec<String>> {
         let mut refused = Vec::new();
         for (index, edit) in document.materials.iter_mut().enumerate() {
-            let MaterialEdit { diffuse, specular, exponent } = *edit;
+            let MaterialEdit { diffuse, specular, exponent, editable } = *edit;
+            // A pointer that is still pressed makes it glossy; light paths are traced afterwards.
+            let waits = editable && !self.renderer.scene().materials[index].editable;
+            let specular = if waits { Vec3::ZERO } else { specular };
             match self.renderer.set_material(index, diffuse, specular, exponent) {
                 Ok(()) => (),
                 Err(Error::Usage(why)) => {

@@ -79,6 +79,7 @@ keys! {
         name: "text", "", "none", "Name for --set light.NAME.KEY and for films", "\"l\"", "";
         kind: "text", "point, spot, area, directional", "needed", "Kind of the light", "", "\"sun\"";
         on: "true or false", "", "true", "Whether the light emits", "false", "";
+        group: "text", "", "none", "Group whose lights are dimmed together in the window", "\"ceiling\"", "\"\"";
     }
     "light" "point spot" {
         position: "3 numbers, m", "±1e12", "needed", "Position of the light", "[0.0, 1.9, 0.0]", "[1e13, 0.0, 0.0]";

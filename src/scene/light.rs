@@ -20,6 +20,8 @@ pub struct Light {
     pub is_on: bool,
     /// Measured intensities. A light that has them is a spot without an edge.
     pub luminaire: Option<Luminaire>,
+    /// Lights of one group are switched, dimmed and coloured together in the window.
+    pub group: Option<String>,
 }
 
 /// The kinds of light that a scene file can hold. Positions are recentred world space, metres.
@@ -174,8 +176,14 @@ impl Light {
         let name = section.text("name")?.map_or_else(|| Self::unnamed(number), str::to_owned);
         let is_on = section.flag("on")?.unwrap_or(true);
         let luminaire = Luminaire::read(section, files)?;
+        let group = Self::read_group(section)?;
         let kind = LightKind::read(section, origin, luminaire.as_ref())?;
-        Ok(Self { name, kind, is_on, luminaire })
+        Ok(Self { name, kind, is_on, luminaire, group })
+    }
+
+    /// Reads the name of the group.
+    pub(super) fn read_group(section: &Section) -> Result<Option<String>> {
+        Ok(section.text("group")?.map(str::to_owned))
     }
 
     /// A light that is on and points down, as it was measured, in white.
@@ -190,9 +198,9 @@ impl Light {
         Self { luminaire: Some(luminaire), ..Self::new(name, kind) }
     }
 
-    /// A light that is on, without measured intensities.
+    /// A light that is on, without measured intensities and without a group.
     pub fn new(name: impl Into<String>, kind: LightKind) -> Self {
-        Self { name: name.into(), kind, is_on: true, luminaire: None }
+        Self { name: name.into(), kind, is_on: true, luminaire: None, group: None }
     }
 }
 

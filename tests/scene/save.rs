@@ -106,6 +106,7 @@ fn edit(scene: &mut Scene, dice: &mut Dice) {
             _ => {}
         }
         light.is_on = dice.below(3) > 0;
+        light.group = [None, Some("ceiling"), Some("\"é\"")][dice.below(3)].map(str::to_owned);
     }
     for _ in 0..dice.below(4) {
         let number = dice.below(1 << 20);
@@ -124,6 +125,7 @@ fn edit(scene: &mut Scene, dice: &mut Dice) {
         1 => (material.specular, material.exponent) = (dice.vector(), 1.0 + 100.0 * dice.unit()),
         _ => material.diffuse = dice.vector(),
     }
+    material.editable = dice.below(2) > 0;
     material.conserve_energy();
     material.clamp_albedo();
 }

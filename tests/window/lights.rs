@@ -52,19 +52,19 @@ const AIM: f32 = 110.0;
 const RIM: f32 = 84.0;
 
 /// Camera of the picture.
-struct Sight {
+pub struct Sight {
     view: View,
     /// Size of the picture, points.
     side: f32,
 }
 
 impl Sight {
-    fn from_scene(scene: &Scene) -> Self {
+    pub fn from_scene(scene: &Scene) -> Self {
         Self { view: View::from(&scene.cameras[0]), side: SIDE as f32 }
     }
 
     /// Position of a point in the window.
-    fn seen(&self, point: Vec3) -> Vec2 {
+    pub fn seen(&self, point: Vec3) -> Vec2 {
         let View { position, right, up, forward, .. } = self.view;
         let towards = (point - position) / (point - position).dot(forward);
         let place =

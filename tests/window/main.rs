@@ -10,6 +10,7 @@ mod crashes;
 mod demo;
 mod disk;
 mod display;
+mod editing;
 mod faults;
 mod frames;
 mod harness;

@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use super::dialogs::Purpose;
+use super::light_edit::{self, LightEdit};
 use super::navigate;
 use super::panels::{fresh_light, middle_of_view};
+use super::placing;
 use super::session::Session;
 use super::shortcuts::Action;
 use super::ui_state::{Beside, Chosen, Request, UiState, View};
@@ -16,7 +18,7 @@ use crate::scene::{Camera, Light, ToneCurve};
 
 /// Applies one action to the session.
 pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState, viewport: &mut Viewport) {
-    let size = session.camera.size;
+    let (size, chosen) = (session.camera.size, ui_state.chosen_lights());
     match action {
         Action::Help => ui_state.shows_help = !ui_state.shows_help,
         Action::Panels => ui_state.shows_panels = !ui_state.shows_panels,
@@ -81,18 +83,16 @@ pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState,
         Action::AddLight => {
             let light = fresh_light(session, "point");
             let place = session.document.add(light);
-            ui_state.chosen = Chosen::Light(session.document.lights[place].id);
+            ui_state.choose(Chosen::Light(session.document.lights[place].id));
         }
-        Action::RemoveLight => {
-            if let Chosen::Light(chosen) = ui_state.chosen {
-                session.document.lights.retain(|entry| entry.id != chosen);
-                ui_state.chosen = Chosen::Nothing;
-            }
-        }
+        Action::RemoveLight => placing::remove(session, ui_state, &chosen),
+        Action::DuplicateLight => placing::duplicate(session, ui_state, &chosen),
+        Action::SnapLight => ui_state.snaps_light = true,
         Action::SwitchLight => {
-            if let Chosen::Light(chosen) = ui_state.chosen {
-                let light = session.document.lights.iter_mut().find(|entry| entry.id == chosen);
-                light.into_iter().for_each(|entry| entry.light.is_on = !entry.light.is_on);
+            let mut lights = session.document.lights.iter();
+            let primary = chosen.first().and_then(|id| lights.find(|entry| entry.id == *id));
+            if let Some(is_on) = primary.map(|entry| entry.light.is_on) {
+                light_edit::edit(&mut session.document, &chosen, &LightEdit::On(!is_on));
             }
         }
         Action::Brighter => session.expose(session.display.exposure_stops + 0.5),
@@ -167,5 +167,5 @@ pub(super) fn add_luminaire(session: &mut Session, ui_state: &mut UiState, path:
     };
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let place = session.document.add(Light::measured(name, luminaire, middle_of_view(session)));
-    ui_state.chosen = Chosen::Light(session.document.lights[place].id);
+    ui_state.choose(Chosen::Light(session.document.lights[place].id));
 }

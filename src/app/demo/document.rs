@@ -36,6 +36,8 @@ pub(super) struct MaterialEdit {
     pub(super) diffuse: Vec3,
     pub(super) specular: Vec3,
     pub(super) exponent: f32,
+    /// Its light paths let it become glossy. An edit of this traces them again.
+    pub(super) editable: bool,
 }
 
 impl Document {
@@ -66,16 +68,23 @@ impl Document {
     /// Writes the edits into the scene's materials.
     pub(super) fn apply_materials(&self, materials: &mut [Material]) {
         for (material, edit) in materials.iter_mut().zip(&self.materials) {
-            let MaterialEdit { diffuse, specular, exponent } = *edit;
-            *material = Material { diffuse, specular, exponent, ..material.clone() };
+            let MaterialEdit { diffuse, specular, exponent, editable } = *edit;
+            *material = Material { diffuse, specular, exponent, editable, ..material.clone() };
         }
+    }
+}
+
+impl Document {
+    /// Whether each material may become glossy.
+    pub(super) fn editable(&self) -> Vec<bool> {
+        self.materials.iter().map(|edit| edit.editable).collect()
     }
 }
 
 impl MaterialEdit {
     pub(super) fn from_material(material: &Material) -> Self {
-        let Material { diffuse, specular, exponent, .. } = *material;
-        Self { diffuse, specular, exponent }
+        let Material { diffuse, specular, exponent, editable, .. } = *material;
+        Self { diffuse, specular, exponent, editable }
     }
 }
 
@@ -182,7 +191,8 @@ mod tests {
     }
 
     fn document() -> Document {
-        let edit = MaterialEdit { diffuse: Vec3::splat(0.5), specular: Vec3::ZERO, exponent: 1.0 };
+        let (diffuse, specular) = (Vec3::splat(0.5), Vec3::ZERO);
+        let edit = MaterialEdit { diffuse, specular, exponent: 1.0, editable: false };
         let mut document =
             Document { lights: Vec::new(), materials: vec![edit], models: Vec::new(), meters: Vec::new() };
         document.add(light("lamp"));

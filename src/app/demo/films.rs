@@ -81,7 +81,7 @@ impl Player {
             let named = session.scene.materials.iter().zip(&mut session.document.materials);
             for (_, edit) in named.filter(|(material, _)| material.name == *name) {
                 let (diffuse, specular, exponent) = (state.diffuse, state.specular, state.exponent);
-                *edit = MaterialEdit { diffuse, specular, exponent };
+                *edit = MaterialEdit { diffuse, specular, exponent, ..*edit };
             }
         }
         true

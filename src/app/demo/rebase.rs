@@ -26,6 +26,7 @@ pub(super) struct Rebase {
 impl Rebase {
     pub(super) fn new(before: &Scene, after: &Scene) -> Self {
         let count = after.lights.len() as u64;
+        let has_all = before.lights.iter().all(|old| after.lights.iter().any(|new| new.name == old.name));
         let place = |name: &str| after.lights.iter().position(|light| light.name == name);
         let number = |(index, name): (u64, &str)| place(name).map_or(count + index, |place| place as u64);
         let names = before.lights.iter().map(|light| light.name.as_str());
@@ -41,7 +42,8 @@ impl Rebase {
                 })
                 .collect(),
             lights: (0..).zip(names).map(number).collect(),
-            beyond: count,
+            // If no light is gone, added lights keep their identifiers as far as those are free.
+            beyond: if has_all { count.saturating_sub(before.lights.len() as u64) } else { count },
             materials: same_names(&from, &to),
             edits: after.materials.iter().map(MaterialEdit::from_material).collect(),
             shift: (before.origin - after.origin).as_vec3(),

@@ -68,6 +68,8 @@ pub(super) struct Session {
     models: Vec<PlacedModel>,
     /// The models that the scene was loaded with.
     loaded_models: Vec<PlacedModel>,
+    /// [`Document::editable`] at the start of the last precomputation.
+    traced_editable: Vec<bool>,
     /// Its file, to be saved with edits; or the reason why it cannot be saved.
     pub(super) text: std::result::Result<SceneText, String>,
     pub(super) document: Document,
@@ -156,6 +158,7 @@ impl Session {
             history: History::new(&document),
             snapshots: Snapshots::default(),
             saved: document.clone(),
+            traced_editable: document.editable(),
             watch,
             is_asked: false,
             document,
@@ -224,6 +227,7 @@ impl Session {
             self.open_enclosure()?;
         }
         self.follow_models()?;
+        self.follow_editable()?;
         self.take_renderer()?;
         let requested = self.requested();
         if self.shown.as_ref() == Some(&requested) && (self.mixes() || !self.is_mixed()) {

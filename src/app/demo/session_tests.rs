@@ -6,12 +6,13 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use tempfile::TempDir;
 
 use super::actions;
 use super::files;
 use super::meters::fresh;
+use super::placing;
 use super::recent::Recent;
 use super::session::{Session, Source};
 use super::ui_state::{Chosen, Place, Request, UiState};
@@ -20,7 +21,7 @@ use crate::app::exposure::Exposure;
 use crate::gpu::{Context, ContextOptions};
 use crate::image::automatic_stops;
 use crate::renderer::{Layer, Measured, Reading, Renderer, Silent};
-use crate::scene::{DisplayTransform, LoadOptions, Quality, Scene, ToneCurve};
+use crate::scene::{DisplayTransform, Light, LightKind, LoadOptions, Quality, Scene, ToneCurve};
 
 /// A closed cube of two metres.
 const ROOM: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
@@ -184,7 +185,7 @@ fn models_that_move_keep_edits_of_lights_and_materials() {
     let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
     settle(&mut session);
     session.document.lights[0].light.is_on = false;
-    session.document.materials[0].diffuse = glam::Vec3::new(0.7, 0.2, 0.2);
+    session.document.materials[0].diffuse = Vec3::new(0.7, 0.2, 0.2);
     session.history.settle(&session.document);
     settle(&mut session);
     session.is_held = true;
@@ -208,6 +209,117 @@ fn models_that_move_keep_edits_of_lights_and_materials() {
 }
 
 #[test]
+fn a_diffuse_material_becomes_glossy_like_a_cold_start() {
+    let (context, folder) = (context(), folder());
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    let first = picture(&mut session);
+    let (generation, said) = (session.generation, session.said.clone());
+    let wall = session.scene.materials.iter().position(|material| material.name != "glow").unwrap();
+    let polish = |session: &mut Session, specular: f32| {
+        let edit = &mut session.document.materials[wall];
+        (edit.diffuse, edit.specular) = (Vec3::splat(0.3), Vec3::splat(specular));
+        (edit.exponent, edit.editable) = (30.0, true);
+    };
+    // While the pointer is pressed, no light paths are traced.
+    session.is_held = true;
+    polish(&mut session, 0.2);
+    let held = picture(&mut session);
+    assert_eq!((session.generation, &session.said), (generation, &said), "nothing is refused");
+    assert_eq!(session.document.materials[wall].specular, Vec3::splat(0.2), "the edit stays");
+    session.is_held = false;
+    polish(&mut session, 0.4);
+    session.history.settle(&session.document);
+    let glossy = picture(&mut session);
+    assert!(session.generation > generation && glossy != first && glossy != held);
+    let (text, expected) = saved(&context, &mut session, folder.path());
+    assert!(text.contains("editable = true") && text.contains("specular = [0.4, 0.4, 0.4]"), "{text}");
+    assert!(glossy == expected, "not the picture of the saved scene");
+
+    // Further edits need no light paths, also to diffuse and back.
+    let generation = session.generation;
+    polish(&mut session, 0.0);
+    session.history.settle(&session.document);
+    let diffuse = picture(&mut session);
+    let (_, expected) = saved(&context, &mut session, folder.path());
+    assert!(diffuse == expected && diffuse != first, "not the picture of the saved scene");
+    session.history.undo(&mut session.document);
+    assert!(picture(&mut session) == glossy && session.generation == generation);
+
+    // A model moves: the material stays glossy.
+    session.document.models[1].translation = DVec3::new(-0.25, 0.5, 0.0);
+    session.history.settle(&session.document);
+    let moved = picture(&mut session);
+    let (_, expected) = saved(&context, &mut session, folder.path());
+    assert!(moved == expected && moved != glossy, "not the picture of the saved scene");
+    session.history.undo(&mut session.document);
+    assert!(picture(&mut session) == glossy);
+
+    // The edit is one step, which undo, redo and a reload of the file convert.
+    session.history.undo(&mut session.document);
+    assert!(picture(&mut session) == first, "undone");
+    assert!(!session.document.materials[wall].editable);
+    session.history.redo(&mut session.document);
+    assert!(picture(&mut session) == glossy, "done again");
+    fs::write(folder.path().join("s.toml"), SCENE.replace("0.2, 0.2, 0.2", "0.3, 0.3, 0.3")).unwrap();
+    session.reload().unwrap().unwrap();
+    settle(&mut session);
+    assert!(!session.document.materials[wall].editable, "the file has a diffuse one");
+    session.history.undo(&mut session.document);
+    assert!(picture(&mut session) == glossy, "the edits are one step back");
+}
+
+#[test]
+fn copies_of_lights_have_their_own_names_and_places() {
+    let (context, folder) = (context(), folder());
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    let mut ui_state = UiState::new("s", Recent::none());
+    session.document.lights[0].light.group = Some("g".to_owned());
+    let sun = LightKind::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::ONE };
+    let sun_id = session.document.add(Light::new("sun", sun));
+    let sun_id = session.document.lights[sun_id].id;
+    ui_state.choose_lights(&[0, sun_id]);
+    placing::duplicate(&mut session, &mut ui_state, &[0, sun_id]);
+    let lights: Vec<&Light> = session.document.lights.iter().map(|entry| &entry.light).collect();
+    let names: Vec<&str> = lights.iter().map(|light| light.name.as_str()).collect();
+    assert_eq!(names, ["lamp", "glow", "sun", "lamp2", "sun2"]);
+    assert_eq!((lights[3].group.as_deref(), lights[4].kind), (Some("g"), sun));
+    // A twentieth of the scene's diagonal to the camera's right, which is x.
+    let (low, high) = session.scene.bounds();
+    let offset = lights[3].kind.position().unwrap() - lights[0].kind.position().unwrap();
+    assert!(offset.distance(0.05 * (high - low).length() * Vec3::X) < 1e-6, "{offset}");
+    let copies: Vec<u64> = session.document.lights[3..].iter().map(|entry| entry.id).collect();
+    assert_eq!(ui_state.chosen_lights(), copies);
+    // The surface of a model has no copy.
+    placing::duplicate(&mut session, &mut ui_state, &[1]);
+    assert_eq!((session.document.lights.len(), ui_state.chosen_lights()), (5, copies.clone()));
+    let (line, _) = session.alarm.as_ref().unwrap();
+    assert_eq!(line, "not copied: `glow` is part of the model or the sky");
+    placing::remove(&mut session, &mut ui_state, &copies[..1]);
+    assert_eq!((session.document.lights.len(), ui_state.chosen_lights()), (4, copies[1..].to_vec()));
+}
+
+#[test]
+fn lights_that_cannot_be_placed_are_named() {
+    let (context, folder) = (context(), folder());
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    let mut ui_state = UiState::new("s", Recent::none());
+    let place = Place { position: Vec3::ZERO, normal: Vec3::Y, material: 0 };
+    let before = session.document.clone();
+    let alarm = |session: &mut Session| session.alarm.take().unwrap().0;
+    ui_state.choose(Chosen::Light(1));
+    placing::snap(&mut session, &ui_state, Some(place));
+    assert!(alarm(&mut session).starts_with("not moved: `glow` has no position"));
+    placing::aim(&mut session, &ui_state, Some(place), Vec3::ONE);
+    assert!(alarm(&mut session).starts_with("not aimed: only spots"));
+    placing::snap(&mut session, &ui_state, None);
+    assert!(alarm(&mut session).starts_with("no traced surface is under the pointer"));
+    ui_state.choose(Chosen::Nothing);
+    placing::aim(&mut session, &ui_state, Some(place), Vec3::ONE);
+    assert!(alarm(&mut session).starts_with("no light is chosen"));
+    assert!(session.document == before);
+}
+
+#[test]
 fn no_model_is_added_to_a_scene_whose_models_are_unknown() {
     let (context, folder) = (context(), folder());
     let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
@@ -227,7 +339,7 @@ fn a_snapshot_restores_its_edits_as_one_step() {
     let home = session.camera.position;
     session.document.lights[0].light.is_on = false;
     session.history.settle(&session.document);
-    session.document.materials[0].diffuse = glam::Vec3::new(0.7, 0.2, 0.2);
+    session.document.materials[0].diffuse = Vec3::new(0.7, 0.2, 0.2);
     session.history.settle(&session.document);
     session.camera.position.x += 0.1;
     session.display = DisplayTransform { tone: ToneCurve::Agx, ..DisplayTransform::exposed(1.0) };

@@ -34,6 +34,8 @@ pub(super) enum Action {
     ResetCamera,
     AddLight,
     RemoveLight,
+    DuplicateLight,
+    SnapLight,
     SwitchLight,
     Brighter,
     Darker,
@@ -65,7 +67,7 @@ const fn command(logical_key: Key, action: Action, text: &'static str) -> Bindin
 }
 
 /// All bindings. A combination stands before the shorter ones that it contains.
-pub(super) const BINDINGS: [Binding; 44] = [
+pub(super) const BINDINGS: [Binding; 46] = [
     key(Key::F1, Action::Help, "Show or hide this list"),
     key(Key::H, Action::Help, "Show or hide this list"),
     key(Key::P, Action::Panels, "Show or hide the panels"),
@@ -105,9 +107,11 @@ pub(super) const BINDINGS: [Binding; 44] = [
     key(Key::Home, Action::ResetCamera, "Back to the scene's camera"),
     key(Key::R, Action::ResetCamera, "Back to the scene's camera"),
     key(Key::L, Action::AddLight, "Add a light in the middle of the view"),
-    key(Key::Delete, Action::RemoveLight, "Remove the chosen light"),
-    key(Key::X, Action::RemoveLight, "Remove the chosen light"),
-    key(Key::O, Action::SwitchLight, "Switch the chosen light off or on"),
+    key(Key::Delete, Action::RemoveLight, "Remove the chosen lights"),
+    key(Key::X, Action::RemoveLight, "Remove the chosen lights"),
+    key(Key::O, Action::SwitchLight, "Switch the chosen lights off or on"),
+    command(Key::D, Action::DuplicateLight, "Copy the chosen lights"),
+    key(Key::U, Action::SnapLight, "Put the chosen light on the surface under the pointer"),
     key(Key::Period, Action::Brighter, "Expose half a stop more"),
     key(Key::Comma, Action::Darker, "Expose half a stop less"),
     key(Key::K, Action::FollowExposure, "Let the exposure follow the picture, or lock it"),
@@ -132,7 +136,7 @@ const MEMORY: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F10
 const SETTLED: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F9);
 
 /// The pointer's actions and their descriptions.
-pub(super) const POINTER: [(&str, &str); 8] = [
+pub(super) const POINTER: [(&str, &str); 10] = [
     ("Drag", "Turn about the point under the pointer"),
     ("Shift and drag, or middle button", "Move sideways"),
     ("Ctrl and drag, or right button", "Look around"),
@@ -140,6 +144,8 @@ pub(super) const POINTER: [(&str, &str); 8] = [
     ("W A S D, Q E", "Fly; faster with Shift"),
     ("Drag a handle", "Move, turn or resize the chosen light; in steps with Ctrl"),
     ("Click a light", "Choose it"),
+    ("Ctrl and click a light", "Choose it as well, or no longer"),
+    ("Ctrl+Shift and click a surface", "Aim the chosen lights at that point"),
     ("Click a surface", "Choose its material"),
 ];
 

@@ -8,6 +8,8 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use glam::Vec3;
+
 use super::dimming::{self, Dimmed, Dimming};
 use super::document::{Document, MaterialEdit};
 use super::view_request::ViewRequest;
@@ -337,7 +339,10 @@ impl Ready {
     fn bring_materials_into_line(&mut self, document: &mut Document) -> Result<Vec<String>> {
         let mut refused = Vec::new();
         for (index, edit) in document.materials.iter_mut().enumerate() {
-            let MaterialEdit { diffuse, specular, exponent } = *edit;
+            let MaterialEdit { diffuse, specular, exponent, editable } = *edit;
+            // A pointer that is still pressed makes it glossy; light paths are traced afterwards.
+            let waits = editable && !self.renderer.scene().materials[index].editable;
+            let specular = if waits { Vec3::ZERO } else { specular };
             match self.renderer.set_material(index, diffuse, specular, exponent) {
                 Ok(()) => (),
                 Err(Error::Usage(why)) => {

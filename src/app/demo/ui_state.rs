@@ -109,6 +109,12 @@ pub(super) enum Answer {
 /// The state of the window.
 pub(super) struct UiState {
     pub(super) chosen: Chosen,
+    /// Chosen lights beside the primary one in `chosen`.
+    pub(super) other_lights: Vec<u64>,
+    /// A light, and the name of its group that the user types.
+    pub(super) group_typed: Option<(u64, String)>,
+    /// The primary light moves to the surface under the pointer.
+    pub(super) snaps_light: bool,
     pub(super) view: View,
     pub(super) shows_panels: bool,
     pub(super) shows_help: bool,
@@ -198,6 +204,9 @@ impl UiState {
     pub(super) fn new(scene: &str, recent: Recent) -> Self {
         Self {
             chosen: Chosen::Light(0),
+            other_lights: Vec::new(),
+            group_typed: None,
+            snaps_light: false,
             view: View::Beauty,
             shows_panels: true,
             shows_help: false,

@@ -2,18 +2,20 @@
 
 use std::time::Instant;
 
-use egui::{CentralPanel, Color32, Frame, Key, PointerButton, Rect, Response, Sense, Ui, pos2};
+use egui::{CentralPanel, Color32, Frame, Key, Modifiers, PointerButton, Rect, Response, Sense, Ui, pos2};
 use glam::{Vec2, Vec3};
 
+use super::choice::released;
 use super::coarse::{Coarse, Hand};
 use super::gizmos::{Drag, Part, Projection, hit, of_light};
 use super::meters;
 use super::navigate::{self, Held};
 use super::overlays;
+use super::placing::{self, scene_size as size};
 use super::session::Session;
 use super::ui_state::{Chosen, Place, UiState, View};
 use crate::error::Result;
-use crate::scene::Camera;
+use crate::scene::{Camera, LightKind};
 
 /// Time of constant window size after which the picture is resized, seconds: a new size
 /// renders from scratch.
@@ -51,8 +53,8 @@ pub(super) struct Viewport {
 
 /// The object that the pointer holds.
 enum Hold {
-    /// A gizmo, and the identifier of its light.
-    Gizmo(Drag, u64),
+    /// A gizmo, the identifier of its light, and the other chosen lights at the start.
+    Gizmo(Drag, u64, Vec<(u64, LightKind)>),
     Orbit(Vec3),
     Pan(f32),
     Look,
@@ -238,9 +240,19 @@ impl Viewport {
         let modifiers = ui.input(|input| input.modifiers);
         if response.clicked_by(PointerButton::Primary)
             // The release event has the clicked point; the pointer may have moved since.
-            && let Some(pointer) = ui.input(|input| input.events.iter().find_map(released))
+            && let Some((pointer, modifiers)) = ui.input(|input| input.events.iter().find_map(released))
         {
-            self.choose(vec(pointer), projection, session, ui_state)?;
+            if modifiers.command && modifiers.shift {
+                let place = surface(session, projection, vec(pointer))?;
+                placing::aim(session, ui_state, place, self.anchor);
+            } else {
+                self.choose((vec(pointer), modifiers), projection, session, ui_state)?;
+            }
+        }
+        if std::mem::take(&mut ui_state.snaps_light) {
+            let pointer = response.hover_pos();
+            let place = pointer.map_or(Ok(None), |pointer| surface(session, projection, vec(pointer)))?;
+            placing::snap(session, ui_state, place);
         }
         if !response.drag_started() {
             return Ok(());
@@ -257,9 +269,12 @@ impl Viewport {
         let part = self.part_at(start, projection, session, ui_state);
         self.hold = Some(match part {
             Some((part, id)) if is_primary => {
-                let kind = session.document.lights.iter().find(|entry| entry.id == id);
+                let lights = &session.document.lights;
+                let kind = lights.iter().find(|entry| entry.id == id);
                 let Some(kind) = kind.map(|entry| entry.light.kind) else { return Ok(()) };
-                Hold::Gizmo(Drag::begin(&projection, &kind, part, self.anchor, start), id)
+                let others = lights.iter().filter(|entry| entry.id != id && ui_state.has_chosen(entry.id));
+                let others = others.map(|entry| (entry.id, entry.light.kind)).collect();
+                Hold::Gizmo(Drag::begin(&projection, &kind, part, self.anchor, start), id, others)
             }
             _ if is_primary && on_wipe => Hold::Wipe,
             _ if response.drag_started_by(PointerButton::Middle) || modifiers.shift => Hold::Pan(depth),
@@ -281,7 +296,7 @@ impl Viewport {
         let released = ui.input(|input| input.events.iter().find_map(released));
         // A released part stays at the point of release, even if the pointer has moved since.
         let pointer = match released.filter(|_| response.drag_stopped()) {
-            Some(released) => Some(released),
+            Some((released, _)) => Some(released),
             None if response.dragged() => response.interact_pointer_pos(),
             None => None,
         };
@@ -295,11 +310,9 @@ impl Viewport {
         let snap = ui.input(|input| input.modifiers.command).then_some(SNAP * size(session));
         let camera = &mut session.camera;
         match &self.hold {
-            Some(Hold::Gizmo(drag, id)) => {
-                let projection = projection(camera, area);
-                if let Some(entry) = session.document.lights.iter_mut().find(|entry| entry.id == *id) {
-                    entry.light.kind = drag.to(&projection, vec(pointer), snap);
-                }
+            Some(Hold::Gizmo(drag, id, others)) => {
+                let kind = drag.to(&projection(camera, area), vec(pointer), snap);
+                placing::drag(&mut session.document, (*id, kind), others, drag.offset(&kind));
             }
             Some(Hold::Wipe) => {
                 ui_state.split = Some(((pointer.x - area.left()) / area.width().max(1.0)).clamp(0.0, 1.0));
@@ -332,7 +345,7 @@ impl Viewport {
     /// Chooses the light whose mark was clicked, else the surface there.
     fn choose(
         &mut self,
-        pointer: Vec2,
+        (pointer, modifiers): (Vec2, Modifiers),
         projection: Projection,
         session: &Session,
         ui_state: &mut UiState,
@@ -344,16 +357,20 @@ impl Viewport {
         if let Some((away, id)) = marks.min_by(|a, b| a.0.total_cmp(&b.0))
             && away < MARK
         {
-            ui_state.chosen = Chosen::Light(id);
+            if modifiers.command {
+                ui_state.toggle_chosen(id)
+            } else {
+                ui_state.choose(Chosen::Light(id))
+            }
             return Ok(());
         }
         ui_state.place = surface(session, projection, pointer)?;
         match ui_state.place {
             Some(place) if ui_state.view != View::Inspect => {
-                ui_state.chosen = Chosen::Material(place.material);
+                ui_state.choose(Chosen::Material(place.material));
             }
             Some(_) => (),
-            None => ui_state.chosen = Chosen::Nothing,
+            None => ui_state.choose(Chosen::Nothing),
         }
         Ok(())
     }
@@ -387,7 +404,7 @@ impl Viewport {
         for entry in &session.document.lights {
             let is_chosen = ui_state.chosen == Chosen::Light(entry.id);
             if let Some((mark, _)) = entry.light.kind.position().and_then(|place| projection.project(place)) {
-                overlays::mark(&painter, mark, entry, is_chosen);
+                overlays::mark(&painter, mark, entry, ui_state.has_chosen(entry.id));
                 if pointer.is_some_and(|pointer| pointer.distance(mark) < MARK) && !is_chosen {
                     overlays::caption(&painter, mark, &entry.light.name);
                 }
@@ -395,7 +412,7 @@ impl Viewport {
             if is_chosen {
                 let gizmos = of_light(&projection, &entry.light, self.anchor);
                 let held = match &self.hold {
-                    Some(Hold::Gizmo(drag, _)) => Some(drag.part()),
+                    Some(Hold::Gizmo(drag, ..)) => Some(drag.part()),
                     Some(_) => None,
                     None => pointer.and_then(|pointer| hit(&gizmos, pointer, TOLERANCE)),
                 };
@@ -430,12 +447,6 @@ fn framed(area: Rect, [width, height]: [u32; 2]) -> Rect {
     }
 }
 
-/// The scene's diagonal, metres.
-fn size(session: &Session) -> f32 {
-    let (low, high) = session.scene.bounds();
-    (high - low).length()
-}
-
 /// Draws the picture, the colours or stripes over it, and another picture right of the split.
 fn draw(ui: &Ui, area: Rect, textures: Textures, wipe: Option<f32>) {
     let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
@@ -456,14 +467,6 @@ fn draw(ui: &Ui, area: Rect, textures: Textures, wipe: Option<f32>) {
         let border = area.left() + wipe * area.width();
         painter.vline(border, area.y_range(), egui::Stroke::new(2.0, Color32::WHITE));
         painter.vline(border + 2.0, area.y_range(), egui::Stroke::new(1.0, Color32::BLACK));
-    }
-}
-
-/// The position of a button's release.
-fn released(event: &egui::Event) -> Option<egui::Pos2> {
-    match *event {
-        egui::Event::PointerButton { pos, pressed: false, .. } => Some(pos),
-        _ => None,
     }
 }
 

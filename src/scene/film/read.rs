@@ -207,7 +207,8 @@ fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack
             let section = Section::new(file, format!("light.{name}"), &node)?;
             let luminaire = Luminaire::read(&section, &Files::beside(file))?;
             let kind = LightKind::read(&section, scene.origin, luminaire.as_ref())?;
-            scene.lights.push(Light { luminaire, ..Light::new(name, kind) });
+            let group = Light::read_group(&section)?;
+            scene.lights.push(Light { luminaire, group, ..Light::new(name, kind) });
             scene.lights.len() - 1
         }
         None => {

@@ -119,11 +119,15 @@ fn edit_light(table: &mut Node, light: &Light, number: usize, origin: DVec3) {
         set_text(table, "name", &light.name);
     }
     if !light.kind.is_fixed() && table.get("kind").and_then(Node::as_text) != Some(word) {
-        let own = ["name", "on"];
+        let own = ["name", "on", "group"];
         if let Kind::Table(entries) = &mut table.kind {
             entries.retain(|(key, _)| own.contains(&key.as_str()));
         }
         set_text(table, "kind", word);
+    }
+    match &light.group {
+        Some(group) => set_text(table, "group", group),
+        None => *table = without(table, "group"),
     }
     match light.kind {
         LightKind::Surface { .. } | LightKind::Sky { .. } => (),
@@ -186,7 +190,8 @@ pub(super) fn materials(root: &mut Node, loaded: &[Material], edited: &[Material
         let diffuse = !is_same(old.diffuse, new.diffuse);
         let specular = !is_same(old.specular, new.specular);
         let exponent = old.exponent.to_bits() != new.exponent.to_bits();
-        if !(diffuse || specular || exponent) || said.contains(&new.name.as_str()) {
+        let editable = old.editable != new.editable;
+        if !(diffuse || specular || exponent || editable) || said.contains(&new.name.as_str()) {
             continue;
         }
         said.push(&new.name);
@@ -204,6 +209,9 @@ pub(super) fn materials(root: &mut Node, loaded: &[Material], edited: &[Material
         }
         if exponent {
             number(table, "exponent", new.exponent, None, |n| n as f32, numbers::plain);
+        }
+        if editable {
+            table.set("editable", node(Kind::Bool(new.editable)));
         }
     }
 }

@@ -84,6 +84,12 @@ impl Drag {
         self.part
     }
 
+    /// Offset of a light that is dragged to `kind`, metres. `None` if the part does not move it.
+    pub(in crate::app::demo) fn offset(&self, kind: &LightKind) -> Option<Vec3> {
+        let places = self.kind.position().zip(kind.position()).filter(|_| moves(self.part));
+        places.map(|(from, to)| to - from)
+    }
+
     /// Returns the dragged light for a pointer position. The part stays under the pointer as far as
     /// its freedom allows. The result depends on the start and `pointer` alone. At the start
     /// position it is the original light, bit for bit.
@@ -255,7 +261,7 @@ fn snapped(value: f32, step: Option<f32>) -> f32 {
 }
 
 /// Turns an area around its middle by the shortest way until it faces a direction.
-fn turn_area([corner, edge_u, edge_v]: [&mut Vec3; 3], facing: DVec3) {
+pub(in crate::app::demo) fn turn_area([corner, edge_u, edge_v]: [&mut Vec3; 3], facing: DVec3) {
     let [u, v] = [edge_u.as_dvec3(), edge_v.as_dvec3()];
     let turn = DQuat::from_rotation_arc(u.cross(v).normalize(), facing);
     let middle = corner.as_dvec3() + 0.5 * (u + v);

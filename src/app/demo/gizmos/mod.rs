@@ -7,7 +7,7 @@ mod projection;
 use glam::{Vec2, Vec3};
 
 use crate::scene::{Light, LightKind};
-pub(super) use drag::Drag;
+pub(super) use drag::{Drag, turn_area};
 pub(super) use projection::Projection;
 
 /// Distances from the light at which axis arrows start and end, points.

@@ -1,67 +1,210 @@
-//! The list of lights and the editor of the chosen one.
+//! The list of lights and groups, and below it the editor of the chosen one.
 
-use egui::{Color32, DragValue, Ui};
+use egui::collapsing_header::CollapsingState;
+use egui::{Align, Checkbox, DragValue, Layout, Modifiers, Ui};
 use glam::Vec3;
 
-use super::{luminaire, row};
-use crate::app::demo::document::LightEntry;
+use super::{light, luminaire};
+use crate::app::demo::choice::released;
+use crate::app::demo::document::Document;
+use crate::app::demo::light_edit::{self, LightEdit};
+use crate::app::demo::mixer::Alone;
+use crate::app::demo::placing;
 use crate::app::demo::session::Session;
 use crate::app::demo::ui_state::{Chosen, UiState};
 use crate::scene::{Light, LightKind};
 
-/// Half-angles of spots, degrees.
-const ANGLES: std::ops::RangeInclusive<f32> = 0.01..=90.0;
+/// Range of percentages.
+const PERCENT: std::ops::RangeInclusive<f64> = 0.0..=1e4;
+
+/// What the user does in the list.
+enum Act {
+    Choose(u64, Modifiers),
+    ChooseGroup(Vec<u64>),
+    Edit(Vec<u64>, LightEdit),
+    Dim(Vec<u64>, f64),
+    DimGroup(String, f64),
+    ColourGroup(String, Vec3),
+    Alone(Alone),
+    Duplicate(Vec<u64>),
+    Remove(Vec<u64>),
+}
+
+/// A row of the list, or a group with its rows.
+enum Item {
+    Light(u64),
+    Group(String, Vec<u64>),
+}
 
 /// Draws the list, and below it the chosen light.
 pub(super) fn lights(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
-    let (mut removed, mut alone) = (None, None);
-    for entry in &mut session.document.lights {
-        ui.horizontal(|ui| {
-            ui.checkbox(&mut entry.light.is_on, "").on_hover_text("On or off (O)");
-            let is_chosen = ui_state.chosen == Chosen::Light(entry.id);
-            let name = format!("{} ({})", entry.light.name, word(&entry.light));
-            if ui.selectable_label(is_chosen, name).clicked() {
-                ui_state.chosen = Chosen::Light(entry.id);
+    let items = items(&session.document);
+    let mut acts = Vec::new();
+    for item in &items {
+        match item {
+            Item::Light(id) => row(ui, &session.document, ui_state, *id, &mut acts),
+            Item::Group(name, members) => {
+                group(ui, &mut session.document, ui_state, (name, members), &mut acts);
             }
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                if ui.small_button("✖").on_hover_text("Remove (Del)").clicked() {
-                    removed = Some(entry.id);
-                }
-                let mut percent = ui_state.mixer.percent(entry);
-                let value = DragValue::new(&mut percent).range(0.0..=1e4).suffix(" %").max_decimals(0);
-                if ui.add(value).on_hover_text("Dim: percent of its power at first").changed() {
-                    ui_state.mixer.dim(entry, percent);
-                }
-                let is_alone = ui_state.mixer.is_alone(entry.id);
-                if ui.selectable_label(is_alone, "S").on_hover_text("This light alone (solo)").clicked() {
-                    alone = Some(entry.id);
-                }
-            });
-        });
+        }
     }
-    if let Some(id) = alone {
-        ui_state.mixer.toggle_alone(&mut session.document, id);
-    }
-    if let Some(id) = removed {
-        session.document.lights.retain(|entry| entry.id != id);
-    }
+    let listed = items.into_iter().flat_map(|item| match item {
+        Item::Light(id) => vec![id],
+        Item::Group(_, members) => members,
+    });
+    let listed: Vec<u64> = listed.collect();
+    acts.into_iter().for_each(|act| perform(act, session, ui_state, &listed));
     ui.horizontal(|ui| {
         ui.label("Add");
         for kind in ["point", "spot", "area", "sun"] {
             if ui.small_button(kind).clicked() {
                 let light = fresh(session, kind);
                 let place = session.document.add(light);
-                ui_state.chosen = Chosen::Light(session.document.lights[place].id);
+                ui_state.choose(Chosen::Light(session.document.lights[place].id));
             }
         }
     });
     luminaire::adding(ui, ui_state);
-    if let Chosen::Light(id) = ui_state.chosen
-        && let Some(entry) = session.document.lights.iter_mut().find(|entry| entry.id == id)
-    {
-        ui.separator();
-        chosen(ui, entry, session.scene.origin.as_vec3());
+    edit_chosen(ui, session, ui_state);
+}
+
+/// Draws the editor of the primary light, and applies its edits to all chosen ones.
+fn edit_chosen(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
+    let chosen = ui_state.chosen_lights();
+    let primary = chosen.first().copied();
+    if let Some((id, text)) = ui_state.group_typed.take_if(|(id, _)| Some(*id) != primary) {
+        // Another light was chosen before the name was confirmed.
+        light_edit::edit(&mut session.document, &[id], &LightEdit::group(&text));
     }
+    let entry = session.document.lights.iter_mut().find(|entry| Some(entry.id) == primary);
+    let Some(entry) = entry else { return };
+    ui.separator();
+    if chosen.len() > 1 {
+        ui.small(format!("{} lights are chosen: all get what they have in common.", chosen.len()));
+    }
+    let edits = light::light(ui, entry, session.scene.origin.as_vec3(), &mut ui_state.group_typed);
+    for edit in &edits {
+        light_edit::edit(&mut session.document, &chosen, edit);
+    }
+}
+
+/// The rows of the list: a group stands where its first light is.
+fn items(document: &Document) -> Vec<Item> {
+    let mut items: Vec<Item> = Vec::new();
+    for entry in &document.lights {
+        let Some(group) = &entry.light.group else {
+            items.push(Item::Light(entry.id));
+            continue;
+        };
+        let known = items.iter_mut().find_map(|item| match item {
+            Item::Group(name, members) if name == group => Some(members),
+            _ => None,
+        });
+        match known {
+            Some(members) => members.push(entry.id),
+            None => items.push(Item::Group(group.clone(), vec![entry.id])),
+        }
+    }
+    items
+}
+
+fn perform(act: Act, session: &mut Session, ui_state: &mut UiState, listed: &[u64]) {
+    let (document, mixer) = (&mut session.document, &mut ui_state.mixer);
+    match act {
+        Act::Choose(id, Modifiers { command: true, .. }) => ui_state.toggle_chosen(id),
+        Act::Choose(id, Modifiers { shift: true, .. }) => ui_state.choose_up_to(id, listed),
+        Act::Choose(id, _) => ui_state.choose(Chosen::Light(id)),
+        Act::ChooseGroup(members) => ui_state.choose_lights(&members),
+        Act::Edit(lights, edit) => light_edit::edit(document, &lights, &edit),
+        Act::Dim(lights, percent) => {
+            for entry in document.lights.iter_mut().filter(|entry| lights.contains(&entry.id)) {
+                mixer.dim(entry, percent);
+            }
+        }
+        Act::DimGroup(group, percent) => mixer.dim_group(document, &group, percent),
+        Act::ColourGroup(group, colour) => mixer.colour_group(document, &group, colour),
+        Act::Alone(what) => mixer.toggle_alone(document, &what),
+        Act::Duplicate(lights) => placing::duplicate(session, ui_state, &lights),
+        Act::Remove(lights) => placing::remove(session, ui_state, &lights),
+    }
+}
+
+/// Draws the heading of a group, which folds, and the rows of its lights.
+fn group(
+    ui: &mut Ui,
+    document: &mut Document,
+    ui_state: &mut UiState,
+    (name, members): (&str, &[u64]),
+    acts: &mut Vec<Act>,
+) {
+    let colour = ui_state.mixer.group_colour(document, name);
+    let mut percent = ui_state.mixer.group_percent(document, name);
+    let lights = document.lights.iter().filter(|entry| members.contains(&entry.id));
+    let on = lights.filter(|entry| entry.light.is_on).count();
+    let id = ui.make_persistent_id(("group of lights", name));
+    let header = CollapsingState::load_with_default_open(ui.ctx(), id, true).show_header(ui, |ui| {
+        let mut is_on = on == members.len();
+        let checkbox = Checkbox::new(&mut is_on, "").indeterminate(on > 0 && on < members.len());
+        if ui.add(checkbox).on_hover_text("All lights of the group on or off").changed() {
+            acts.push(Act::Edit(members.to_vec(), LightEdit::On(is_on)));
+        }
+        let is_chosen = members.iter().all(|id| ui_state.has_chosen(*id));
+        let label = ui.selectable_label(is_chosen, egui::RichText::new(name).strong());
+        if label.on_hover_text("Choose all lights of the group").clicked() {
+            acts.push(Act::ChooseGroup(members.to_vec()));
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let mut picked = colour.to_array();
+            let button = ui.color_edit_button_rgb(&mut picked);
+            if button.on_hover_text("Multiplies the colours that the lights had at first").changed() {
+                acts.push(Act::ColourGroup(name.to_owned(), picked.into()));
+            }
+            let value = DragValue::new(&mut percent).range(PERCENT).suffix(" %").max_decimals(0);
+            if ui.add(value).on_hover_text("Dim the group: mean percentage of its lights").changed() {
+                acts.push(Act::DimGroup(name.to_owned(), percent));
+            }
+            solo(ui, ui_state, Alone::Group(name.to_owned()), "This group alone (solo)", acts);
+        });
+    });
+    header.body(|ui| members.iter().for_each(|id| row(ui, document, ui_state, *id, acts)));
+}
+
+fn solo(ui: &mut Ui, ui_state: &UiState, what: Alone, hint: &str, acts: &mut Vec<Act>) {
+    if ui.selectable_label(ui_state.mixer.is_alone(&what), "S").on_hover_text(hint).clicked() {
+        acts.push(Act::Alone(what));
+    }
+}
+
+/// Draws the row of a light.
+fn row(ui: &mut Ui, document: &Document, ui_state: &mut UiState, id: u64, acts: &mut Vec<Act>) {
+    let Some(entry) = document.lights.iter().find(|entry| entry.id == id) else { return };
+    let edited = ui_state.edited_with(id);
+    ui.horizontal(|ui| {
+        let mut is_on = entry.light.is_on;
+        if ui.checkbox(&mut is_on, "").on_hover_text("On or off (O)").changed() {
+            acts.push(Act::Edit(edited.clone(), LightEdit::On(is_on)));
+        }
+        let name = format!("{} ({})", entry.light.name, word(&entry.light));
+        if ui.selectable_label(ui_state.has_chosen(id), name).clicked() {
+            // A key that is released in the same frame was held during the click.
+            let held = ui.input(|input| input.events.iter().find_map(released));
+            acts.push(Act::Choose(id, held.map_or(Modifiers::NONE, |(_, modifiers)| modifiers)));
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if ui.small_button("✖").on_hover_text("Remove (Del)").clicked() {
+                acts.push(Act::Remove(edited.clone()));
+            }
+            if ui.small_button("🗐").on_hover_text("Copy (Ctrl+D)").clicked() {
+                acts.push(Act::Duplicate(edited.clone()));
+            }
+            let mut percent = ui_state.mixer.percent(entry);
+            let value = DragValue::new(&mut percent).range(PERCENT).suffix(" %").max_decimals(0);
+            if ui.add(value).on_hover_text("Dim: percent of its power at first").changed() {
+                acts.push(Act::Dim(edited.clone(), percent));
+            }
+            solo(ui, ui_state, Alone::Light(id), "This light alone (solo)", acts);
+        });
+    });
 }
 
 /// What the list calls a light.
@@ -113,128 +256,3 @@ pub(in crate::app::demo) fn fresh(session: &Session, kind: &str) -> Light {
     };
     Light::new(kind.word(), kind)
 }
-
-fn chosen(ui: &mut Ui, entry: &mut LightEntry, origin: Vec3) {
-    row(ui, "Name", |ui| ui.text_edit_singleline(&mut entry.light.name));
-    let kind = &mut entry.light.kind;
-    emission(ui, kind);
-    power(ui, &mut entry.light);
-    let kind = &mut entry.light.kind;
-    match kind {
-        LightKind::Point { position, .. } => place(ui, "Position", position, origin),
-        LightKind::Spot { position, direction, angle, penumbra, .. } => {
-            place(ui, "Position", position, origin);
-            aim(ui, direction);
-            if let Some(measured) = &mut entry.light.luminaire {
-                luminaire::luminaire(ui, measured);
-                return;
-            }
-            let mut degrees = angle.to_degrees();
-            let changed = row(ui, "Half-angle", |ui| {
-                ui.add(egui::Slider::new(&mut degrees, ANGLES).suffix("°")).changed()
-            });
-            if changed {
-                *angle = degrees.to_radians();
-            }
-            row(ui, "Penumbra", |ui| ui.add(egui::Slider::new(penumbra, 0.0..=1.0)));
-        }
-        LightKind::Area { corner, edge_u, edge_v, samples, .. } => {
-            place(ui, "Corner", corner, origin);
-            let before = (*edge_u, *edge_v);
-            place(ui, "Edge u", edge_u, Vec3::ZERO);
-            place(ui, "Edge v", edge_v, Vec3::ZERO);
-            if edge_u.cross(*edge_v).length() <= 1e-5 * edge_u.length() * edge_v.length() {
-                // Parallel edges span no area.
-                (*edge_u, *edge_v) = before;
-            }
-            row(ui, "Samples", |ui| ui.add(DragValue::new(samples).range(1..=4096)));
-        }
-        LightKind::Directional { direction, .. } => aim(ui, direction),
-        LightKind::Surface { .. } => (),
-        LightKind::Sky { turn, .. } => {
-            let mut degrees = turn.to_degrees();
-            let slider = egui::Slider::new(&mut degrees, -180.0..=180.0).suffix("°");
-            if row(ui, "Rotation", |ui| ui.add(slider).changed()) {
-                *turn = degrees.to_radians();
-            }
-        }
-    }
-}
-
-/// Colour with a brightest channel of 1, and the strength of that channel.
-fn emission(ui: &mut Ui, kind: &mut LightKind) {
-    let before = kind.emission();
-    let strength = before.max_element();
-    let mut colour = if strength > 0.0 { (before / strength).to_array() } else { [1.0; 3] };
-    let mut requested = strength;
-    let unit = match kind {
-        LightKind::Point { .. } | LightKind::Spot { .. } => "W/sr",
-        LightKind::Area { .. } | LightKind::Surface { .. } | LightKind::Sky { .. } => "W/m²/sr",
-        LightKind::Directional { .. } => "W/m²",
-    };
-    let changed = row(ui, "Light", |ui| {
-        let recoloured = ui.color_edit_button_rgb(&mut colour).changed();
-        let speed = (0.01 * strength).max(1e-3);
-        let value = DragValue::new(&mut requested).speed(speed).range(0.0..=1e9).suffix(format!(" {unit}"));
-        ui.add(value).changed() || recoloured
-    });
-    if changed {
-        let colour = Vec3::from(colour);
-        *kind = kind.with_emission(colour / colour.max_element().max(1e-6) * requested);
-    }
-}
-
-/// Power in photometric units, and colour temperature.
-fn power(ui: &mut Ui, light: &mut Light) {
-    let Some((mut amount, unit)) = light.power() else { return };
-    let mut kelvin = light.kind.kelvin();
-    row(ui, "Power", |ui| {
-        let (speed, decimals) = ((0.01 * amount).max(0.1), usize::from(amount < 100.0));
-        let value = DragValue::new(&mut amount).speed(speed).range(0.0..=1e12).suffix(format!(" {unit}"));
-        if ui.add(value.max_decimals(decimals)).changed() {
-            light.set_power(amount);
-        }
-        let value = DragValue::new(&mut kelvin).speed(20.0).range(1667.0..=25_000.0).suffix(" K");
-        let hint = "Colour of a black body of that temperature";
-        if ui.add(value.max_decimals(0)).on_hover_text(hint).changed() {
-            light.kind = light.kind.with_kelvin(kelvin);
-        }
-    });
-}
-
-/// A point or an edge; points are in the coordinates of the scene's file.
-fn place(ui: &mut Ui, name: &str, point: &mut Vec3, origin: Vec3) {
-    row(ui, name, |ui| {
-        for (axis, colour) in AXES.into_iter().enumerate() {
-            let mut value = point[axis] + origin[axis];
-            ui.visuals_mut().override_text_color = Some(colour);
-            if ui.add(DragValue::new(&mut value).speed(0.01).max_decimals(3)).changed() {
-                point[axis] = value - origin[axis];
-            }
-        }
-        ui.visuals_mut().override_text_color = None;
-    });
-}
-
-/// A unit direction as two angles.
-fn aim(ui: &mut Ui, direction: &mut Vec3) {
-    let mut height = direction.y.clamp(-1.0, 1.0).asin().to_degrees();
-    let mut heading = direction.x.atan2(direction.z).to_degrees();
-    // One row per angle: wider panels take width from the picture.
-    let mut angle = |name: &str, value: &mut f32, range| {
-        row(ui, name, |ui| ui.add(DragValue::new(value).speed(1.0).range(range).suffix("°")).changed())
-    };
-    let turned = angle("Heading", &mut heading, f32::NEG_INFINITY..=f32::INFINITY);
-    if angle("Height", &mut height, -90.0..=90.0) || turned {
-        let (sin, cos) = height.to_radians().sin_cos();
-        let heading = heading.to_radians();
-        *direction = Vec3::new(cos * heading.sin(), sin, cos * heading.cos()).normalize();
-    }
-}
-
-/// Colours of the axes x, y and z.
-pub(in crate::app::demo) const AXES: [Color32; 3] = [
-    Color32::from_rgb(0xe8, 0x7d, 0x3e),
-    Color32::from_rgb(0xf0, 0xe4, 0x42),
-    Color32::from_rgb(0x56, 0xb4, 0xe9),
-];

@@ -20,19 +20,23 @@ pub(super) fn materials(ui: &mut Ui, session: &mut Session, ui_state: &mut UiSta
         }
     });
     let Some(index) = chosen else { return };
-    ui_state.chosen = Chosen::Material(index);
+    let is_tracing = session.progress().is_some();
+    ui_state.choose(Chosen::Material(index));
     let (material, edit) = (&session.scene.materials[index], &mut session.document.materials[index]);
     albedo(ui, "Diffuse", &mut edit.diffuse);
     if material.texture.is_some() {
         ui.small("Multiplied with the material's image.");
     }
-    if material.may_be_glossy() {
-        albedo(ui, "Specular", &mut edit.specular);
-        row(ui, "Exponent", |ui| {
-            ui.add(egui::Slider::new(&mut edit.exponent, 1.0..=1000.0).logarithmic(true))
+    albedo(ui, "Specular", &mut edit.specular);
+    row(ui, "Exponent", |ui| ui.add(egui::Slider::new(&mut edit.exponent, 1.0..=1000.0).logarithmic(true)));
+    if !material.may_be_glossy() {
+        edit.editable |= edit.specular != Vec3::ZERO;
+        ui.small(match edit.editable {
+            true => "Glossy as soon as light paths are traced again.",
+            false => "Diffuse. A specular albedo starts the tracing of light paths again.",
         });
-    } else {
-        ui.small("Diffuse. To make it glossy, declare `editable = true` in the scene file.");
+    } else if edit.editable && is_tracing {
+        ui.small("Light paths are traced again, so that it may be glossy.");
     }
     // The renderer scales down an albedo above 1; the panel shows the scaled value.
     let most = (edit.diffuse + edit.specular).max_element();

@@ -2,6 +2,7 @@
 
 mod exposure;
 mod help;
+mod light;
 mod lights;
 mod luminaire;
 mod materials;
@@ -20,7 +21,8 @@ use super::stage::Progressed;
 use super::ui_state::UiState;
 
 pub(super) use help::help;
-pub(super) use lights::{AXES, fresh as fresh_light, middle_of_view};
+pub(super) use light::AXES;
+pub(super) use lights::{fresh as fresh_light, middle_of_view};
 pub(super) use question::questions;
 
 /// Width of the panels when the window opens, points.

@@ -113,11 +113,31 @@ impl Session {
         self.prepare_open(self.scene.clone())
     }
 
+    /// Traces light paths again if the user has made a diffuse material glossy, or undone that.
+    pub(super) fn follow_editable(&mut self) -> Result<()> {
+        let editable = self.document.editable();
+        if self.is_held || editable == self.traced_editable {
+            return Ok(());
+        }
+        let mut scene = self.scene.clone();
+        for (index, material) in scene.materials.iter_mut().enumerate() {
+            // A film may have made others editable.
+            if editable[index] != self.traced_editable[index] {
+                material.editable = editable[index];
+            }
+        }
+        self.prepare_open(scene)
+    }
+
     fn load_models(&mut self) -> Result<()> {
         let (options, watch) = (self.options(), Watch::new(&self.source.spec));
-        let scene = Scene::load(&self.source.spec, &options)?;
+        let mut scene = Scene::load(&self.source.spec, &options)?;
         let text = SceneText::new(&self.source.spec, &options, &scene).map_err(|error| error.to_string());
         let models = self.models.clone();
+        let document = Rebase::new(&self.scene, &scene).document(&self.document);
+        for (material, edit) in scene.materials.iter_mut().zip(&document.materials) {
+            material.editable = edit.editable;
+        }
         self.prepare_again(scene, watch)?;
         (self.text, self.models) = (text, models);
         self.loaded_models.clone_from(&self.document.models);
@@ -134,6 +154,7 @@ impl Session {
         history.rebase(|document| rebase.document(document));
         self.replace(scene, watch, &rebase)?;
         self.snapshots.rebase(|document| rebase.document(document), |camera| rebase.camera(camera));
+        self.traced_editable = document.editable();
         (self.document, self.saved, self.history) = (document, saved, history);
         self.is_asked = is_asked;
         Ok(())

@@ -108,6 +108,10 @@ impl WindowState {
     fn after_reload(&mut self, rebase: &Rebase) {
         self.viewport.let_go();
         self.ui_state.place = None;
+        for id in &mut self.ui_state.other_lights {
+            *id = rebase.light(*id);
+        }
+        self.ui_state.group_typed = None;
         self.ui_state.chosen = match self.ui_state.chosen {
             Chosen::Light(id) => Chosen::Light(rebase.light(id)),
             Chosen::Material(index) => rebase.material(index).map_or(Chosen::Nothing, Chosen::Material),

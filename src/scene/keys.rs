@@ -91,7 +91,7 @@ keys! {
     "light" "spot" {
         angle: "number, degrees", "0.01 to 90", "needed, or ies", "Half of the cone's opening angle", "30.0", "91.0";
         penumbra: "number", "0 to 1", "0", "Part of the angle over which intensity falls to zero", "0.5", "2.0";
-        ies: "text", "", "none", "Photometric file (`.ies`, LM-63) with the intensity in each direction, relative to the scene file; instead of angle", "", "";
+        ies: "text", "", "none", "Photometric file (`.ies` of LM-63, `.ldt` of EULUMDAT) with the intensity in each direction, relative to the scene file; instead of angle", "", "";
         turn: "number, degrees", "±360", "0", "Turn of the measured intensities about the axis; beside ies", "", "";
     }
     "light" "area" {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::dialogs::Purpose;
+use super::dialogs::{LUMINAIRES, Purpose};
 use super::navigate;
 use super::panels::{fresh_light, middle_of_view};
 use super::session::Session;
@@ -147,9 +147,15 @@ pub(super) fn take_file(session: &mut Session, ui_state: &mut UiState, purpose: 
     }
 }
 
+/// Whether the name of a file has one of these endings.
+fn is_one_of(path: &Path, endings: &[&str]) -> bool {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    extension.is_some_and(|own| endings.iter().any(|ending| own.eq_ignore_ascii_case(ending)))
+}
+
 /// Adds a luminaire, or a model.
 fn add_file(session: &mut Session, ui_state: &mut UiState, path: &Path) {
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ies")) {
+    if is_one_of(path, &LUMINAIRES) {
         add_luminaire(session, ui_state, path);
     } else {
         add_model(session, path);

@@ -16,7 +16,7 @@ pub(super) enum Purpose {
 }
 
 const MODELS: [&str; 5] = ["glb", "gltf", "obj", "ply", "stl"];
-const LUMINAIRES: [&str; 1] = ["ies"];
+pub(super) const LUMINAIRES: [&str; 2] = ["ies", "ldt"];
 const SCENES: [&str; 1] = ["toml"];
 
 /// The dialog, which is open while it waits for an answer.

@@ -96,7 +96,7 @@ pub(super) fn save_picture(session: &Session, scene_to: &str) -> Result<String> 
     let named = ["", "direct", "indirect"].into_iter().zip(&layers);
     let named = named.map(|(name, pixels)| ExrLayer { name, channels: &["R", "G", "B"], pixels });
     let named: Vec<_> = named.collect();
-    picture::write_exr(&outputs[1], size, &named)?;
+    picture::write_exr(&outputs[1], size, &named, &[])?;
     Ok(format!("saved {} and {}", png.display(), exr.display()))
 }
 

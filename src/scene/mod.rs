@@ -57,6 +57,7 @@ mod notes;
 mod numbers;
 mod obj;
 mod obj_lines;
+mod objects;
 pub mod octahedral;
 pub mod octree;
 pub mod opacity;
@@ -85,6 +86,7 @@ mod transparency;
 pub mod unweighted;
 mod value;
 mod vertex_colours;
+mod visible_lights;
 mod white_balance;
 pub(crate) mod words;
 
@@ -117,6 +119,8 @@ pub struct Triangle {
     pub normals: [Vec3; 3],
     /// Index into [`Scene::materials`].
     pub material: u32,
+    /// Index into [`Scene::objects`].
+    pub object: u32,
 }
 
 impl Triangle {
@@ -165,6 +169,9 @@ pub struct Scene {
     pub cell_sizes: CellSizes,
     /// Materials that triangles refer to.
     pub materials: Vec<Material>,
+    /// Names of the objects that triangles belong to, each once: nodes of a glTF model, `o` of an
+    /// OBJ model, other models by their files, and visible lights.
+    pub objects: Vec<String>,
     /// Lights, recentred; empty only if a command allows it. Emitting materials and the sky follow
     /// the lights of the scene file.
     pub lights: Vec<Light>,

@@ -148,7 +148,7 @@ impl Film {
             Format::Png => picture::write_png(&output, size, &pixels, &renderer.display()?),
             Format::Exr => {
                 let layer = ExrLayer { name: "", channels: &["R", "G", "B"], pixels: &pixels };
-                picture::write_exr(&output, size, &[layer])
+                picture::write_exr(&output, size, &[layer], &[])
             }
         }
     }

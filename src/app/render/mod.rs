@@ -58,7 +58,8 @@ pub(super) struct Render {
     /// with --target-error, a limit to those
     #[arg(long, value_name = "Y", allow_negative_numbers = true, value_parser = parse_positive, help_heading = "Method")]
     target_ms: Option<f64>,
-    /// Further layers of an EXR: direct, indirect, albedo, normal, position, depth; for the method
+    /// Further layers of an EXR: direct, indirect, albedo, normal, position, depth, alpha (fraction
+    /// covered by surface), cryptomatte (mattes of objects and materials); for the method
     /// path also variance (of the mean); for lightpaths also irradiance (W/m²), lights (direct and
     /// indirect light of each, which add up to the picture) and error (relative, 1 is 100 %, judged
     /// by paths); all: the layers that cost no paths
@@ -118,6 +119,8 @@ struct Rendered {
     relit_ms: Option<f64>,
     /// All layers, the main one first.
     layers: Vec<Layer>,
+    /// Texts of an EXR's header, by name.
+    attributes: Vec<(String, String)>,
     /// sRGB codes R, G, B, 255 of a PNG; empty for an EXR.
     display: Vec<[u8; 4]>,
     /// Summary line for the user.
@@ -274,7 +277,7 @@ impl Render {
             .iter()
             .map(|layer| ExrLayer { name: &layer.name, channels: layer.channels, pixels: &layer.pixels })
             .collect();
-        picture::write_exr(output, rendered.size, &layers)
+        picture::write_exr(output, rendered.size, &layers, &rendered.attributes)
     }
 }
 
@@ -294,6 +297,7 @@ mod tests {
                 warnings: Vec::new(),
                 relit_ms: None,
                 layers: vec![layer(None, vec![[1.0; 3]; 12]), layer(Some(Aov::Indirect), vec![[1.0; 3]; 12])],
+                attributes: Vec::new(),
                 display: vec![[255; 4]; 12],
                 line: String::new(),
                 document: serde_json::Value::Null,

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-/// Ids of a pixel, those that cover most of it first. Further ones are left out.
+/// Ids of a pixel, by falling coverage. Further ones are left out.
 pub const LEVELS: usize = 6;
 
 /// A set of mattes.

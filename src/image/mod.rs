@@ -147,7 +147,7 @@ mod tests {
             ExrLayer { name: "depth", channels: &["Z"], pixels: &depth },
         ];
         let texts =
-            ["conversion", "hash", "manifest", "name"].map(|key| (key.to_owned(), format!("{key} é")));
+            ["a/hash", "a/manifest", "a/name", "b/hash"].map(|key| (key.to_owned(), format!("{key} é")));
         let encoded: Vec<Vec<u8>> = (0..4)
             .map(|_| {
                 let mut out = Cursor::new(Vec::new());

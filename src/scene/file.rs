@@ -21,8 +21,8 @@ use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{Kind, Node, Origin, Section, unknown};
 use super::{
-    Camera, Emission, Light, Quality, Scene, Triangle, camera, emission, fit, gltf, kinds, limits, meter,
-    model_keys, ply, regions, sky, stl, subdivide, vertex_colours, visible_lights,
+    Camera, Emission, Light, PictureKeys, Quality, Scene, Triangle, camera, emission, fit, gltf, kinds,
+    limits, meter, model_keys, ply, regions, sky, stl, subdivide, vertex_colours, visible_lights,
 };
 use crate::files::guarded;
 use crate::{Error, Result};
@@ -114,6 +114,7 @@ impl Scene {
             emission: Arc::new(emission),
             meters: meter::read_all(&file, root, origin)?,
             cameras,
+            picture: PictureKeys::read(&file, root)?,
             quality,
             draft,
             origin,

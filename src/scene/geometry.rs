@@ -32,8 +32,8 @@ pub(super) struct Mesh {
     /// Three per triangle.
     pub(super) indices: Vec<u32>,
     pub(super) material: u32,
-    /// Objects of the model, each with the first triangle of its part, in order. Empty: the model's
-    /// first object.
+    /// Objects of the model, each with the first triangle of its part, in order. Empty: all
+    /// triangles belong to the model's first object.
     pub(super) objects: Vec<(u32, u32)>,
 }
 

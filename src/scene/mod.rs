@@ -63,6 +63,7 @@ pub mod octree;
 pub mod opacity;
 pub mod panes;
 pub mod photometry;
+mod picture_keys;
 mod ply;
 mod polygons;
 pub mod quality;
@@ -106,6 +107,7 @@ pub use measures::{Measure, Measures};
 pub use meter::Meter;
 pub use opacity::OpacityMaps;
 pub use panes::Pane;
+pub use picture_keys::PictureKeys;
 pub use quality::Quality;
 pub use texture::{Image, Texture};
 pub use white_balance::WhiteBalance;
@@ -183,6 +185,8 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Interior viewpoints beside the cameras: closed spaces around them take part in transport.
     pub interior_viewpoints: Vec<Vec3>,
+    /// How the scene file displays the picture.
+    pub picture: PictureKeys,
     /// Every number of the method that trades time for accuracy.
     pub quality: Quality,
     /// The same with the numbers of the `draft` preset, for a first picture.

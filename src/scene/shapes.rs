@@ -5,7 +5,9 @@ use std::collections::HashMap;
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
-use super::{Camera, CellSizes, Light, LightKind, Material, OpacityMaps, Quality, Scene, Triangle};
+use super::{
+    Camera, CellSizes, Light, LightKind, Material, OpacityMaps, PictureKeys, Quality, Scene, Triangle,
+};
 
 /// The inside of a sphere around the origin: an icosahedron whose faces were split into four
 /// `subdivisions` times. It has 20·4ⁿ triangles with corners on the sphere, fronts and smooth
@@ -94,6 +96,7 @@ fn scene(name: &str, triangles: Vec<Triangle>, material: Material, light: Light,
         panes: Vec::new(),
         cell_sizes: CellSizes::default(),
         objects: vec![name.to_owned()],
+        picture: PictureKeys::default(),
         materials: vec![material],
         lights: vec![light],
         emission: Arc::default(),

@@ -162,7 +162,7 @@ fn edited_emission_is_saved() {
     for light in &mut scene.lights {
         light.kind = light.kind.with_emission(Vec3::new(7.0, 6.0, 5.0));
     }
-    let edited = Edited { camera: &scene.cameras[0], lights: &scene.lights, materials: &scene.materials };
+    let edited = Edited::from_scene(&scene);
     let saved = text.with_edits(&edited, Path::new(&path("t.toml"))).unwrap();
     std::fs::write(path("t.toml"), &saved).unwrap();
     let again = load("t.toml");

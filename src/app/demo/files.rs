@@ -52,7 +52,8 @@ pub(super) fn write_scene(session: &Session, path: &Path) -> Result<String> {
     let lights: Vec<Light> = session.document.lights.iter().map(|entry| entry.light.clone()).collect();
     let mut materials = session.scene.materials.clone();
     session.document.apply_materials(&mut materials);
-    let edited = Edited { camera: &session.camera, lights: &lights, materials: &materials };
+    let display = session.display;
+    let edited = Edited { camera: &session.camera, lights: &lights, materials: &materials, display };
     let text = session.text.as_ref().map_err(|why| Error::Usage(why.clone()))?;
     let text = text.with_edits(&edited, path)?;
     output.write(|out| std::io::Write::write_all(out, text.as_bytes()))?;

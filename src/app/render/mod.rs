@@ -65,8 +65,8 @@ pub(super) struct Render {
     /// by paths); all: the layers that cost no paths
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', help_heading = "Output")]
     aov: Vec<Aov>,
-    /// Brightens a PNG by this many stops; auto: its mean becomes middle grey [default: 0; for a
-    /// model alone: auto]
+    /// Brightens a PNG by this many stops; auto: its mean becomes middle grey [default: the scene
+    /// file's, or 0; for a model alone: auto]
     #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = Exposure::parse, help_heading = "Output")]
     exposure: Option<Exposure>,
     #[command(flatten)]
@@ -180,6 +180,7 @@ impl Render {
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let store = self.cache_args.store()?;
         let context = self.device_args.open()?;
+        let picture_keys = scene.picture;
         let aovs = self.aovs();
         let mut rendered = match self.method {
             Method::Path | Method::Photon => {
@@ -240,10 +241,10 @@ impl Render {
             rendered.display = values.iter().map(|&value| scale.colour(value)).collect();
         } else if format == Format::Png {
             let pixels = &rendered.layers[0].pixels;
-            let exposure = self.exposure.unwrap_or_else(|| Exposure::of_scene(&self.scene));
+            let exposure = self.exposure.unwrap_or_else(|| Exposure::of_scene(&self.scene, &picture_keys));
             let (stops, said) = exposure.stops(pixels);
             said.iter().for_each(|line| self.device_args.say(line));
-            let display = self.display_args.transform(stops);
+            let display = self.display_args.transform(stops, &picture_keys);
             rendered.display = picture::tone_mapped(&context, pixels, &display)?;
         }
         self.device_args.report_validation(&context);

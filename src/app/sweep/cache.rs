@@ -71,6 +71,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
         panes,
         materials,
         objects: _,
+        picture: _,
         lights,
         emission,
         meters: _,

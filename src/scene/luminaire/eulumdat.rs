@@ -240,7 +240,7 @@ mod tests {
         let even = profile(&file(1, 24, 180, |_, _| 7.0));
         assert_eq!((even.columns, even.peak_candela), (1, 14.0));
         assert!((even.peak_candela * even.steradians() - 14.0 * 4.0 * PI).abs() < 1e-9);
-        // A Lambertian panel: π times its peak. Linear interpolation loses h²/12 of it, for 5° 6e-4.
+        // A Lambertian panel: π times its peak. Linear interpolation loses h²/12 of it: 6e-4.
         let panel = profile(&file(1, 1, 90, |angle, _| 100.0 * angle.to_radians().cos()));
         let flux = panel.peak_candela * panel.steradians();
         assert!((flux / (200.0 * PI) - 1.0).abs() < 7e-4, "{flux}");
@@ -264,7 +264,7 @@ mod tests {
         }
     }
 
-    /// A luminaire that shines across its lamps, in both formats.
+    /// A luminaire with most light across its lamps, in both formats.
     #[test]
     fn planes_are_those_of_the_same_luminaire_in_lm63() {
         // Across the lamps: C0 here, 90 degrees there. Both count to the same side.

@@ -17,7 +17,10 @@ use super::builtin::{self, Files};
 use super::file::{Source, read_cameras, read_lights};
 use super::material::Override;
 use super::value::{Kind, Node, Origin, Section};
-use super::{Camera, Light, LightKind, LoadOptions, Material, Quality, Scene, fit, limits};
+use super::{
+    Camera, DisplayTransform, Light, LightKind, LoadOptions, Material, PictureKeys, Quality, Scene, fit,
+    limits,
+};
 use crate::{Error, Result};
 pub use models::PlacedModel;
 pub use paths::relative_to;
@@ -43,12 +46,15 @@ pub struct Edited<'a> {
     pub lights: &'a [Light],
     /// All materials, in the scene's order.
     pub materials: &'a [Material],
+    /// How the picture is displayed.
+    pub display: DisplayTransform,
 }
 
 impl<'a> Edited<'a> {
     /// The editable parts of a scene.
     pub fn from_scene(scene: &'a Scene) -> Self {
-        Self { camera: &scene.cameras[0], lights: &scene.lights, materials: &scene.materials }
+        let display = scene.picture.over(DisplayTransform::default());
+        Self { camera: &scene.cameras[0], lights: &scene.lights, materials: &scene.materials, display }
     }
 }
 
@@ -90,6 +96,12 @@ impl SceneText {
         }
     }
 
+    /// The image of the scene's sky. `None` if it has none.
+    pub fn sky_image(&self) -> Option<String> {
+        let name = self.source.root.get("environment")?.get("image")?.as_text()?;
+        Some(self.source.file.with_file_name(name).to_string_lossy().into_owned())
+    }
+
     /// The text of the edited scene, to be saved at `to`: models' paths are relative to that.
     /// Comments, order and layout of unchanged parts stay. Removed lights are omitted, new ones
     /// follow the others, and changed materials become `[[material]]`s. A model that only a
@@ -112,6 +124,7 @@ impl SceneText {
         let cameras = self.edit_cameras(&mut root, edited.camera);
         let lights = edits::lights(&mut root, edited.lights, self.origin, [&self.source.file, to])?;
         edits::materials(&mut root, &self.materials, edited.materials);
+        PictureKeys::read(&self.source.file, &root)?.write(&edited.display, &mut root);
         edits::emissions(&mut root, &self.materials, edited.lights);
         let text = text::write(&self.source.text, &root, [("camera", &cameras), ("light", &lights)])?;
         self.check(to, &text)?;
@@ -147,7 +160,13 @@ impl SceneText {
         let Some(sky) = root.get_mut("environment") else { return Ok(()) };
         let Some(name) = sky.get("image").and_then(Node::as_text) else { return Ok(()) };
         let path = self.source.file.with_file_name(name);
-        if let Some(path) = paths::moved(&path, &self.source.file, to)? {
+        // The window states an absolute path.
+        let is_chosen = matches!(sky.get("image"), Some(Node { origin: Origin::Flag(_), .. }));
+        let placed = match is_chosen && path.is_absolute() {
+            true => Some(relative_to(&path, to)?),
+            false => paths::moved(&path, &self.source.file, to)?,
+        };
+        if let Some(path) = placed {
             sky.set("image", node(Kind::Text(path)));
         }
         Ok(())
@@ -182,11 +201,17 @@ impl SceneText {
         if let Some(node) = root.get("environment") {
             crate::scene::sky::check(&Section::new(to, "environment", node)?)?;
         }
+        PictureKeys::read(to, &root)?;
         match root.get("quality") {
             Some(node) => Quality::read(&Section::new(to, "quality", node)?).map(|_| ()),
             None => Ok(()),
         }
     }
+}
+
+/// The `KEY=VALUE` change ([`LoadOptions::set`]) that gives a scene's sky an image.
+pub fn sky_change(image: &str) -> String {
+    format!("environment.image={}", toml_edit::Value::from(image))
 }
 
 /// Whether a scene file with that text at `file` names files outside of its folder. Opening it

@@ -18,6 +18,8 @@ pub(super) struct Document {
     pub(super) materials: Vec<MaterialEdit>,
     /// In the order of the scene file; models that the user added follow.
     pub(super) models: Vec<PlacedModel>,
+    /// Path of the sky's image that the user has chosen. `None`: the sky of the scene file.
+    pub(super) sky_image: Option<String>,
 }
 
 /// A light with an identifier that survives renaming and reordering.
@@ -43,6 +45,7 @@ impl Document {
             lights: (0..).zip(&scene.lights).map(entry).collect(),
             materials: scene.materials.iter().map(MaterialEdit::from_material).collect(),
             models,
+            sky_image: None,
         }
     }
 
@@ -179,7 +182,8 @@ mod tests {
 
     fn document() -> Document {
         let edit = MaterialEdit { diffuse: Vec3::splat(0.5), specular: Vec3::ZERO, exponent: 1.0 };
-        let mut document = Document { lights: Vec::new(), materials: vec![edit], models: Vec::new() };
+        let mut document =
+            Document { lights: Vec::new(), materials: vec![edit], models: Vec::new(), sky_image: None };
         document.add(light("lamp"));
         document
     }

@@ -75,6 +75,7 @@ mod tests {
             lights: vec![light(3, true), light(5, false), light(8, true)],
             materials: Vec::new(),
             models: Vec::new(),
+            sky_image: None,
         }
     }
 

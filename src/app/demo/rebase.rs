@@ -68,8 +68,8 @@ impl Rebase {
         let lights = lights.chain(new);
         let edits = self.materials.iter().zip(&self.edits);
         let edits = edits.map(|(from, edit)| from.map_or(*edit, |from| document.materials[from]));
-        let models = document.models.clone();
-        Document { lights: lights.collect(), materials: edits.collect(), models }
+        let (models, sky_image) = (document.models.clone(), document.sky_image.clone());
+        Document { lights: lights.collect(), materials: edits.collect(), models, sky_image }
     }
 
     /// The identifier of a light.

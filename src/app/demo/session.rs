@@ -67,6 +67,8 @@ pub(super) struct Session {
     models: Vec<PlacedModel>,
     /// The models that the scene was loaded with.
     loaded_models: Vec<PlacedModel>,
+    /// The image of the sky that the user had chosen when the scene was loaded.
+    loaded_sky: Option<String>,
     /// Its file, to be saved with edits; or the reason why it cannot be saved.
     pub(super) text: std::result::Result<SceneText, String>,
     pub(super) document: Document,
@@ -177,6 +179,7 @@ impl Session {
             in_flight: VecDeque::new(),
             text: text.map_err(|error| error.to_string()),
             loaded_models: models.clone(),
+            loaded_sky: None,
             models,
             context: context.clone(),
             wake,

@@ -95,7 +95,7 @@ audit: deny
 
 # How long each reader is fuzzed, and which, e.g. `make fuzz SECONDS=600 READERS='obj cache'`.
 SECONDS ?= 60
-READERS ?= toml film obj gltf ply stl mtl texture image cache
+READERS ?= toml film obj gltf ply stl mtl luminaire texture image cache
 
 fuzz:
 	@scripts/setup.sh

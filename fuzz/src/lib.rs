@@ -159,6 +159,21 @@ fn other_model(name: &str, bytes: &[u8]) -> bool {
     scene(&[("s.toml", toml.as_bytes()), (name, bytes)]).is_some()
 }
 
+/// A photometric file of a light in the good scene.
+pub fn luminaire(bytes: &[u8]) -> bool {
+    let light = "\n[[light]]\nname = \"measured\"\nkind = \"spot\"\nposition = [0, 1, 0]\nies = \"l\"\n";
+    let scene = scene(&[("s.toml", format!("{TOML}{light}").as_bytes()), ("l", bytes)]);
+    let is_taken = scene.is_some();
+    for luminaire in scene.iter().flat_map(|scene| &scene.lights).filter_map(|light| light.luminaire.as_ref())
+    {
+        let profile = &luminaire.profile;
+        assert_eq!(profile.fractions.len(), profile.rows as usize * profile.columns as usize);
+        assert!(profile.fractions.iter().all(|fraction| (0.0..=1.0).contains(fraction)));
+        assert!(profile.peak_candela.is_finite() && profile.steradians() <= 12.6, "{profile:?}");
+    }
+    is_taken
+}
+
 /// Materials. Refused are unprintable names alone; what else is wrong is passed over.
 pub fn mtl(bytes: &[u8]) -> bool {
     scene(&[("m.mtl", bytes)]).is_some()

@@ -13,7 +13,7 @@ use crate::cpu::tonemap::display_values;
 use crate::error::{Error, Result};
 use crate::image::{self, Picture, write_png};
 use crate::metrics::{self, Comparison, PIXELS_PER_DEGREE, ZTest};
-use crate::scene::DisplayTransform;
+use crate::scene::{DisplayTransform, PictureKeys};
 
 /// Compare an image with a reference
 ///
@@ -85,7 +85,7 @@ impl Compare {
         let exposure = self.exposure.unwrap_or(Exposure::Stops(0.0));
         let (stops, said) = exposed.map_or((0.0, None), |picture| exposure.stops(&picture.pixels));
         said.iter().for_each(|line| super::note(&format!("lightpaths: {line}")));
-        let shown_as = self.display_args.transform(stops);
+        let shown_as = self.display_args.transform(stops, &PictureKeys::default());
         let [shown, shown_reference] = [&image, &reference].map(|picture| display(picture, &shown_as));
         let flip = metrics::flip_map(&shown, &shown_reference, image.size, PIXELS_PER_DEGREE);
         let (v, r) = (&image.pixels, &reference.pixels);

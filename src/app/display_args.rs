@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::numbers::parse_finite;
-use crate::scene::{DisplayTransform, ToneCurve, WhiteBalance};
+use crate::scene::{DisplayTransform, PictureKeys, ToneCurve, WhiteBalance};
 
 /// How a picture is displayed, apart from its exposure.
 #[derive(Clone, Copy, Debug, Default, Args)]
@@ -32,14 +32,15 @@ impl DisplayArgs {
         all.into_iter().find_map(|(is_given, flag)| is_given.then_some(flag))
     }
 
-    /// The display transform with that exposure.
-    pub(super) fn transform(&self, exposure_stops: f32) -> DisplayTransform {
-        let neutral = WhiteBalance::default();
-        let white_balance = WhiteBalance {
-            kelvin: self.white_balance.unwrap_or(neutral.kelvin),
-            tint: self.tint.unwrap_or(neutral.tint),
+    /// The display transform with that exposure. `picture` states what the arguments do not.
+    pub(super) fn transform(&self, exposure_stops: f32, picture: &PictureKeys) -> DisplayTransform {
+        let given = PictureKeys {
+            exposure: Some(exposure_stops),
+            tone: self.tone,
+            white_balance: self.white_balance,
+            tint: self.tint,
         };
-        DisplayTransform { exposure_stops, white_balance, tone: self.tone.unwrap_or_default() }
+        given.over(picture.over(DisplayTransform::default()))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::numbers::parse_finite;
 use crate::image::automatic_stops;
-use crate::scene;
+use crate::scene::{self, PictureKeys};
 
 /// How a picture is exposed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,9 +25,13 @@ impl Exposure {
         }
     }
 
-    /// The default of a scene: lights of a model alone have any brightness.
-    pub(super) fn of_scene(spec: &str) -> Self {
-        if scene::is_model(spec) { Self::Auto } else { Self::Stops(0.0) }
+    /// The default of a scene: what its file states. Lights of a model alone have any brightness.
+    pub(super) fn of_scene(spec: &str, picture: &PictureKeys) -> Self {
+        match picture.exposure {
+            Some(stops) => Self::Stops(stops),
+            None if scene::is_model(spec) => Self::Auto,
+            None => Self::Stops(0.0),
+        }
     }
 
     /// Stops for a picture, with a line if they were chosen.

@@ -10,19 +10,16 @@ use crate::passes::GrowsWith;
 use crate::passes::frame::tonemap::Tonemap;
 use crate::scene::DisplayTransform;
 
-/// The layer that is infinite where a camera ray leaves the scene.
-const DEPTH: &str = "depth";
-
 /// Refuses a picture with infinite or NaN values.
 ///
 /// # Errors
 /// [`Error::NotFinite`].
 pub(super) fn refuse_non_finite(size: [u32; 2], pixels: &[[f32; 3]]) -> Result<()> {
-    refuse(size, "", pixels, |value| value.is_finite())
+    refuse(size, "", pixels)
 }
 
-fn refuse(size: [u32; 2], layer: &str, pixels: &[[f32; 3]], is_good: impl Fn(f32) -> bool) -> Result<()> {
-    let is_bad = |pixel: &[f32; 3]| pixel.iter().any(|&value| !is_good(value));
+fn refuse(size: [u32; 2], layer: &str, pixels: &[[f32; 3]]) -> Result<()> {
+    let is_bad = |pixel: &[f32; 3]| pixel.iter().any(|value| !value.is_finite());
     let Some(first) = pixels.iter().position(is_bad) else { return Ok(()) };
     let count = pixels[first..].iter().filter(|pixel| is_bad(pixel)).count();
     let width = size[0] as usize;
@@ -63,17 +60,18 @@ pub(super) fn write_png(
     output.write(|out| image::write_png(out, size, codes))
 }
 
-/// Writes an EXR.
+/// Writes an EXR with these texts in its header, by name.
 ///
 /// # Errors
 /// As [`write_png`].
-pub(super) fn write_exr(output: &OutputFile, size: [u32; 2], layers: &[ExrLayer]) -> Result<()> {
-    for &ExrLayer { name, pixels, .. } in layers {
-        let may_be_infinite = name == DEPTH;
-        let is_good = |value: f32| value.is_finite() || may_be_infinite && value == f32::INFINITY;
-        refuse(size, name, pixels, is_good)?;
-    }
-    output.write(|out| image::write_exr(out, size, layers))
+pub(super) fn write_exr(
+    output: &OutputFile,
+    size: [u32; 2],
+    layers: &[ExrLayer],
+    attributes: &[(String, String)],
+) -> Result<()> {
+    layers.iter().try_for_each(|layer| refuse(size, layer.name, layer.pixels))?;
+    output.write(|out| image::write_exr_with(out, size, layers, attributes))
 }
 
 #[cfg(test)]
@@ -96,8 +94,8 @@ mod tests {
                 let good = [[0.5; 3]; 6];
                 for refusal in [
                     write_png(&output, size, &pixels, &[[0; 4]; 6]),
-                    write_exr(&output, size, &[layer("", &pixels)]),
-                    write_exr(&output, size, &[layer("", &good), layer("direct", &pixels)]),
+                    write_exr(&output, size, &[layer("", &pixels)], &[]),
+                    write_exr(&output, size, &[layer("", &good), layer("direct", &pixels)], &[]),
                 ] {
                     let refusal = refusal.unwrap_err();
                     assert_eq!(refusal.exit_code(), 4);
@@ -108,17 +106,5 @@ mod tests {
         }
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-    }
-
-    #[test]
-    fn depth_alone_may_be_infinite_and_is_a_number() {
-        let folder = tempfile::tempdir().unwrap();
-        let output = OutputFile::check(&folder.path().join("a")).unwrap();
-        let write = |value: f32| {
-            let layer = ExrLayer { name: "depth", channels: &["Z"], pixels: &[[value; 3]] };
-            write_exr(&output, [1, 1], &[layer])
-        };
-        write(f32::INFINITY).unwrap();
-        assert!(write(f32::NAN).is_err() && write(f32::NEG_INFINITY).is_err());
     }
 }

@@ -3,7 +3,9 @@
 //! Pixels are linear Rec.709, row-major from the top left. The same pixels always give
 //! the same bytes.
 
+pub mod cryptomatte;
 mod exposure;
+mod header;
 mod layers;
 mod picture;
 mod read;
@@ -13,8 +15,9 @@ pub use picture::Picture;
 pub use read::{parse, read};
 
 use std::borrow::Cow;
-use std::io::{self, Seek, Write};
+use std::io::{self, Cursor, Seek, Write};
 
+use exr::meta::attribute::AttributeValue;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Text, Vec2, WritableImage,
 };
@@ -33,13 +36,26 @@ pub struct ExrLayer<'a> {
     pub pixels: &'a [[f32; 3]],
 }
 
+/// Writes an EXR file as [`write_exr_with`], without further attributes.
+///
+/// # Errors
+/// As [`write_exr_with`]: if `out` fails.
+pub fn write_exr(out: impl Write + Seek, size: [u32; 2], layers: &[ExrLayer]) -> io::Result<()> {
+    write_exr_with(out, size, layers, &[])
+}
+
 /// Writes an EXR file of 32-bit floats, losslessly compressed, with Rec.709 primaries
-/// and D65 white.
+/// and D65 white. `attributes` are texts of its header by name.
 ///
 /// # Errors
 /// If `out` fails. Panics if a layer does not hold `size[0]·size[1]` pixels, or if
 /// channel names repeat.
-pub fn write_exr(out: impl Write + Seek, size: [u32; 2], layers: &[ExrLayer]) -> io::Result<()> {
+pub fn write_exr_with(
+    mut out: impl Write + Seek,
+    size: [u32; 2],
+    layers: &[ExrLayer],
+    attributes: &[(String, String)],
+) -> io::Result<()> {
     let channels = layers.iter().flat_map(|layer| {
         assert_eq!(layer.pixels.len(), size[0] as usize * size[1] as usize, "layer {:?}", layer.name);
         layer.channels.iter().enumerate().map(|(component, channel)| {
@@ -47,12 +63,21 @@ pub fn write_exr(out: impl Write + Seek, size: [u32; 2], layers: &[ExrLayer]) ->
             AnyChannel::new(channel_name(layer.name, channel).as_ref(), FlatSamples::F32(samples))
         })
     });
-    let attributes = LayerAttributes { software_name: Text::new_or_none(SOFTWARE), ..Default::default() };
+    let texts = attributes.iter().map(|(name, value)| {
+        // Readers take texts as UTF-8. The library's checked constructor takes Latin-1 alone.
+        let value = Text::from_slice_unchecked(value.as_bytes());
+        (Text::from_slice_unchecked(name.as_bytes()), AttributeValue::Text(value))
+    });
+    let own = LayerAttributes {
+        software_name: Text::new_or_none(SOFTWARE),
+        other: texts.collect(),
+        ..Default::default()
+    };
     // This encoding has increasing line order. Otherwise blocks land in the order in which threads
     // finish them, and the bytes differ from run to run.
     let encoding = Encoding::SMALL_LOSSLESS;
     let channels = AnyChannels::sort(channels.collect());
-    let layer = Layer::new(Vec2(size[0] as usize, size[1] as usize), attributes, encoding, channels);
+    let layer = Layer::new(Vec2(size[0] as usize, size[1] as usize), own, encoding, channels);
     let mut image = Image::from_layer(layer);
     image.attributes.chromaticities = Some(exr::meta::attribute::Chromaticities {
         red: Vec2(0.64, 0.33),
@@ -60,10 +85,18 @@ pub fn write_exr(out: impl Write + Seek, size: [u32; 2], layers: &[ExrLayer]) ->
         blue: Vec2(0.15, 0.06),
         white: Vec2(0.3127, 0.3290),
     });
-    image.write().to_buffered(out).map_err(|error| match error {
+    let fault = |error| match error {
         exr::error::Error::Io(error) => error,
         other => io::Error::other(other),
-    })
+    };
+    if attributes.is_empty() {
+        return image.write().to_buffered(out).map_err(fault);
+    }
+    let mut file = Cursor::new(Vec::new());
+    image.write().to_buffered(&mut file).map_err(fault)?;
+    let mut file = file.into_inner();
+    header::sort_attributes(&mut file);
+    out.write_all(&file)
 }
 
 fn channel_name<'a>(layer: &str, channel: &'a str) -> Cow<'a, str> {
@@ -92,7 +125,6 @@ pub fn write_png(out: impl Write, size: [u32; 2], pixels: &[[u8; 4]]) -> io::Res
 mod tests {
     use super::*;
     use exr::prelude::{ReadChannels, ReadLayers};
-    use std::io::Cursor;
 
     #[test]
     fn png_holds_the_codes_and_says_srgb() {
@@ -114,10 +146,12 @@ mod tests {
             ExrLayer { name: "", channels: &["R", "G", "B"], pixels: &beauty },
             ExrLayer { name: "depth", channels: &["Z"], pixels: &depth },
         ];
+        let texts =
+            ["a/hash", "a/manifest", "a/name", "b/hash"].map(|key| (key.to_owned(), format!("{key} é")));
         let encoded: Vec<Vec<u8>> = (0..4)
             .map(|_| {
                 let mut out = Cursor::new(Vec::new());
-                write_exr(&mut out, size, &layers).unwrap();
+                write_exr_with(&mut out, size, &layers, &texts).unwrap();
                 out.into_inner()
             })
             .collect();
@@ -132,6 +166,10 @@ mod tests {
             .from_buffered(Cursor::new(&encoded[0]))
             .unwrap();
         assert_eq!(image.attributes.chromaticities.unwrap().green, Vec2(0.30, 0.60));
+        for (key, text) in &texts {
+            let stored = &image.layer_data.attributes.other[key.as_bytes()];
+            assert_eq!(stored, &AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes())));
+        }
         let channels = &image.layer_data.channel_data.list;
         let values = |name: &str| -> Vec<f32> {
             let channel = channels.iter().find(|channel| channel.name == *name).unwrap();

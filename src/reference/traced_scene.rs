@@ -3,6 +3,8 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
+use crate::passes::frame::antialias::{Antialias, COVERAGE, MAX_SAMPLES, SeenFragments};
+use crate::passes::frame::coverage::Coverage;
 use crate::passes::frame::{pixel_colours::PixelColours, primary::Primary};
 use crate::passes::{LightTable, LitScene, SceneBuffers};
 use crate::scene::{Scene, bvh::Bvh, surfaces};
@@ -88,6 +90,18 @@ impl TracedScene {
     /// Pixels of the image.
     pub fn pixel_count(&self) -> u32 {
         self.view.width * self.view.height
+    }
+
+    /// Finds the sides that each pixel shows, as antialiasing does.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn coverage(&self) -> Result<Coverage> {
+        let primary = Primary::new(&self.context, self.pixel_count())?;
+        let antialias = Antialias::new(&self.context, self.size(), MAX_SAMPLES / COVERAGE)?;
+        self.context.run(|rec| primary.record(rec, &self.buffers, &self.view))?;
+        self.context.run(|rec| antialias.record(rec, &self.buffers, &self.view, &primary.pixels))?;
+        Coverage::read(SeenFragments { pixels: &primary.pixels, antialias: &antialias })
     }
 
     /// Traces the central ray of each pixel.

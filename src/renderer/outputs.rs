@@ -4,6 +4,7 @@ use super::{Layer, Renderer, Statistics};
 use crate::error::Result;
 use crate::gpu::{Buffer, SplitBuffer};
 use crate::passes::GrowsWith;
+use crate::passes::frame::coverage::Coverage;
 use crate::passes::frame::splat_capacity::SplatCounts;
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::scene::Scene;
@@ -79,6 +80,15 @@ impl Renderer {
     pub fn positions_in_file(&self) -> Result<Vec<[f32; 3]>> {
         let normals = self.layer(Layer::Normal)?;
         Ok(self.world.scene.layer_in_file(self.layer(Layer::Position)?, &normals))
+    }
+
+    /// The sides that each pixel of the last frame shows, from the samples that antialias it.
+    ///
+    /// # Errors
+    /// The device failed.
+    #[doc(hidden)]
+    pub fn coverage(&self) -> Result<Coverage> {
+        Coverage::read(self.image.seen_fragments())
     }
 
     /// Direct and indirect irradiance of these pixels, W/m².

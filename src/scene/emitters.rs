@@ -258,7 +258,7 @@ mod tests {
     use super::*;
 
     fn triangle(positions: [[f32; 3]; 3]) -> Triangle {
-        Triangle { positions: positions.map(Vec3::from), normals: [Vec3::Y; 3], material: 0 }
+        Triangle { positions: positions.map(Vec3::from), normals: [Vec3::Y; 3], material: 0, object: 0 }
     }
 
     fn emitter(triangles: &[Triangle]) -> Emitter {

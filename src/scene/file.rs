@@ -12,17 +12,17 @@ use super::cutouts::Coverage;
 use super::geometry::{Assembled, too_many};
 use super::keys;
 use super::load_options::LoadOptions;
-use super::material::Sides;
 use super::models::{
     Models, NOWHERE, Visible, built_in, counted, of_one_mesh, override_materials, read_gltf, read_obj,
     refuse_repeated, refuse_triangles, visible,
 };
+use super::objects::Objects;
 use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{Kind, Node, Origin, Section, unknown};
 use super::{
-    Camera, Emission, Light, LightKind, Material, Quality, Scene, Triangle, camera, emission, fit, gltf,
-    kinds, limits, meter, model_keys, ply, regions, sky, stl, subdivide, vertex_colours,
+    Camera, Emission, Light, PictureKeys, Quality, Scene, Triangle, camera, emission, fit, gltf, kinds,
+    limits, meter, model_keys, ply, regions, sky, stl, subdivide, vertex_colours, visible_lights,
 };
 use crate::files::guarded;
 use crate::{Error, Result};
@@ -41,7 +41,7 @@ impl Scene {
         let (mut source, others) = Source::prepare(spec, options)?;
         let file = source.file.clone();
         let (mut warnings, mut inputs) = (Vec::new(), source.inputs());
-        let mut models = source.load_models(&mut warnings, &mut inputs)?;
+        let (mut models, mut objects) = source.load_models(&mut warnings, &mut inputs)?;
         source.take_views(std::mem::take(&mut models.cameras), std::mem::take(&mut models.lights));
         override_materials(&file, &source.root, &mut models, &mut warnings)?;
         let Visible { assembled, mut opacity, panes } =
@@ -71,7 +71,12 @@ impl Scene {
         let mut lights = read_lights(&file, root, origin, &source.files)?;
         let measured = lights.iter().filter_map(|light| light.luminaire.as_ref());
         inputs.extend(measured.filter_map(|luminaire| source.files.on_disk(&luminaire.file)));
-        show_lights(&file, root, &mut lights, &mut materials, (&mut triangles, &mut coordinates))?;
+        visible_lights::show(
+            (&file, root),
+            &mut lights,
+            (&mut materials, &mut objects),
+            (&mut triangles, &mut coordinates),
+        )?;
         opacity.add_full(triangles.len() - of_models);
         let cameras = read_cameras(&file, root, origin)?;
         let regions = regions::find(&triangles, &cameras, &lights);
@@ -104,10 +109,12 @@ impl Scene {
             panes,
             cell_sizes,
             materials,
+            objects: objects.into_names(),
             lights,
             emission: Arc::new(emission),
             meters: meter::read_all(&file, root, origin)?,
             cameras,
+            picture: PictureKeys::read(&file, root)?,
             quality,
             draft,
             origin,
@@ -221,7 +228,11 @@ impl Source {
         self.root.set("quality", quality);
     }
 
-    fn load_models(&self, warnings: &mut Vec<String>, inputs: &mut Vec<PathBuf>) -> Result<Models> {
+    fn load_models(
+        &self,
+        warnings: &mut Vec<String>,
+        inputs: &mut Vec<PathBuf>,
+    ) -> Result<(Models, Objects)> {
         let sections = Section::list(&self.file, &self.root, "model", limits::MODELS)?;
         if sections.is_empty() {
             return Err(Error::input(
@@ -229,17 +240,24 @@ impl Source {
                 "the scene has no model: add [[model]] with file = \"….obj\" or \"….glb\"",
             ));
         }
-        let mut all = Models::default();
+        let (mut all, mut all_objects) = (Models::default(), Objects::default());
         let mut triangles = 0;
         let mut reading = Reading::new(self.files.clone(), warnings, inputs);
         for section in &sections {
             section.only(&keys::names("model", None))?;
             let transform = model_keys::transform(section)?;
-            let Models { mut meshes, mut materials, mut coverages, mut undefined, cameras, lights } =
-                match section.text("built_in")? {
-                    Some(name) => built_in(section, name, &mut reading)?,
-                    None => self.load_model(section, &mut reading, &transform)?,
-                };
+            let Models {
+                mut meshes,
+                mut objects,
+                mut materials,
+                mut coverages,
+                mut undefined,
+                cameras,
+                lights,
+            } = match section.text("built_in")? {
+                Some(name) => built_in(section, name, &mut reading)?,
+                None => self.load_model(section, &mut reading, &transform)?,
+            };
             if let Some(name) = section.text("material")? {
                 undefined.clear();
                 if !model_keys::take_material(&mut meshes, (&mut materials, &mut coverages), name) {
@@ -250,6 +268,9 @@ impl Source {
             // Its materials stay, because the scene file may change some.
             if section.flag("hidden")?.unwrap_or(false) {
                 meshes.clear();
+                objects.clear();
+            } else if objects.is_empty() {
+                objects.push(model_keys::object_name(section)?);
             }
             all.cameras.extend(cameras);
             all.lights.extend(lights);
@@ -267,14 +288,19 @@ impl Source {
             coverages.resize(materials.len(), Coverage::Full);
             all.coverages.extend(coverages);
             all.materials.extend(materials);
+            let first_object = all_objects.len() as u32;
+            for name in &objects {
+                all_objects.add(name);
+            }
             all.meshes.extend(meshes.into_iter().map(|mut mesh| {
+                mesh.offset_objects(first_object);
                 mesh.transform(&transform);
                 mesh.material += first as u32;
                 mesh
             }));
         }
         reading.finish();
-        Ok(all)
+        Ok((all, all_objects))
     }
 
     fn load_model(&self, section: &Section, reading: &mut Reading, transform: &DAffine3) -> Result<Models> {
@@ -386,39 +412,6 @@ impl Source {
         };
         self.root.get("environment").is_some() || materials.iter().any(emits)
     }
-}
-
-/// Adds the surface of area lights that are visible. Each becomes a light of its own material.
-fn show_lights(
-    file: &Path,
-    root: &Node,
-    lights: &mut [Light],
-    materials: &mut Vec<Material>,
-    (triangles, coordinates): (&mut Vec<Triangle>, &mut Vec<[Vec2; 3]>),
-) -> Result<()> {
-    let sections = Section::list(file, root, "light", limits::LIGHTS)?;
-    for (section, light) in sections.iter().zip(lights) {
-        let LightKind::Area { corner, edge_u, edge_v, radiance, .. } = light.kind else { continue };
-        if section.flag("visible")? != Some(true) {
-            continue;
-        }
-        let material = materials.len() as u32;
-        materials.push(Material {
-            diffuse: Vec3::ZERO,
-            emission: radiance,
-            emitting_sides: Some(Sides::Front),
-            ..Material::neutral(&light.name)
-        });
-        let normals = [edge_u.cross(edge_v).normalize(); 3];
-        let [p0, p1, p2, p3] = [corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v];
-        let quad = [[p0, p1, p2], [p0, p2, p3]].map(|positions| Triangle { positions, normals, material });
-        triangles.extend(quad);
-        if !coordinates.is_empty() {
-            coordinates.extend([[Vec2::ZERO; 3]; 2]);
-        }
-        light.kind = LightKind::Surface { material, radiance };
-    }
-    Ok(())
 }
 
 /// Whether the scene file has no section of a kind.

@@ -32,9 +32,26 @@ pub(super) struct Mesh {
     /// Three per triangle.
     pub(super) indices: Vec<u32>,
     pub(super) material: u32,
+    /// Objects of the model, each with the first triangle of its part, in order. Empty: all
+    /// triangles belong to the model's first object.
+    pub(super) objects: Vec<(u32, u32)>,
 }
 
 impl Mesh {
+    /// Counts the objects from another first one on.
+    pub(super) fn offset_objects(&mut self, first: u32) {
+        if self.objects.is_empty() {
+            self.objects.push((0, 0));
+        }
+        self.objects.iter_mut().for_each(|(_, object)| *object += first);
+    }
+
+    /// The object of a triangle.
+    fn object(&self, triangle: usize) -> u32 {
+        let after = self.objects.partition_point(|(first, _)| *first as usize <= triangle);
+        after.checked_sub(1).map_or(0, |part| self.objects[part].1)
+    }
+
     /// Applies an invertible transform. Normals stay on their side, and a mirror image
     /// keeps its front.
     pub(super) fn transform(&mut self, world_from_local: &DAffine3) {
@@ -101,7 +118,7 @@ pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<As
     let has_colours = meshes.iter().any(|mesh| !mesh.colours.is_empty());
     let (mut coordinates, mut colours) = (Vec::new(), Vec::new());
     for mesh in meshes {
-        for corners in mesh.indices.chunks_exact(3) {
+        for (number, corners) in mesh.indices.chunks_exact(3).enumerate() {
             let corners = [corners[0], corners[1], corners[2]].map(|index| index as usize);
             let positions = corners.map(|index| (mesh.positions[index] - origin).as_vec3());
             if is_degenerate(positions) {
@@ -109,7 +126,8 @@ pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<As
             } else if !seen.insert(identity(positions)) {
                 repairs.duplicate += 1;
             } else {
-                let mut triangle = Triangle { positions, normals: [Vec3::ZERO; 3], material: mesh.material };
+                let (material, object) = (mesh.material, mesh.object(number));
+                let mut triangle = Triangle { positions, normals: [Vec3::ZERO; 3], material, object };
                 let stated = corners.map(|index| mesh.normals.get(index).copied());
                 triangle.normals = shading_normals(&triangle, stated, &mut repairs);
                 triangles.push(triangle);

@@ -380,7 +380,8 @@ mod tests {
     fn tetrahedron() -> Vec<Triangle> {
         let p = [[0.0, 0.0, 0.0], [1.3, 0.1, 0.0], [0.2, 1.1, 0.3], [0.4, 0.2, 1.9]].map(Vec3::from);
         let face = |a: usize, b: usize, c: usize| {
-            let mut t = Triangle { positions: [p[a], p[b], p[c]], normals: [Vec3::ZERO; 3], material: 0 };
+            let mut t =
+                Triangle { positions: [p[a], p[b], p[c]], normals: [Vec3::ZERO; 3], material: 0, object: 0 };
             t.normals = [t.geometric_normal(); 3];
             t
         };
@@ -394,7 +395,7 @@ mod tests {
         let plane = [[-500.0, -500.0], [-500.0, 500.0], [500.0, 500.0], [500.0, -500.0]];
         for corners in [[0, 1, 2], [0, 2, 3]] {
             let positions = corners.map(|index: usize| corner(plane[index][0], plane[index][1]));
-            triangles.push(Triangle { positions, normals: [Vec3::Y; 3], material: 0 });
+            triangles.push(Triangle { positions, normals: [Vec3::Y; 3], material: 0, object: 0 });
         }
         let surfaces: Vec<_> = triangles.iter().map(|t| surfaces::surface(t, [true, true])).collect();
         let regions = vec![

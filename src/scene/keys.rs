@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 
 /// A key of a section.
 pub struct Key {
-    /// Section: `model`, `camera`, `light`, `environment`, `material`, `meter` or `quality`.
+    /// Section: `model`, `camera`, `light`, `environment`, `material`, `meter`,
+    /// `picture` or `quality`.
     pub section: &'static str,
     /// Kinds of light or meter that have it, separated by blanks. Empty: all.
     kinds: &'static str,
@@ -26,13 +27,14 @@ pub struct Key {
 }
 
 /// Sections in the order of a scene file, and what each holds.
-pub const SECTIONS: [(&str, &str); 7] = [
+pub const SECTIONS: [(&str, &str); 8] = [
     ("model", "[[model]]: a model, in world space; at least one"),
     ("camera", "[camera], or [[camera]] for several; the first is used unless --camera names another"),
     ("light", "[[light]]: a light of one of four kinds"),
     ("environment", "[environment]: light from all directions, seen where rays leave the scene"),
     ("material", "[[material]]: replaces properties of the models' material of that name"),
     ("meter", "[[meter]]: a light meter, for the command measure"),
+    ("picture", "[picture]: how the picture is displayed; arguments of the command line win"),
     ("quality", "[quality]: settings of the precomputation; defaults are those of the preset"),
 ];
 
@@ -92,7 +94,7 @@ keys! {
     "light" "spot" {
         angle: "number, degrees", "0.01 to 90", "needed, or ies", "Half of the cone's opening angle", "30.0", "91.0";
         penumbra: "number", "0 to 1", "0", "Part of the angle over which intensity falls to zero", "0.5", "2.0";
-        ies: "text", "", "none", "Photometric file (`.ies`, LM-63) with the intensity in each direction, relative to the scene file; instead of angle", "", "";
+        ies: "text", "", "none", "Photometric file (`.ies` of LM-63, `.ldt` of EULUMDAT) with the intensity in each direction, relative to the scene file; instead of angle", "", "";
         turn: "number, degrees", "±360", "0", "Turn of the measured intensities about the axis; beside ies", "", "";
     }
     "light" "area" {
@@ -152,6 +154,12 @@ keys! {
         edge_u: "3 numbers, m", "±1e12", "needed", "First edge from the corner", "[1.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]";
         edge_v: "3 numbers, m", "±1e12", "needed", "Second edge; the meter faces edge_u × edge_v", "[0.0, 0.0, -1.0]", "[0.5, 0.0, 0.0]";
         grid: "2 integers", "1 to 128", "as in EN 12464-1", "Points along both edges, in the middles of equal cells", "[4, 3]", "[0, 3]";
+    }
+    "picture" "" {
+        exposure: "number, stops", "±50", "0", "Brightens the picture", "1.5", "100.0";
+        tone: "text", "standard, none, filmic, aces, agx", "standard", "Tone curve", "\"agx\"", "\"reinhard\"";
+        white_balance: "number, K", "1 667 to 25 000", "6504", "Colour temperature that is displayed as white", "2700.0", "100.0";
+        tint: "number", "±50", "0", "Moves that white to green, in thousandths of CIE 1960 uv", "-5.0", "60.0";
     }
     "quality" "" {
         preset: "text", "draft, paper, high", "paper", "Where all other settings come from", "\"draft\"", "\"best\"";

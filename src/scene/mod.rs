@@ -57,11 +57,13 @@ mod notes;
 mod numbers;
 mod obj;
 mod obj_lines;
+mod objects;
 pub mod octahedral;
 pub mod octree;
 pub mod opacity;
 pub mod panes;
 pub mod photometry;
+mod picture_keys;
 mod ply;
 mod polygons;
 pub mod quality;
@@ -85,6 +87,7 @@ mod transparency;
 pub mod unweighted;
 mod value;
 mod vertex_colours;
+mod visible_lights;
 mod white_balance;
 pub(crate) mod words;
 
@@ -104,6 +107,7 @@ pub use measures::{Measure, Measures};
 pub use meter::Meter;
 pub use opacity::OpacityMaps;
 pub use panes::Pane;
+pub use picture_keys::PictureKeys;
 pub use quality::Quality;
 pub use texture::{Image, Texture};
 pub use white_balance::WhiteBalance;
@@ -117,6 +121,8 @@ pub struct Triangle {
     pub normals: [Vec3; 3],
     /// Index into [`Scene::materials`].
     pub material: u32,
+    /// Index into [`Scene::objects`].
+    pub object: u32,
 }
 
 impl Triangle {
@@ -165,6 +171,9 @@ pub struct Scene {
     pub cell_sizes: CellSizes,
     /// Materials that triangles refer to.
     pub materials: Vec<Material>,
+    /// Names of the objects that triangles belong to, each once: nodes of a glTF model, `o` of an
+    /// OBJ model, other models by their files, and visible lights.
+    pub objects: Vec<String>,
     /// Lights, recentred; empty only if a command allows it. Emitting materials and the sky follow
     /// the lights of the scene file.
     pub lights: Vec<Light>,
@@ -176,6 +185,8 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Interior viewpoints beside the cameras: closed spaces around them take part in transport.
     pub interior_viewpoints: Vec<Vec3>,
+    /// How the scene file displays the picture.
+    pub picture: PictureKeys,
     /// Every number of the method that trades time for accuracy.
     pub quality: Quality,
     /// The same with the numbers of the `draft` preset, for a first picture.

@@ -1,11 +1,13 @@
 //! Keys of a `[[model]]` that apply to any file: its transform, and a material for all faces.
 
+use std::path::Path;
+
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, EulerRot};
 
 use super::cutouts::Coverage;
 use super::geometry::Mesh;
 use super::material::Material;
-use super::value::{COORDINATE, Kind, Node, Section};
+use super::value::{COORDINATE, Kind, Node, Section, printable};
 use crate::Result;
 
 /// Range of scales, either sign.
@@ -50,6 +52,14 @@ fn affine(rows: [[f64; 4]; 4]) -> std::result::Result<DAffine3, String> {
         return Err("must scale by 1e-9 to 1e9 along every axis, and not make the model flat".to_owned());
     }
     Ok(affine)
+}
+
+/// Name of a model that states none for its objects: that of its file without the ending, or of
+/// the built-in model.
+pub(super) fn object_name(section: &Section) -> Result<String> {
+    let file = section.text("file")?.map(|file| Path::new(file).file_stem().unwrap_or_default());
+    let named = file.map(|stem| printable(&stem.to_string_lossy()));
+    Ok(named.or(section.text("built_in")?.map(str::to_owned)).unwrap_or_default())
 }
 
 /// Gives all meshes the material of that name: of the model, or else a neutral one for a

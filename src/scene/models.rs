@@ -23,6 +23,8 @@ pub(super) const NOWHERE: &str = "is defined nowhere: taken as grey";
 #[derive(Default)]
 pub(super) struct Models {
     pub(super) meshes: Vec<Mesh>,
+    /// Names of the objects that meshes belong to. Empty: all are one, named like the file.
+    pub(super) objects: Vec<String>,
     pub(super) materials: Vec<Material>,
     /// Where each material is surface.
     pub(super) coverages: Vec<Coverage>,
@@ -40,10 +42,11 @@ pub(super) fn read_gltf(
     world_from_file: &DAffine3,
 ) -> Result<Models> {
     let read = guarded("glTF", || Ok(gltf::load(reading, path, bytes, world_from_file)));
-    let gltf::Model { meshes, materials, coverages, cameras, lights } =
+    let gltf::Model { meshes, objects, materials, coverages, cameras, lights } =
         read.map_err(|why| Error::input(path, why))??;
     Ok(Models {
         meshes,
+        objects,
         materials,
         coverages,
         undefined: Vec::new(),
@@ -57,12 +60,12 @@ pub(super) fn of_one_mesh((mesh, material): (Mesh, Material)) -> Models {
 }
 
 pub(super) fn read_obj(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result<Models> {
-    let obj::Model { meshes, materials, coverages, undefined } = obj::load(reading, path, bytes)?;
+    let obj::Model { meshes, objects, materials, coverages, undefined } = obj::load(reading, path, bytes)?;
     let undefined = undefined.into_iter().map(|(index, line)| {
         let name = &materials[index].name;
         (index, format!("{}:{line}: material {name:?} {NOWHERE}", path.display()))
     });
-    Ok(Models { undefined: undefined.collect(), meshes, materials, coverages, ..Models::default() })
+    Ok(Models { undefined: undefined.collect(), meshes, objects, materials, coverages, ..Models::default() })
 }
 
 /// An embedded or generated model.

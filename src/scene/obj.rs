@@ -17,13 +17,15 @@ use super::obj_lines::{self, Contents, Corner, Group};
 use super::polygons::Triangulator;
 use super::reading::{OTHER_NAME, Reading};
 use super::smoothing::Smoothing;
-use super::value::excerpt;
+use super::value::{excerpt, printable};
 use crate::{Error, Result};
 
 /// The contents of an OBJ file and its MTL files.
 pub(super) struct Model {
     /// Triangles; each mesh is a sequence of faces with one material.
     pub(super) meshes: Vec<Mesh>,
+    /// Names of the objects that faces belong to. Empty if the file names none.
+    pub(super) objects: Vec<String>,
     /// Every material that is defined or used.
     pub(super) materials: Vec<Material>,
     /// Where each material is surface.
@@ -63,10 +65,20 @@ pub(super) fn load(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result
         uncoloured.for_each(|definition| definition.material.diffuse = Vec3::ONE);
     }
     reading.notes.absorb(std::mem::take(&mut contents.notes));
+    let objects = object_names(&mut contents, path);
     let meshes = meshes(reading, path, contents, &used, &definitions)?;
     let of_definition = |definition: Definition| (definition.material, definition.coverage);
     let (materials, coverages) = definitions.into_iter().map(of_definition).unzip();
-    Ok(Model { meshes, materials, coverages, undefined })
+    Ok(Model { meshes, objects, materials, coverages, undefined })
+}
+
+/// Names of the objects; faces without one belong to an object that is named like the file.
+fn object_names(contents: &mut Contents, path: &Path) -> Vec<String> {
+    let mut names = std::mem::take(&mut contents.objects);
+    if let Some(nameless) = names.iter_mut().find(|name| name.is_empty()) {
+        *nameless = printable(&path.file_stem().unwrap_or_default().to_string_lossy());
+    }
+    names
 }
 
 /// Decodes the text of a file; notes if it is not UTF-8.
@@ -251,7 +263,11 @@ fn mesh(
     let has_colours = !contents.colours.is_empty();
     let mut triangles = Vec::with_capacity(group.indices.len());
     let mut rest = &group.indices[..];
-    for &arity in &group.arities {
+    let (mut objects, mut starts) = (Vec::new(), group.objects.iter().peekable());
+    for (number, &arity) in group.arities.iter().enumerate() {
+        if let Some((_, object)) = starts.next_if(|(first, _)| *first == number) {
+            objects.push(((triangles.len() / 3) as u32, *object as u32));
+        }
         let (face, after) = rest.split_at(arity);
         triangulator.divide(&positions, face, &mut triangles);
         rest = after;
@@ -263,5 +279,6 @@ fn mesh(
         positions,
         indices: triangles,
         material: index,
+        objects,
     }
 }

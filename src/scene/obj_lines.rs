@@ -27,6 +27,8 @@ pub(super) struct Contents {
     pub(super) libraries: Vec<(usize, String)>,
     /// Materials, each with the line of its first use.
     pub(super) used: Vec<(usize, String)>,
+    /// Names of the objects with faces; empty for faces before the first `o`.
+    pub(super) objects: Vec<String>,
     pub(super) notes: Notes,
     /// Indices of the used materials by name.
     names: HashMap<String, usize>,
@@ -35,6 +37,10 @@ pub(super) struct Contents {
     /// Indices of the last group's corners.
     known: HashMap<Corner, u32>,
     triangles: usize,
+    /// Name of the object in effect, and its index once it has a face.
+    object: (String, Option<usize>),
+    /// Indices of objects by name.
+    object_names: HashMap<String, usize>,
     /// Index of the material in effect.
     material: Option<usize>,
     /// Smoothing group in effect; 0 is none.
@@ -62,6 +68,8 @@ pub(super) struct Group {
     pub(super) indices: Vec<u32>,
     /// Number of corners of each face.
     pub(super) arities: Vec<usize>,
+    /// Objects of the faces, each with its first face, in order.
+    pub(super) objects: Vec<(usize, usize)>,
 }
 
 /// The result of a line's check, with the fault as text.
@@ -74,8 +82,8 @@ const KINDS: [&str; 3] = ["vertices", "normals", "texture coordinates"];
 const LACKING: usize = usize::MAX;
 
 /// Statements without an effect on the picture: names of parts, display.
-const SILENT: [&str; 11] =
-    ["", "o", "g", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "end"];
+const SILENT: [&str; 10] =
+    ["", "g", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "end"];
 
 /// Reads `text`, the contents of `path`. All indices of the result are in range.
 pub(super) fn read(path: &Path, text: &str) -> Result<Contents> {
@@ -113,6 +121,10 @@ fn read_with(path: &Path, text: &str, totals: Option<[usize; 2]>) -> Result<Cont
             "mtllib" => contents.library(line, rest),
             "s" => {
                 contents.smoothing = smoothing_group(rest);
+                Ok(())
+            }
+            "o" => {
+                contents.object = (printable(&rest.chars().take(NAME_BYTES).collect::<String>()), None);
                 Ok(())
             }
             "usemtl" if rest.is_empty() => contents.material(line, NO_MATERIAL),
@@ -296,7 +308,11 @@ impl Contents {
                 }
             }
         }
+        let object = self.object_index();
         let group = self.groups.last_mut().expect("a material starts a group");
+        if group.objects.last().is_none_or(|(_, last)| *last != object) {
+            group.objects.push((group.arities.len(), object));
+        }
         group.arities.push(corners.len());
         for [position, normal, coordinates] in corners {
             let corner = [position, normal * usize::from(has[0]), coordinates * usize::from(has[1])];
@@ -309,12 +325,25 @@ impl Contents {
         Ok(())
     }
 
+    /// Index of the object in effect, which has a face.
+    fn object_index(&mut self) -> usize {
+        let (name, known) = &mut self.object;
+        *known.get_or_insert_with(|| match self.object_names.get(name) {
+            Some(&index) => index,
+            None => {
+                self.objects.push(name.clone());
+                self.object_names.insert(name.clone(), self.objects.len() - 1);
+                self.objects.len() - 1
+            }
+        })
+    }
+
     /// Starts a group, instead of the last one if that has no face.
     fn start_group(&mut self, material: usize) {
         self.groups.pop_if(|last| last.arities.is_empty());
         let smoothing = self.had.map_or(0, |(_, smoothing)| smoothing);
-        let (corners, indices, arities) = (Vec::new(), Vec::new(), Vec::new());
-        self.groups.push(Group { material, smoothing, corners, indices, arities });
+        let (corners, indices, arities, objects) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        self.groups.push(Group { material, smoothing, corners, indices, arities, objects });
         // Not cleared: that takes as long as the largest group, for each of many small ones.
         self.known = HashMap::new();
     }

@@ -262,7 +262,7 @@ mod tests {
 
     fn triangle() -> Triangle {
         let positions = [Vec3::new(0.2, 0.1, -0.3), Vec3::new(1.7, 0.4, 0.2), Vec3::new(0.5, 1.9, 0.6)];
-        Triangle { positions, normals: [Vec3::Z; 3], material: 0 }
+        Triangle { positions, normals: [Vec3::Z; 3], material: 0, object: 0 }
     }
 
     fn at(weights: DVec3) -> DVec3 {

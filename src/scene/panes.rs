@@ -42,8 +42,12 @@ pub fn light_channels(panes: &[Pane]) -> u32 {
 /// # Errors
 /// The tree is too deep, as for [`Bvh::build`].
 pub fn tree(panes: &[Pane], [first_node, first_triangle]: [usize; 2]) -> Result<(Vec<Node>, Vec<u32>)> {
-    let triangle =
-        |pane: &Pane| Triangle { positions: pane.positions, normals: [Vec3::ZERO; 3], material: 0 };
+    let triangle = |pane: &Pane| Triangle {
+        positions: pane.positions,
+        normals: [Vec3::ZERO; 3],
+        material: 0,
+        object: 0,
+    };
     let Bvh { mut nodes, order } = Bvh::build(&panes.iter().map(triangle).collect::<Vec<_>>())?;
     for node in &mut nodes {
         node.children.x += first_node as u32;

@@ -5,8 +5,11 @@ use super::value::{Kind, Node, Origin, printable, unknown};
 use crate::{Error, Result};
 
 /// Tables of a scene file.
-pub(super) const SECTIONS: [&str; 7] =
-    ["model", "camera", "light", "environment", "material", "meter", "quality"];
+pub(super) const SECTIONS: [&str; 8] =
+    ["model", "camera", "light", "environment", "material", "meter", "picture", "quality"];
+
+/// Keys of a clear sky in `[environment]`.
+const CLEAR_SKY: [&str; 4] = ["sun_elevation", "sun_azimuth", "turbidity", "ground"];
 
 /// A change to the scene file.
 pub(super) struct Setting {
@@ -36,6 +39,7 @@ impl Setting {
         let (lengths, form) = match section.as_str() {
             "quality" => (1..=1, "quality.KEY"),
             "environment" => (1..=1, "environment.KEY"),
+            "picture" => (1..=1, "picture.KEY"),
             "camera" => (1..=2, "camera.KEY or camera.NAME.KEY"),
             "light" => (2..=2, "light.NAME.KEY or light.NUMBER.KEY"),
             "material" => (2..=2, "material.NAME.KEY"),
@@ -60,7 +64,7 @@ impl Setting {
         let empty = |kind| Node { origin: Origin::Flag(self.flag.clone()), kind };
         let section = path[0].as_str();
         if root.get(section).is_none() {
-            let is_table = ["quality", "environment"].contains(&section);
+            let is_table = ["quality", "environment", "picture"].contains(&section);
             let kind = if is_table { Kind::Table(Vec::new()) } else { Kind::Array(Vec::new()) };
             root.set(section, empty(kind));
         }
@@ -83,6 +87,11 @@ impl Setting {
         }
         // A single `[camera]` is found by its name, and `[quality]` without one.
         if matches!(node.kind, Kind::Table(_)) && (path.len() == 1 || is_named(node, &path[1])) {
+            if section == "environment" && key == "image" {
+                // An image takes the place of a clear sky, whose keys would contradict it.
+                let Kind::Table(entries) = &mut node.kind else { return Ok(()) };
+                entries.retain(|(key, _)| !CLEAR_SKY.contains(&key.as_str()));
+            }
             node.set(key, self.value.clone());
             return Ok(());
         }

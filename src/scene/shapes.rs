@@ -5,7 +5,9 @@ use std::collections::HashMap;
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
-use super::{Camera, CellSizes, Light, LightKind, Material, OpacityMaps, Quality, Scene, Triangle};
+use super::{
+    Camera, CellSizes, Light, LightKind, Material, OpacityMaps, PictureKeys, Quality, Scene, Triangle,
+};
 
 /// The inside of a sphere around the origin: an icosahedron whose faces were split into four
 /// `subdivisions` times. It has 20·4ⁿ triangles with corners on the sphere, fronts and smooth
@@ -23,6 +25,7 @@ pub fn integrating_sphere(radius: f32, subdivisions: u32, albedo: f32, light: Ve
                 positions: corners.map(|p| (f64::from(radius) * p).as_vec3()),
                 normals: corners.map(|p| (-p).as_vec3()),
                 material: 0,
+                object: 0,
             }
         })
         .collect();
@@ -92,6 +95,8 @@ fn scene(name: &str, triangles: Vec<Triangle>, material: Material, light: Light,
         opacity: OpacityMaps::default(),
         panes: Vec::new(),
         cell_sizes: CellSizes::default(),
+        objects: vec![name.to_owned()],
+        picture: PictureKeys::default(),
         materials: vec![material],
         lights: vec![light],
         emission: Arc::default(),
@@ -119,7 +124,7 @@ fn camera(position: Vec3, target: Vec3, fov_y_degrees: f32) -> Camera {
 fn quad(corner: Vec3, u: Vec3, v: Vec3) -> [Triangle; 2] {
     let [p0, p1, p2, p3] = [corner, corner + u, corner + u + v, corner + v];
     let normals = [u.cross(v).normalize(); 3];
-    [[p0, p1, p2], [p0, p2, p3]].map(|positions| Triangle { positions, normals, material: 0 })
+    [[p0, p1, p2], [p0, p2, p3]].map(|positions| Triangle { positions, normals, material: 0, object: 0 })
 }
 
 fn inward_box(size: Vec3) -> Vec<Triangle> {

@@ -165,7 +165,7 @@ mod tests {
     fn square(corner: Vec3, u: Vec3, v: Vec3) -> Vec<Triangle> {
         let normals = [u.cross(v).normalize(); 3];
         let corners = [[corner, corner + u, corner + u + v], [corner, corner + u + v, corner + v]];
-        corners.map(|positions| Triangle { positions, normals, material: 0 }).to_vec()
+        corners.map(|positions| Triangle { positions, normals, material: 0, object: 0 }).to_vec()
     }
 
     /// Total length of edges that are silhouettes for every light, and of others.

@@ -12,7 +12,7 @@ use super::emission::Sky;
 use super::environment::Environment;
 use super::sun_sky::SunSky;
 use super::texture::linear;
-use super::value::{Node, POWER, Section};
+use super::value::{Node, Origin, POWER, Section};
 use super::{keys, limits};
 use crate::Result;
 use crate::files::guarded;
@@ -47,6 +47,13 @@ pub(super) fn read(
         (Some(name), _) => {
             let path = file.with_file_name(name);
             let fault = |why: String| section.fault_at("image", format!("{name:?} {why}"));
+            // The user's image may lie anywhere, also beside a built-in scene.
+            let anywhere = Files::Disk(None);
+            let is_users = matches!(section.get("image"), Some(Node { origin: Origin::Flag(_), .. }));
+            let files = match files {
+                Files::Disk(_) | Files::Embedded if is_users => &anywhere,
+                files => files,
+            };
             let bytes = files.read(&path, limits::IMAGE_BYTES).map_err(fault)?;
             inputs.extend(files.on_disk(&path));
             Arc::new(guarded("image", || decode(&bytes)).map_err(fault)?)

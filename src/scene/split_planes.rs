@@ -225,8 +225,12 @@ mod tests {
         let quad = |p: [[f32; 3]; 4]| {
             let p = p.map(Vec3::from);
             [[0, 1, 2], [0, 2, 3]].map(|corners| {
-                let mut t =
-                    Triangle { positions: corners.map(|k| p[k]), normals: [Vec3::ZERO; 3], material: 0 };
+                let mut t = Triangle {
+                    positions: corners.map(|k| p[k]),
+                    normals: [Vec3::ZERO; 3],
+                    material: 0,
+                    object: 0,
+                };
                 t.normals = [t.geometric_normal(); 3];
                 t
             })

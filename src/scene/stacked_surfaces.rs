@@ -93,7 +93,12 @@ mod tests {
     fn level(y: f32, low: f32, high: f32) -> [Triangle; 2] {
         let p = [[low, low], [low, high], [high, high], [high, low]].map(|[x, z]| Vec3::new(x, y, z));
         [[0, 1, 2], [0, 2, 3]].map(|corners| {
-            let mut t = Triangle { positions: corners.map(|k| p[k]), normals: [Vec3::ZERO; 3], material: 0 };
+            let mut t = Triangle {
+                positions: corners.map(|k| p[k]),
+                normals: [Vec3::ZERO; 3],
+                material: 0,
+                object: 0,
+            };
             t.normals = [t.geometric_normal(); 3];
             t
         })

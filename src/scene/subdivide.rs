@@ -134,6 +134,7 @@ mod tests {
             positions: corners_of.map(|corner| corners[corner]),
             normals: [Vec3::Y; 3],
             material: 0,
+            object: 0,
         };
         let mut triangles = vec![triangle([0, 1, 2]), triangle([0, 2, 3])];
         let place = |p: Vec3| Vec2::new(p.x, p.z) / 1e4;

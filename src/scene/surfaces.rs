@@ -117,8 +117,12 @@ mod tests {
 
     #[test]
     fn only_the_inside_of_a_corner_sees_something() {
-        let triangle =
-            |a: Vec3, b: Vec3, c: Vec3| Triangle { positions: [a, b, c], normals: [Vec3::Y; 3], material: 0 };
+        let triangle = |a: Vec3, b: Vec3, c: Vec3| Triangle {
+            positions: [a, b, c],
+            normals: [Vec3::Y; 3],
+            material: 0,
+            object: 0,
+        };
         let floor = triangle(Vec3::ZERO, Vec3::Z, Vec3::X);
         let wall = triangle(Vec3::ZERO, Vec3::Y, Vec3::Z);
         assert_eq!(floor.geometric_normal(), Vec3::Y);

@@ -102,7 +102,7 @@ mod tests {
         let corner = |a: f32| Vec3::new(a.sin(), (1.7 * a).cos(), (2.3 * a).sin());
         let triangle = |index: u32| {
             let positions = [0.0, 0.9, 2.1].map(|shift| corner(index as f32 + shift));
-            Triangle { positions, normals: [Vec3::Y; 3], material: 0 }
+            Triangle { positions, normals: [Vec3::Y; 3], material: 0, object: 0 }
         };
         let triangles: Vec<Triangle> = (0..7).map(triangle).collect();
         let surfaces: Vec<_> = triangles.iter().map(|t| surfaces::surface(t, [true; 2])).collect();

@@ -110,3 +110,38 @@ fn frames_of_a_film_are_those_of_render() {
     assert!(output.status.success(), "{}", stderr(&output));
     assert_eq!(fs::read(folder.path().join("out/frame-00000.png")).unwrap(), still);
 }
+
+/// The scene file's `[picture]` is that of the arguments, and arguments win.
+#[test]
+fn a_scene_file_states_how_its_picture_is_displayed() {
+    let plain = scene_folder(CUBE_SCENE);
+    let keys = "[picture]\nexposure = 1.5\ntone = \"agx\"\nwhite_balance = 3000.0\ntint = -5.0\n";
+    let own = scene_folder(&format!("{CUBE_SCENE}{keys}"));
+    let all = ["--exposure", "1.5", "--tone", "agx", "--white-balance", "3000", "--tint", "-5"];
+    let stated = png(&own, "a.toml", &[]);
+    assert_eq!(stated, png(&plain, "a.toml", &all));
+    assert_ne!(stated, png(&plain, "a.toml", &[]));
+    for flags in all.chunks(2) {
+        let other = match flags[0] {
+            "--tone" => "none",
+            "--white-balance" => "5000",
+            _ => "3",
+        };
+        let changed: Vec<&str> =
+            all.chunks(2).flat_map(|pair| [pair[0], if pair == flags { other } else { pair[1] }]).collect();
+        let wins = png(&own, "a.toml", &[flags[0], other]);
+        assert_eq!(wins, png(&plain, "a.toml", &changed), "{flags:?}");
+        assert_ne!(wins, stated, "{flags:?}");
+    }
+    assert_eq!(
+        png(&own, "a.toml", &["--set", "picture.tone=aces"]),
+        png(&own, "a.toml", &["--tone", "aces"])
+    );
+    for (key, word) in
+        [("tone=reinhard", "expected standard"), ("exposure=99", "out of range"), ("hue=1", "unknown key")]
+    {
+        let output = run(&own, &["render", "a.toml", "-o", "b.png", "--set", &format!("picture.{key}")]);
+        assert_eq!(output.status.code(), Some(2), "{key}");
+        assert!(stderr(&output).contains(word), "{key}: {}", stderr(&output));
+    }
+}

@@ -15,6 +15,7 @@ mod judge;
 #[path = "../common/layer.rs"]
 mod layer;
 mod lights;
+mod mattes;
 mod meters;
 mod outputs;
 mod profile;

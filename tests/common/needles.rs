@@ -22,7 +22,7 @@ pub fn box_of_needles(count: u32) -> Scene {
         let low = -0.49 + 1e-7 * index as f32;
         let ends = [Vec3::new(low, -0.49, -0.49), Vec3::new(low + 0.98, 0.49, 0.49)];
         let positions = [ends[0], ends[1], ends[1] + Vec3::new(6e-8, -6e-8, 0.0)];
-        Triangle { positions, normals: [Vec3::Z; 3], material: 0 }
+        Triangle { positions, normals: [Vec3::Z; 3], material: 0, object: 0 }
     };
     scene.triangles.extend((0..count).map(needle));
     scene

@@ -14,7 +14,7 @@ fn soup() -> Scene {
     let triangle = |size: f32| {
         let centre = random.cube();
         let positions = [0; 3].map(|_| centre + size * random.cube());
-        Triangle { positions, normals: [Vec3::Y; 3], material: 0 }
+        Triangle { positions, normals: [Vec3::Y; 3], material: 0, object: 0 }
     };
     scene.triangles = [0.01, 0.1, 1.0].repeat(101).into_iter().map(triangle).collect();
     scene

@@ -262,7 +262,7 @@ pub(crate) fn room() -> Scene {
     for index in 0..60 {
         let centre = random.cube() * Vec3::new(0.8, 0.55, 0.35);
         let positions = [0; 3].map(|_| centre + 0.12 * random.cube());
-        let mut triangle = Triangle { positions, normals: [Vec3::ZERO; 3], material: index % 4 };
+        let mut triangle = Triangle { positions, normals: [Vec3::ZERO; 3], material: index % 4, object: 0 };
         let normal = triangle.geometric_normal();
         triangle.normals = [0; 3].map(|_| (normal + 0.2 * random.cube()).normalize());
         scene.triangles.push(triangle);

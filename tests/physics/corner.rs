@@ -23,7 +23,7 @@ pub(crate) fn scene() -> Scene {
     let corners = [(-0.5, 0.0), (0.5, 0.0), (0.5, 1.0), (-0.5, 1.0)].map(|(x, y)| Vec3::new(x, y, -0.5));
     for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
         let positions = [corners[a], corners[b], corners[c]];
-        scene.triangles.push(Triangle { positions, normals: [Vec3::Z; 3], material: 1 });
+        scene.triangles.push(Triangle { positions, normals: [Vec3::Z; 3], material: 1, object: 0 });
     }
     let camera = &mut scene.cameras[0];
     (camera.position, camera.up, camera.fov_y_degrees) = (Vec3::Y, Vec3::NEG_Z, 35.0);

@@ -18,7 +18,7 @@ const EDGE: f32 = 1.3;
 
 fn square(corner: Vec3, edge: f32) -> [Triangle; 2] {
     let [p0, p1, p2, p3] = [Vec3::ZERO, Vec3::Z, Vec3::X + Vec3::Z, Vec3::X].map(|p| corner + edge * p);
-    let triangle = |positions| Triangle { positions, normals: [Vec3::Y; 3], material: 1 };
+    let triangle = |positions| Triangle { positions, normals: [Vec3::Y; 3], material: 1, object: 0 };
     [triangle([p0, p1, p2]), triangle([p0, p2, p3])]
 }
 

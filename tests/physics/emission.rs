@@ -28,7 +28,7 @@ fn with_emitter(mut scene: Scene, surface: &[[Vec3; 3]], radiance: Vec3, sides: 
     });
     scene.triangles.extend(surface.iter().map(|&positions| {
         let [p0, p1, p2] = positions;
-        Triangle { positions, normals: [(p1 - p0).cross(p2 - p0).normalize(); 3], material }
+        Triangle { positions, normals: [(p1 - p0).cross(p2 - p0).normalize(); 3], material, object: 0 }
     }));
     with_lights(scene, None)
 }
@@ -138,7 +138,12 @@ fn a_ball_in_a_constant_sky_shows_its_albedo() {
             .map(|positions| {
                 // The outer one of the two orders of corners.
                 let [p0, p1, p2] = positions;
-                Triangle { positions, normals: [(p1 - p0).cross(p2 - p0).normalize(); 3], material: 0 }
+                Triangle {
+                    positions,
+                    normals: [(p1 - p0).cross(p2 - p0).normalize(); 3],
+                    material: 0,
+                    object: 0,
+                }
             })
             .collect();
         scene.cameras[0].position = Vec3::new(0.3, 0.4, 3.0);

@@ -24,7 +24,7 @@ fn relief(height: impl Fn(f32, f32) -> f32) -> Scene {
         let [a, b] = [corner(column, row), corner(column, row + 1)];
         let [c, d] = [corner(column + 1, row + 1), corner(column + 1, row)];
         for positions in [[a, b, c], [a, c, d]] {
-            let mut facet = Triangle { positions, normals: [Vec3::Y; 3], material: 0 };
+            let mut facet = Triangle { positions, normals: [Vec3::Y; 3], material: 0, object: 0 };
             facet.normals = [facet.geometric_normal(); 3];
             scene.triangles.push(facet);
         }

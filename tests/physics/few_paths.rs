@@ -13,7 +13,7 @@ fn room(window: f32, ground: f32) -> Scene {
     let mut quad = |corners: [Vec3; 4]| {
         let [a, b, c, d] = corners;
         for positions in [[a, b, c], [a, c, d]] {
-            let mut made = Triangle { positions, normals: [Vec3::X; 3], material: 0 };
+            let mut made = Triangle { positions, normals: [Vec3::X; 3], material: 0, object: 0 };
             made.normals = [made.geometric_normal(); 3];
             scene.triangles.push(made);
         }

@@ -13,10 +13,12 @@ use lightpaths::types::Record;
 fn tiled_room() -> Scene {
     let mut scene = shapes::closed_box(Vec3::splat(2.0), 0.5);
     let slab = shapes::closed_box(Vec3::new(1.9, 0.02, 1.9), 0.5).triangles;
-    scene.triangles.extend(slab.into_iter().map(|Triangle { positions: [a, b, c], normals, material }| {
-        let positions = [a, c, b].map(|corner| corner - Vec3::Y);
-        Triangle { positions, normals: normals.map(|normal| -normal), material }
-    }));
+    scene.triangles.extend(slab.into_iter().map(
+        |Triangle { positions: [a, b, c], normals, material, .. }| {
+            let positions = [a, c, b].map(|corner| corner - Vec3::Y);
+            Triangle { positions, normals: normals.map(|normal| -normal), material, object: 0 }
+        },
+    ));
     scene
 }
 
@@ -25,10 +27,12 @@ fn tiled_room() -> Scene {
 fn nested_room() -> Scene {
     let mut scene = tiled_room();
     let inner = shapes::closed_box(Vec3::new(1.88, 0.004, 1.88), 0.5).triangles;
-    scene.triangles.extend(inner.into_iter().map(|Triangle { positions: [a, b, c], normals, material }| {
-        let positions = [a, c, b].map(|corner| corner - 0.994 * Vec3::Y);
-        Triangle { positions, normals: normals.map(|normal| -normal), material }
-    }));
+    scene.triangles.extend(inner.into_iter().map(
+        |Triangle { positions: [a, b, c], normals, material, .. }| {
+            let positions = [a, c, b].map(|corner| corner - 0.994 * Vec3::Y);
+            Triangle { positions, normals: normals.map(|normal| -normal), material, object: 0 }
+        },
+    ));
     scene
 }
 

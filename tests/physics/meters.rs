@@ -154,7 +154,12 @@ fn a_meter_in_a_solid_says_so() {
     // The room's walls as a cube of 0.2 m, from outside.
     let cube = room[..12].iter().map(|wall| {
         let [p0, p1, p2] = wall.positions.map(|corner| centre + 0.1 * corner);
-        Triangle { positions: [p0, p2, p1], normals: wall.normals.map(|normal| -normal), material: 0 }
+        Triangle {
+            positions: [p0, p2, p1],
+            normals: wall.normals.map(|normal| -normal),
+            material: 0,
+            object: 0,
+        }
     });
     scene.triangles.extend(cube);
     scene.meters.push(at(centre, Vec3::Y));

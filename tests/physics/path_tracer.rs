@@ -216,7 +216,7 @@ fn a_wall_lights_the_floor_beside_it() {
     let corners = [(-0.5, 0.0), (0.5, 0.0), (0.5, 1.0), (-0.5, 1.0)].map(|(x, y)| Vec3::new(x, y, -0.5));
     for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
         let positions = [corners[a], corners[b], corners[c]];
-        scene.triangles.push(Triangle { positions, normals: [Vec3::Z; 3], material: 1 });
+        scene.triangles.push(Triangle { positions, normals: [Vec3::Z; 3], material: 1, object: 0 });
     }
     scene.cameras[0].fov_y_degrees = 30.0;
     let tracer = trace(scene, [32, 32], 256);
@@ -251,7 +251,7 @@ fn a_glossy_surface_in_even_light_shows_its_albedo() {
             [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)],
             [corner(-1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)],
         ] {
-            scene.triangles.push(Triangle { positions, normals: [Vec3::Y; 3], material: 1 });
+            scene.triangles.push(Triangle { positions, normals: [Vec3::Y; 3], material: 1, object: 0 });
         }
         let (sin, cos) = tilt.sin_cos();
         let outgoing = DVec3::new(sin, cos, 0.0);

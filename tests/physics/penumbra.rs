@@ -29,7 +29,7 @@ fn scene() -> Scene {
     for [corner, u, v] in PLATES {
         let normals = [u.cross(v).normalize(); 3];
         for positions in [[corner, corner + u, corner + u + v], [corner, corner + u + v, corner + v]] {
-            scene.triangles.push(Triangle { positions, normals, material: 0 });
+            scene.triangles.push(Triangle { positions, normals, material: 0, object: 0 });
         }
     }
     let camera = &mut scene.cameras[0];

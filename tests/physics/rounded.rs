@@ -26,7 +26,7 @@ fn ball([meridians, parallels]: [u32; 2]) -> Scene {
         let [c, d] = [corner(column + 1, row + 1), corner(column + 1, row)];
         let facets = [(row + 1 < parallels, [a, c, b]), (row > 0, [a, d, c])];
         for (_, positions) in facets.into_iter().filter(|(is_whole, _)| *is_whole) {
-            scene.triangles.push(Triangle { positions, normals: positions, material: 0 });
+            scene.triangles.push(Triangle { positions, normals: positions, material: 0, object: 0 });
         }
     }
     let camera = &mut scene.cameras[0];

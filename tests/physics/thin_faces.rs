@@ -22,7 +22,7 @@ fn ledges() -> Scene {
         let [a, b, c, d] = [[-1.0, y0, z0], [1.0, y0, z0], [1.0, y1, z1], [-1.0, y1, z1]].map(Vec3::from);
         let normal = (b - a).cross(c - a).normalize();
         for positions in [[a, b, c], [a, c, d]] {
-            scene.triangles.push(Triangle { positions, normals: [normal; 3], material: 0 });
+            scene.triangles.push(Triangle { positions, normals: [normal; 3], material: 0, object: 0 });
         }
     };
     for number in 0..LEDGES {

@@ -127,6 +127,12 @@ fn materials() {
 }
 
 #[test]
+fn luminaires() {
+    // A file of few angles may ask for the finest grid, which exists as f64, too.
+    hold("luminaire", readers::luminaire, 500, any, (600, 8 << 20), 100..800);
+}
+
+#[test]
 fn textures() {
     let make = |random: &mut Random, corpus: &[(String, Vec<u8>)]| match random.below(3) {
         0 => random::image(random),

@@ -6,7 +6,10 @@ use std::path::{Path, PathBuf};
 use glam::Vec3;
 use lightpaths::Result;
 use lightpaths::scene::save::{Edited, SceneText, leads_outside, relative_to};
-use lightpaths::scene::{Camera, Light, LightKind, LoadOptions, Material, Quality, Scene};
+use lightpaths::scene::{
+    Camera, DisplayTransform, Light, LightKind, LoadOptions, Material, Quality, Scene, ToneCurve,
+    WhiteBalance,
+};
 
 use super::{CAMERA, LIGHT, SQUARE, box_model, set};
 
@@ -390,4 +393,38 @@ fn materials_of_full_albedo_are_not_mended_twice() {
     material.diffuse = Vec3::splat(0.1);
     let triangles = scene.triangles.clone();
     again(&text, &scene, &file, &triangles);
+}
+
+/// Only values that differ from the file's are written.
+#[test]
+fn the_display_of_the_picture_is_saved() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("m.obj"), SQUARE).unwrap();
+    let file = folder.path().join("s.toml");
+    let scene = |keys: &str| format!("[[model]]\nfile = \"m.obj\"\n{CAMERA}{LIGHT}{keys}");
+    let save = |keys: &str, change: &dyn Fn(&mut DisplayTransform)| {
+        std::fs::write(&file, scene(keys)).unwrap();
+        let scene = load(&file).unwrap();
+        let text = SceneText::new(file.to_str().unwrap(), &LoadOptions::default(), &scene).unwrap();
+        let mut edited = Edited::from_scene(&scene);
+        change(&mut edited.display);
+        let saved = text.with_edits(&edited, &file).unwrap();
+        std::fs::write(&file, &saved).unwrap();
+        assert_eq!(load(&file).unwrap().picture.over(DisplayTransform::default()), edited.display);
+        saved
+    };
+    let keys = "[picture]\nexposure = 0.50 # as printed\n";
+    for same in ["", keys] {
+        assert_eq!(save(same, &|_| ()), scene(same));
+    }
+    let brighter = save(keys, &|display| display.exposure_stops = 0.7);
+    assert!(brighter.contains("exposure = 0.7 # as printed") && !brighter.contains("tone"), "{brighter}");
+    let saved = save("", &|display| {
+        display.tone = ToneCurve::Filmic;
+        display.white_balance = WhiteBalance { kelvin: 2700.0, tint: 0.1 };
+    });
+    for line in ["[picture]", "tone = \"filmic\"", "white_balance = 2700.0", "tint = 0.1"] {
+        assert!(saved.contains(line), "{saved}");
+    }
+    assert!(!saved.contains("exposure"), "{saved}");
 }

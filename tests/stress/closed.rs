@@ -33,7 +33,7 @@ fn scene() -> Scene {
             let [a, b, c] = triangle.positions.map(|corner| corner + middle);
             let positions = if turn { [a, c, b] } else { [a, b, c] };
             let normals = if turn { triangle.normals.map(|normal| -normal) } else { triangle.normals };
-            Triangle { positions, normals, material: 0 }
+            Triangle { positions, normals, material: 0, object: 0 }
         }));
     };
     add(1.0, BLOCK, true, 12);

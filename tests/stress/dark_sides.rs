@@ -19,7 +19,7 @@ pub(crate) struct Sides {
 fn quad(corner: Vec3, u: Vec3, v: Vec3) -> [Triangle; 2] {
     let normals = [u.cross(v).normalize(); 3];
     let [p, q, r] = [corner + u, corner + u + v, corner + v];
-    [[corner, p, q], [corner, q, r]].map(|positions| Triangle { positions, normals, material: 0 })
+    [[corner, p, q], [corner, q, r]].map(|positions| Triangle { positions, normals, material: 0, object: 0 })
 }
 
 /// Edge of the floor, metres: at the paper's settings, a cell is wider than a table leg.
@@ -53,7 +53,7 @@ fn block(size: Vec3) -> Vec<Triangle> {
     let turned = |Triangle { positions: [a, b, c], normals, .. }: Triangle| {
         let normals = normals.map(|normal| -normal);
         let positions = [a, c, b].map(|corner| corner + 0.5 * size.y * Vec3::Y);
-        Triangle { positions, normals, material: u32::from(normals[0].x.abs() > 0.5) }
+        Triangle { positions, normals, material: u32::from(normals[0].x.abs() > 0.5), object: 0 }
     };
     shapes::closed_box(size, 0.0).triangles.into_iter().map(turned).collect()
 }

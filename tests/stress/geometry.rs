@@ -142,7 +142,7 @@ fn slivers(cell: f32, widths: [f32; 2]) -> Vec<Triangle> {
             let along = (Vec3::new(unit(words[3]), unit(words[4]), unit(words[5])) - 0.5).normalize();
             let across = along.any_orthonormal_vector() * widths[words[0] as usize % 2];
             let positions = [corner - 0.05 * along, corner + 0.05 * along, corner + across];
-            let mut triangle = Triangle { positions, normals: [Vec3::Y; 3], material: 0 };
+            let mut triangle = Triangle { positions, normals: [Vec3::Y; 3], material: 0, object: 0 };
             triangle.normals = [triangle.geometric_normal(); 3];
             triangle
         })

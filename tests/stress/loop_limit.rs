@@ -22,7 +22,7 @@ fn box_and_speck() -> Scene {
     let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
     let far = Vec3::X * 200.0;
     let positions = [far, far + 0.01 * Vec3::X, far + 0.01 * Vec3::Y];
-    scene.triangles.push(Triangle { positions, normals: [Vec3::Z; 3], material: 0 });
+    scene.triangles.push(Triangle { positions, normals: [Vec3::Z; 3], material: 0, object: 0 });
     scene
 }
 

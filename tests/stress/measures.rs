@@ -137,10 +137,12 @@ fn slab(gap: Option<f32>) -> Scene {
     let mut scene = shapes::closed_box(Vec3::splat(2.0), 0.5);
     let up = gap.map_or(-1.0, |gap| gap - 0.99);
     let slab = shapes::closed_box(Vec3::new(1.9, 0.02, 1.9), 0.5).triangles;
-    scene.triangles.extend(slab.into_iter().map(|Triangle { positions: [a, b, c], normals, material }| {
-        let positions = [a, c, b].map(|corner| corner + up * Vec3::Y);
-        Triangle { positions, normals: normals.map(|normal| -normal), material }
-    }));
+    scene.triangles.extend(slab.into_iter().map(
+        |Triangle { positions: [a, b, c], normals, material, .. }| {
+            let positions = [a, c, b].map(|corner| corner + up * Vec3::Y);
+            Triangle { positions, normals: normals.map(|normal| -normal), material, object: 0 }
+        },
+    ));
     scene
 }
 

@@ -91,6 +91,7 @@ fn no_ray_meets_the_sliver_that_it_leaves() {
         positions: indices.map(|index| corners[index]),
         normals,
         material: 0,
+        object: 0,
     });
     let scene = Scene { triangles: triangles.to_vec(), ..shapes::closed_box(Vec3::ONE, 0.5) };
     let bvh = Bvh::build(&scene.triangles).unwrap();

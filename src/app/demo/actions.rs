@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::dialogs::Purpose;
+use super::dialogs::{LUMINAIRES, PANORAMAS, Purpose};
 use super::light_edit::{self, LightEdit};
 use super::navigate;
 use super::panels::{fresh_light, middle_of_view};
@@ -127,7 +127,8 @@ pub(super) fn add_model(session: &mut Session, path: &Path) {
     session.document.models.push(PlacedModel::of_file(&path.to_string_lossy()));
 }
 
-/// Takes the file that was dropped on the window: opens a scene, adds a luminaire or a model.
+/// Takes the file that was dropped on the window: opens a scene, adds a luminaire or a
+/// model, or takes an image as the sky.
 pub(super) fn drop_file(session: &mut Session, ui_state: &mut UiState, path: &Path) {
     let is_scene = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     take_file(session, ui_state, if is_scene { Purpose::Open } else { Purpose::Add }, path);
@@ -145,13 +146,33 @@ pub(super) fn take_file(session: &mut Session, ui_state: &mut UiState, purpose: 
             ui_state.requests.push(Request::Save);
         }
         Purpose::Add => add_file(session, ui_state, path),
+        Purpose::Sky => choose_sky(session, path),
     }
 }
 
-/// Adds a luminaire, or a model.
+/// Whether the name of a file has one of these endings.
+fn is_one_of(path: &Path, endings: &[&str]) -> bool {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    extension.is_some_and(|own| endings.iter().any(|ending| own.eq_ignore_ascii_case(ending)))
+}
+
+/// Makes an image the sky of the scene.
+fn choose_sky(session: &mut Session, path: &Path) {
+    if let Err(why) = &session.text {
+        session.alarm(format!("the sky stays: {why}"));
+        return;
+    }
+    // Relative paths would count from the scene file.
+    let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    session.document.sky_image = Some(path.to_string_lossy().into_owned());
+}
+
+/// Adds a luminaire, a sky or a model.
 fn add_file(session: &mut Session, ui_state: &mut UiState, path: &Path) {
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ies")) {
+    if is_one_of(path, &LUMINAIRES) {
         add_luminaire(session, ui_state, path);
+    } else if is_one_of(path, &PANORAMAS) {
+        choose_sky(session, path);
     } else {
         add_model(session, path);
     }

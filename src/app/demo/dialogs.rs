@@ -1,4 +1,5 @@
-//! File dialogs: which scene to open, where to save it, which model or luminaire to add.
+//! File dialogs: which scene to open, where to save it, which model or luminaire to add, which
+//! image is the sky.
 
 use std::path::{Path, PathBuf};
 
@@ -13,10 +14,16 @@ pub(super) enum Purpose {
     Save,
     /// A model or a luminaire is added to the scene.
     Add,
+    /// An image becomes the sky of the scene.
+    Sky,
 }
 
 const MODELS: [&str; 5] = ["glb", "gltf", "obj", "ply", "stl"];
-const LUMINAIRES: [&str; 1] = ["ies"];
+pub(super) const LUMINAIRES: [&str; 2] = ["ies", "ldt"];
+/// Images that are the sky's if they are dropped on the window.
+pub(super) const PANORAMAS: [&str; 2] = ["hdr", "exr"];
+/// Other images that the sky may have.
+const IMAGES: [&str; 6] = ["jpeg", "jpg", "png", "tif", "tiff", "webp"];
 const SCENES: [&str; 1] = ["toml"];
 
 /// The dialog, which is open while it waits for an answer.
@@ -44,6 +51,7 @@ impl Dialogs {
             Purpose::Open => "Open a scene or a model",
             Purpose::Save => "Save the scene",
             Purpose::Add => "Add a model or a luminaire",
+            Purpose::Sky => "Choose the image of the sky",
         };
         let all = |lists: &[&[&'static str]]| lists.concat();
         let dialog = FileDialog::new().title(title).initial_directory(folder).as_modal(true);
@@ -54,11 +62,14 @@ impl Dialogs {
             Purpose::Add => dialog
                 .add_file_filter_extensions("Models and luminaires", all(&[&MODELS, &LUMINAIRES]))
                 .default_file_filter("Models and luminaires"),
+            Purpose::Sky => dialog
+                .add_file_filter_extensions("Panoramas", all(&[&PANORAMAS, &IMAGES]))
+                .default_file_filter("Panoramas"),
             Purpose::Save => dialog.default_file_name(&name).add_save_extension("Scene", "toml"),
         };
         match purpose {
             Purpose::Save => self.dialog.save_file(),
-            Purpose::Open | Purpose::Add => self.dialog.pick_file(),
+            Purpose::Open | Purpose::Add | Purpose::Sky => self.dialog.pick_file(),
         }
         self.purpose = purpose;
     }

@@ -11,7 +11,7 @@ use crate::scene::{Light, Material, Scene};
 const MAX_STEPS: usize = 1000;
 
 /// The editable state of a scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Document {
     /// In the order of the panel's list.
     pub(super) lights: Vec<LightEntry>,
@@ -21,6 +21,8 @@ pub(super) struct Document {
     pub(super) models: Vec<PlacedModel>,
     /// In the order of the scene file; new ones follow.
     pub(super) meters: Vec<Meter>,
+    /// Path of the sky's image that the user has chosen. `None`: the sky of the scene file.
+    pub(super) sky_image: Option<String>,
 }
 
 /// A light with an identifier that survives renaming and reordering.
@@ -49,6 +51,7 @@ impl Document {
             materials: scene.materials.iter().map(MaterialEdit::from_material).collect(),
             models,
             meters: scene.meters.clone(),
+            sky_image: None,
         }
     }
 
@@ -193,8 +196,7 @@ mod tests {
     fn document() -> Document {
         let (diffuse, specular) = (Vec3::splat(0.5), Vec3::ZERO);
         let edit = MaterialEdit { diffuse, specular, exponent: 1.0, editable: false };
-        let mut document =
-            Document { lights: Vec::new(), materials: vec![edit], models: Vec::new(), meters: Vec::new() };
+        let mut document = Document { materials: vec![edit], ..Document::default() };
         document.add(light("lamp"));
         document
     }

@@ -57,6 +57,7 @@ pub(super) fn write_scene(session: &Session, path: &Path) -> Result<String> {
         lights: &lights,
         materials: &materials,
         meters: Some(&session.document.meters),
+        display: session.display,
     };
     let text = session.text.as_ref().map_err(|why| Error::Usage(why.clone()))?;
     let text = text.with_edits(&edited, path)?;
@@ -116,7 +117,7 @@ pub(super) fn save_picture(session: &Session, scene_to: &str) -> Result<String> 
     let named = ["", "direct", "indirect"].into_iter().zip(&layers);
     let named = named.map(|(name, pixels)| ExrLayer { name, channels: &["R", "G", "B"], pixels });
     let named: Vec<_> = named.collect();
-    picture::write_exr(&outputs[1], size, &named)?;
+    picture::write_exr(&outputs[1], size, &named, &[])?;
     Ok(format!("saved {} and {}", png.display(), exr.display()))
 }
 

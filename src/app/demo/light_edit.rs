@@ -91,7 +91,7 @@ mod tests {
             LightKind::Surface { material: 0, radiance: intensity },
         ];
         let entry = |(id, kind): (u64, &LightKind)| LightEntry { id, light: Light::new(kind.word(), *kind) };
-        Document { lights: (0..).zip(&kinds).map(entry).collect(), materials: Vec::new(), models: Vec::new() }
+        Document { lights: (0..).zip(&kinds).map(entry).collect(), ..Document::default() }
     }
 
     /// Applies an edit to all lights. Returns which of them have changed.

@@ -200,12 +200,7 @@ mod tests {
         let kind = LightKind::Point { position: Vec3::ZERO, intensity };
         let light =
             |id: u64, is_on| LightEntry { id, light: Light { is_on, ..Light::new(format!("{id}"), kind) } };
-        Document {
-            lights: vec![light(3, true), light(5, false), light(8, true)],
-            materials: Vec::new(),
-            models: Vec::new(),
-            meters: Vec::new(),
-        }
+        Document { lights: vec![light(3, true), light(5, false), light(8, true)], ..Document::default() }
     }
 
     /// The same with two lights in a group: one of all colours, and a red one.

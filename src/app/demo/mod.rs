@@ -63,8 +63,8 @@ impl Demo {
             EventLoop::<WakeUp>::with_user_event().build().map_err(|error| no_display(&error.to_string()))?;
         // The window sets the size of pictures.
         let options = LoadOptions { size: None, ..self.scene_args.options() };
-        let exposure = self.exposure.unwrap_or_else(|| Exposure::of_scene(&self.scene));
-        let display = self.display_args.transform(0.0);
+        let exposure = self.exposure.unwrap_or_else(|| Exposure::of_scene(&self.scene, &scene.picture));
+        let display = self.display_args.transform(0.0, &scene.picture);
         let source = Source { spec: self.scene.clone(), options, store, exposure, display };
         keep_edits(events.create_proxy());
         let mut app = App::new(self, (source, scene, watch), shaders, events.create_proxy());

@@ -79,6 +79,7 @@ impl Rebase {
             materials: edits.collect(),
             models: document.models.clone(),
             meters: meters.collect(),
+            sky_image: document.sky_image.clone(),
         }
     }
 

@@ -70,6 +70,8 @@ pub(super) struct Session {
     loaded_models: Vec<PlacedModel>,
     /// [`Document::editable`] at the start of the last precomputation.
     traced_editable: Vec<bool>,
+    /// The image of the sky that the user had chosen when the scene was loaded.
+    loaded_sky: Option<String>,
     /// Its file, to be saved with edits; or the reason why it cannot be saved.
     pub(super) text: std::result::Result<SceneText, String>,
     pub(super) document: Document,
@@ -190,6 +192,7 @@ impl Session {
             in_flight: VecDeque::new(),
             text: text.map_err(|error| error.to_string()),
             loaded_models: models.clone(),
+            loaded_sky: None,
             models,
             context: context.clone(),
             wake,

@@ -19,7 +19,7 @@ use super::ui_state::{Chosen, Place, Request, UiState};
 use super::watch::Watch;
 use crate::app::exposure::Exposure;
 use crate::gpu::{Context, ContextOptions};
-use crate::image::automatic_stops;
+use crate::image::{self, ExrLayer, automatic_stops};
 use crate::renderer::{Layer, Measured, Reading, Renderer, Silent};
 use crate::scene::{DisplayTransform, Light, LightKind, LoadOptions, Quality, Scene, ToneCurve};
 
@@ -400,6 +400,61 @@ fn the_exposure_follows_the_picture_until_it_is_locked() {
     assert_eq!((session.display.exposure_stops, session.follows_exposure()), (-1.0, false));
 }
 
+/// A panorama, brighter on one side, in these colours.
+fn panorama(file: &Path, colour: [f32; 3]) {
+    let bright = |texel: usize| if texel % 8 < 3 { 2.0 } else { 0.2 };
+    let pixels: Vec<_> = (0..32).map(|texel| colour.map(|value| value * bright(texel))).collect();
+    let layer = ExrLayer { name: "", channels: &["R", "G", "B"], pixels: &pixels };
+    image::write_exr(fs::File::create(file).unwrap(), [8, 4], &[layer]).unwrap();
+}
+
+#[test]
+fn an_image_becomes_the_sky_like_a_cold_start() {
+    let (context, folder) = (context(), folder());
+    // A floor alone: the sky is seen.
+    fs::write(folder.path().join("room.obj"), "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nf 4 3 2 1\n").unwrap();
+    let [grey, coloured] = ["grey.exr", "sun.EXR"].map(|name| folder.path().join(name));
+    panorama(&grey, [1.0; 3]);
+    panorama(&coloured, [1.0, 0.7, 0.4]);
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    let mut ui_state = UiState::new("s", Recent::none());
+    let names = |session: &Session| {
+        session.document.lights.iter().map(|entry| entry.light.name.clone()).collect::<Vec<_>>()
+    };
+    let mut shown = vec![picture(&mut session)];
+    for (file, line, lights) in [
+        (&grey, "image = \"grey.exr\"", &["lamp", "glow", "sky"][..]),
+        (&coloured, "image = \"sun.EXR\"", &["lamp", "glow", "sky (red)", "sky (green)", "sky (blue)"]),
+    ] {
+        actions::drop_file(&mut session, &mut ui_state, file);
+        session.history.settle(&session.document);
+        let now = picture(&mut session);
+        assert_eq!(names(&session), lights);
+        let (text, expected) = saved(&context, &mut session, folder.path());
+        assert!(text.contains(line), "{text}");
+        assert!(now == expected, "{line}: not the picture of the saved scene");
+        assert!(!shown.contains(&now), "{line}: nothing changes");
+        shown.push(now);
+    }
+    // A file that is no image is taken back, and leaves no step.
+    let steps = session.history.depths();
+    fs::write(folder.path().join("bad.hdr"), "a poem").unwrap();
+    actions::drop_file(&mut session, &mut ui_state, &folder.path().join("bad.hdr"));
+    session.history.settle(&session.document);
+    assert!(picture(&mut session) == shown[2]);
+    assert_eq!(session.history.depths(), steps);
+    let said = session.said.last().unwrap();
+    assert!(said.starts_with("taken back: ") && said.contains("bad.hdr"), "{said}");
+
+    for (before, lights) in [(1, &["lamp", "glow", "sky"][..]), (0, &["lamp", "glow"])] {
+        assert!(session.history.undo(&mut session.document));
+        assert!(picture(&mut session) == shown[before], "undone to {before}");
+        assert_eq!(names(&session), lights);
+    }
+    assert!(session.history.redo(&mut session.document));
+    assert!(picture(&mut session) == shown[1], "redone");
+}
+
 #[test]
 fn a_luminaire_is_added_from_its_file_and_other_files_are_refused() {
     let (context, folder) = (context(), folder());
@@ -416,7 +471,12 @@ fn a_luminaire_is_added_from_its_file_and_other_files_are_refused() {
     fs::write(&lamp, "a poem").unwrap();
     actions::drop_file(&mut session, &mut ui_state, &lamp);
     assert_eq!(session.document.lights.len(), before + 1);
+    let eulumdat = folder.path().join("Lamp.LDT");
+    fs::write(&eulumdat, include_bytes!("../../../fuzz/corpus/luminaire/good_ldt")).unwrap();
     assert!(session.alarm.as_ref().unwrap().0.contains("is no photometric file"));
+    actions::drop_file(&mut session, &mut ui_state, &eulumdat);
+    let added = session.document.lights[before + 1].light.luminaire.as_ref().unwrap();
+    assert!((added.profile.peak_candela - 100.0).abs() < 1e-9);
     // A scene takes the place of the open one.
     actions::drop_file(&mut session, &mut ui_state, Path::new("t.toml"));
     assert_eq!((ui_state.to_open.as_deref(), &ui_state.requests[..]), (Some("t.toml"), &[Request::Open][..]));

@@ -84,8 +84,10 @@ impl Film {
         create_folder(&self.output)?;
         OutputFile::check(&self.frame_path(range.start, &film))?;
 
+        let picture_keys = scene.picture;
         let mut renderer = self.device_args.renderer_from(store.as_ref(), &context, scene)?;
-        renderer.set_display_transform(self.display_args.transform(self.exposure.unwrap_or(0.0)));
+        let stops = self.exposure.or(picture_keys.exposure).unwrap_or(0.0);
+        renderer.set_display_transform(self.display_args.transform(stops, &picture_keys));
         renderer.set_serialised(false);
         let start = Instant::now();
         let mut times_ms = Vec::new();
@@ -148,7 +150,7 @@ impl Film {
             Format::Png => picture::write_png(&output, size, &pixels, &renderer.display()?),
             Format::Exr => {
                 let layer = ExrLayer { name: "", channels: &["R", "G", "B"], pixels: &pixels };
-                picture::write_exr(&output, size, &[layer])
+                picture::write_exr(&output, size, &[layer], &[])
             }
         }
     }

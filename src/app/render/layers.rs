@@ -5,7 +5,10 @@ use std::borrow::Cow;
 use clap::ValueEnum;
 
 use crate::error::{Error, Result};
+use crate::image::cryptomatte::Cryptomatte;
+use crate::passes::frame::coverage::Coverage;
 use crate::renderer::Renderer;
+use crate::scene::{Scene, Triangle};
 
 /// Lights of one picture with layers: two a light, 24 bytes a pixel.
 const MAX_LIGHTS: usize = 256;
@@ -21,11 +24,17 @@ pub(super) enum Aov {
     Normal,
     Position,
     Depth,
+    Alpha,
+    Cryptomatte,
     Variance,
     Error,
     Lights,
     All,
 }
+
+/// Depth where nothing is hit, metres. Compositors sort and blur by depth. Infinity would give NaN
+/// there, and zero would be in front of everything. Blender writes the same number.
+const BEYOND_M: f32 = 1e10;
 
 const RGB: &[&str] = &["R", "G", "B"];
 
@@ -38,6 +47,10 @@ pub(in crate::app) struct Layer {
 
 /// The main layer, or the layer of an AOV.
 pub(super) fn layer(aov: Option<Aov>, pixels: Vec<[f32; 3]>) -> Layer {
+    let pixels = match aov {
+        Some(Aov::Depth) => pixels.iter().map(|pixel| pixel.map(within)).collect(),
+        _ => pixels,
+    };
     let (name, channels): (_, &[&str]) = match aov {
         None => ("", RGB),
         Some(Aov::Direct) => ("direct", RGB),
@@ -47,14 +60,67 @@ pub(super) fn layer(aov: Option<Aov>, pixels: Vec<[f32; 3]>) -> Layer {
         Some(Aov::Position) => ("position", &["X", "Y", "Z"]),
         Some(Aov::Normal) => ("normal", &["X", "Y", "Z"]),
         Some(Aov::Depth) => ("depth", &["Z"]),
+        // It belongs to the picture itself.
+        Some(Aov::Alpha) => ("", &["A"]),
         Some(Aov::Variance) => ("variance", RGB),
         Some(Aov::Error) => ("error", &["Y"]),
-        Some(Aov::Lights | Aov::All) => unreachable!("these are several layers"),
+        Some(Aov::Cryptomatte | Aov::Lights | Aov::All) => unreachable!("these are several layers"),
     };
     Layer { name: name.into(), channels, pixels }
 }
 
+fn within(depth_m: f32) -> f32 {
+    if depth_m.is_finite() { depth_m } else { BEYOND_M }
+}
+
+/// Adds the layers that are counted from the samples of edge pixels, if any is wanted. `coverage`
+/// finds what pixels show of the sides of the scene's triangles. Returns texts for the header.
+pub(super) fn add_covered(
+    layers: &mut Vec<Layer>,
+    aovs: &[Aov],
+    scene: &Scene,
+    coverage: impl FnOnce() -> Result<Coverage>,
+) -> Result<Vec<(String, String)>> {
+    let [wants_alpha, wants_mattes] = [Aov::Alpha, Aov::Cryptomatte].map(|aov| aovs.contains(&aov));
+    if !wants_alpha && !wants_mattes {
+        return Ok(Vec::new());
+    }
+    let coverage = coverage()?;
+    if wants_alpha {
+        layers.push(layer(Some(Aov::Alpha), coverage.alpha().map(|alpha| [alpha; 3]).collect()));
+    }
+    if !wants_mattes {
+        return Ok(Vec::new());
+    }
+    let objects: Vec<&str> = scene.objects.iter().map(String::as_str).collect();
+    let materials: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
+    let matte = |name, names: &[&str], index: fn(&Triangle) -> u32| {
+        let of_side =
+            |&(side, fraction): &(u32, f32)| (index(&scene.triangles[side as usize / 2]) as usize, fraction);
+        Cryptomatte::new(name, names, coverage.pixels().map(|sides| sides.iter().map(of_side)))
+    };
+    let mattes = [
+        matte("CryptoObject", &objects, |triangle| triangle.object),
+        matte("CryptoMaterial", &materials, |triangle| triangle.material),
+    ];
+    for matte in &mattes {
+        for (number, ranks) in matte.ranks.chunks(2).enumerate() {
+            let name = format!("{}{number:02}", matte.name);
+            let pairs = ranks[0].iter().zip(&ranks[1]);
+            let (colours, alphas) = pairs.map(|(&[a, b], &[c, d])| ([a, b, c], [d; 3])).unzip();
+            layers.push(Layer { name: name.clone().into(), channels: RGB, pixels: colours });
+            layers.push(Layer { name: name.into(), channels: &["A"], pixels: alphas });
+        }
+    }
+    Ok(mattes.iter().flat_map(Cryptomatte::attributes).collect())
+}
+
 impl Aov {
+    /// Whether [`add_covered`] makes it.
+    pub(super) fn is_covered(self) -> bool {
+        matches!(self, Self::Alpha | Self::Cryptomatte)
+    }
+
     /// The layers of a file, in order, without repetition. `all` are the layers that cost no paths.
     pub(super) fn in_order(wanted: &[Self], of_lightpaths: bool, has_indirect: bool) -> Vec<Self> {
         let is_cheap = |aov: Self| match aov {

@@ -76,7 +76,7 @@ pub(super) fn render(
         }
     };
     let mut layers = vec![layer(None, find(Layer::Beauty)?)];
-    for &aov in aovs.iter().filter(|aov| !matches!(aov, Aov::Error | Aov::Lights)) {
+    for &aov in aovs.iter().filter(|aov| !matches!(aov, Aov::Error | Aov::Lights) && !aov.is_covered()) {
         let source = match aov {
             Aov::Direct => Layer::Direct,
             Aov::Indirect => Layer::Indirect,
@@ -85,7 +85,9 @@ pub(super) fn render(
             Aov::Position => Layer::Position,
             Aov::Normal => Layer::Normal,
             Aov::Depth => Layer::Depth,
-            Aov::Variance | Aov::Error | Aov::Lights | Aov::All => unreachable!("refused, or made below"),
+            Aov::Alpha | Aov::Cryptomatte | Aov::Variance | Aov::Error | Aov::Lights | Aov::All => {
+                unreachable!("refused, or made below")
+            }
         };
         let pixels = match source {
             Layer::Position => renderer.positions_in_file()?,
@@ -93,6 +95,7 @@ pub(super) fn render(
         };
         layers.push(layer(Some(aov), pixels));
     }
+    let attributes = layers::add_covered(&mut layers, aovs, renderer.scene(), || renderer.coverage())?;
     let statistics = renderer.statistics()?;
     let relit_ms = relit_ms(&mut renderer, relit_frames)?;
     let document = document(context, &renderer, &frame, &statistics);
@@ -105,6 +108,7 @@ pub(super) fn render(
         size: renderer.size(),
         display: Vec::new(),
         layers,
+        attributes,
         line: format!(
             "precompute {:.2} s, frame {:.1} ms, {}",
             statistics.precompute_s,

@@ -58,14 +58,15 @@ pub(super) struct Render {
     /// with --target-error, a limit to those
     #[arg(long, value_name = "Y", allow_negative_numbers = true, value_parser = parse_positive, help_heading = "Method")]
     target_ms: Option<f64>,
-    /// Further layers of an EXR: direct, indirect, albedo, normal, position, depth; for the method
+    /// Further layers of an EXR: direct, indirect, albedo, normal, position, depth, alpha (fraction
+    /// covered by surface), cryptomatte (mattes of objects and materials); for the method
     /// path also variance (of the mean); for lightpaths also irradiance (W/m²), lights (direct and
     /// indirect light of each, which add up to the picture) and error (relative, 1 is 100 %, judged
     /// by paths); all: the layers that cost no paths
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', help_heading = "Output")]
     aov: Vec<Aov>,
-    /// Brightens a PNG by this many stops; auto: its mean becomes middle grey [default: 0; for a
-    /// model alone: auto]
+    /// Brightens a PNG by this many stops; auto: its mean becomes middle grey [default: the scene
+    /// file's, or 0; for a model alone: auto]
     #[arg(long, value_name = "STOPS|auto", allow_negative_numbers = true, value_parser = Exposure::parse, help_heading = "Output")]
     exposure: Option<Exposure>,
     #[command(flatten)]
@@ -118,6 +119,8 @@ struct Rendered {
     relit_ms: Option<f64>,
     /// All layers, the main one first.
     layers: Vec<Layer>,
+    /// Texts of an EXR's header, by name.
+    attributes: Vec<(String, String)>,
     /// sRGB codes R, G, B, 255 of a PNG; empty for an EXR.
     display: Vec<[u8; 4]>,
     /// Summary line for the user.
@@ -177,6 +180,7 @@ impl Render {
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let store = self.cache_args.store()?;
         let context = self.device_args.open()?;
+        let picture_keys = scene.picture;
         let aovs = self.aovs();
         let mut rendered = match self.method {
             Method::Path | Method::Photon => {
@@ -237,10 +241,10 @@ impl Render {
             rendered.display = values.iter().map(|&value| scale.colour(value)).collect();
         } else if format == Format::Png {
             let pixels = &rendered.layers[0].pixels;
-            let exposure = self.exposure.unwrap_or_else(|| Exposure::of_scene(&self.scene));
+            let exposure = self.exposure.unwrap_or_else(|| Exposure::of_scene(&self.scene, &picture_keys));
             let (stops, said) = exposure.stops(pixels);
             said.iter().for_each(|line| self.device_args.say(line));
-            let display = self.display_args.transform(stops);
+            let display = self.display_args.transform(stops, &picture_keys);
             rendered.display = picture::tone_mapped(&context, pixels, &display)?;
         }
         self.device_args.report_validation(&context);
@@ -274,7 +278,7 @@ impl Render {
             .iter()
             .map(|layer| ExrLayer { name: &layer.name, channels: layer.channels, pixels: &layer.pixels })
             .collect();
-        picture::write_exr(output, rendered.size, &layers)
+        picture::write_exr(output, rendered.size, &layers, &rendered.attributes)
     }
 }
 
@@ -294,6 +298,7 @@ mod tests {
                 warnings: Vec::new(),
                 relit_ms: None,
                 layers: vec![layer(None, vec![[1.0; 3]; 12]), layer(Some(Aov::Indirect), vec![[1.0; 3]; 12])],
+                attributes: Vec::new(),
                 display: vec![[255; 4]; 12],
                 line: String::new(),
                 document: serde_json::Value::Null,

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::Rendered;
-use super::layers::{Aov, layer};
+use super::layers::{self, Aov, layer};
 use crate::app::args::device_label;
 use crate::error::Result;
 use crate::reference::{FirstHits, Progressive};
@@ -47,7 +47,7 @@ pub(super) fn render(
             false => FirstHits::default(),
         };
     let mut layers = vec![layer(None, picture.beauty.clone())];
-    for &aov in aovs {
+    for &aov in aovs.iter().filter(|aov| !aov.is_covered()) {
         let pixels = match aov {
             Aov::Direct => picture.direct.clone(),
             Aov::Indirect => picture.indirect.clone(),
@@ -59,12 +59,14 @@ pub(super) fn render(
                 scene.layer_in_file(hits.position.clone(), &hits.normal)
             }
             Aov::Variance => renderer.variance()?,
-            Aov::Irradiance | Aov::Error | Aov::Lights | Aov::All => {
-                unreachable!("refused before anything is rendered")
+            Aov::Alpha | Aov::Cryptomatte | Aov::Irradiance | Aov::Error | Aov::Lights | Aov::All => {
+                unreachable!("refused, or made below")
             }
         };
         layers.push(layer(Some(aov), pixels));
     }
+    let traced = renderer.traced_scene();
+    let attributes = layers::add_covered(&mut layers, aovs, &traced.scene, || traced.coverage())?;
     let noise = renderer.noise()?;
     let stated = noise.map_or_else(String::new, |noise| format!("noise {noise:.1e} relMSE, "));
     let label = device_label(&renderer.traced_scene().context);
@@ -74,6 +76,7 @@ pub(super) fn render(
         relit_ms: None,
         display: Vec::new(),
         layers,
+        attributes,
         line: format!("{} samples a pixel in {seconds:.2} s, {stated}{label}", renderer.samples()),
         document: document(&renderer, method, seconds, noise)?,
     })

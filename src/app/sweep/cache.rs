@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::files::{self, Unread};
 use crate::gpu::hash::fnv1a;
 use crate::gpu::shaders::Shader;
-use crate::scene::Scene;
+use crate::scene::{Scene, Triangle};
 
 /// Version of the file format and of the rendering of references. The shader's hash is
 /// a separate key.
@@ -70,6 +70,8 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
         opacity,
         panes,
         materials,
+        objects: _,
+        picture: _,
         lights,
         emission,
         meters: _,
@@ -95,7 +97,15 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
             Some(sky) => write!(key, "{:?}", sky.environment.texels),
             None => Ok(()),
         })
-        .and_then(|()| triangles.iter().try_for_each(|triangle| write!(key, "{triangle:?}")))
+        .and_then(|()| {
+            triangles.iter().try_for_each(|triangle| {
+                let Triangle { positions, normals, material, object: _ } = triangle;
+                write!(
+                    key,
+                    "Triangle {{ positions: {positions:?}, normals: {normals:?}, material: {material:?} }}"
+                )
+            })
+        })
         .expect("a hash takes everything");
     format!("{:016x}.reference", key.0)
 }

@@ -4,6 +4,7 @@ pub mod antialias;
 pub mod bin_reads;
 pub mod blend;
 pub mod compose;
+pub mod coverage;
 pub mod direct;
 pub mod edges;
 pub mod form_factors;

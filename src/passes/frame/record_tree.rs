@@ -352,7 +352,7 @@ mod tests {
                 let corner = offset + 2.0 * vector();
                 let corners = [corner, corner + size * vector(), corner + size * vector()];
                 let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
-                triangles.push(Triangle { positions: corners, normals: [normal; 3], material: 0 });
+                triangles.push(Triangle { positions: corners, normals: [normal; 3], material: 0, object: 0 });
             }
             let mut place = |index: usize| {
                 let [a, b, c] = triangles[index].positions;
@@ -397,7 +397,7 @@ mod tests {
     #[test]
     fn a_triangle_meets_the_cubes_on_its_plane_alone() {
         let corners = [Vec3::ZERO, Vec3::new(4.0, 0.0, 4.0), Vec3::new(0.0, 4.0, 4.0)];
-        let triangle = Triangle { positions: corners, normals: [Vec3::Y; 3], material: 0 };
+        let triangle = Triangle { positions: corners, normals: [Vec3::Y; 3], material: 0, object: 0 };
         assert!(meets(&triangle, DVec3::new(1.0, 1.0, 2.0), 0.1));
         assert!(!meets(&triangle, DVec3::new(1.0, 1.0, 3.0), 0.3), "beside the plane");
         assert!(!meets(&triangle, DVec3::new(6.0, 1.0, 7.0), 0.5), "outside the box");

@@ -163,8 +163,12 @@ fn bounding_box(low: Vec3, high: Vec3) -> Vec<Triangle> {
     let sides: [[usize; 4]; 6] =
         [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
-    let triangle =
-        |corners: [usize; 3]| Triangle { positions: corners.map(corner), normals: [Vec3::Y; 3], material: 0 };
+    let triangle = |corners: [usize; 3]| Triangle {
+        positions: corners.map(corner),
+        normals: [Vec3::Y; 3],
+        material: 0,
+        object: 0,
+    };
     triangles.map(triangle).collect()
 }
 

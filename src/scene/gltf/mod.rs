@@ -37,6 +37,8 @@ const NODES: usize = 1 << 20;
 pub(super) struct Model {
     /// Triangles in world space; each mesh has one material.
     pub(super) meshes: Vec<Mesh>,
+    /// Names of the nodes with meshes.
+    pub(super) objects: Vec<String>,
     pub(super) materials: Vec<Material>,
     pub(super) coverages: Vec<super::cutouts::Coverage>,
     pub(super) cameras: Vec<FileCamera>,
@@ -177,6 +179,8 @@ impl Walk<'_, '_> {
                 if node.skin().is_some() {
                     self.note("skins are passed over: meshes are in their first pose");
                 }
+                let name = node.name().or(mesh.name()).filter(|name| !name.is_empty());
+                self.model.objects.push(name.map_or_else(|| "mesh".to_owned(), printable));
                 for primitive in mesh.primitives() {
                     self.primitive(&primitive, &to_file)?;
                 }
@@ -299,6 +303,7 @@ impl Walk<'_, '_> {
             colours: of_used(&colours).into_iter().map(codes).collect(),
             indices,
             material: mapping.material,
+            objects: vec![(0, self.model.objects.len() as u32 - 1)],
         };
         mesh.transform(to_file);
         self.model.meshes.push(mesh);

@@ -4,7 +4,7 @@ use std::iter::Peekable;
 use std::str::SplitWhitespace;
 
 /// Angles of a file at most, in each of both coordinates.
-const ANGLES: usize = 2000;
+pub(super) const ANGLES: usize = 2000;
 
 /// Coordinates of a file's angles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +27,8 @@ pub(super) struct Ies {
     pub(super) horizontal: Vec<f64>,
     /// cd, one list of vertical angles for each horizontal angle. All factors are applied.
     pub(super) candela: Vec<Vec<f64>>,
+    /// Angle of the first plane of LM-63 in the planes of the file, degrees.
+    pub(super) c0: f64,
 }
 
 /// The numbers behind the line TILT.
@@ -69,7 +71,7 @@ impl Ies {
         let mut rest = text;
         let tilt = loop {
             let (line, after) =
-                rest.split_once('\n').ok_or("is no photometric file: it has no line `TILT=`")?;
+                rest.split_once('\n').ok_or("is no photometric file: it has neither the line `TILT=` of LM-63, nor kind and symmetry of EULUMDAT as second and third line")?;
             rest = after;
             let line = line.trim().to_ascii_uppercase();
             if let Some(tilt) = line.strip_prefix("TILT") {
@@ -108,10 +110,10 @@ impl Ies {
             Ok(plane.into_iter().map(|value| (factor * value).max(0.0)).collect())
         };
         let candela = (0..horizontal_count).map(plane).collect::<Result<Vec<Vec<f64>>, String>>()?;
-        Self { coordinates, vertical, horizontal, candela }.checked()
+        Self { coordinates, vertical, horizontal, candela, c0: 0.0 }.checked()
     }
 
-    fn checked(self) -> Result<Self, String> {
+    pub(super) fn checked(self) -> Result<Self, String> {
         let peak = self.candela.iter().flatten().fold(0.0, |peak: f64, value| peak.max(*value));
         if !(peak > 0.0 && peak <= 1e15) {
             return Err(format!("has {peak} cd as largest intensity: expected above 0 and at most 1e15"));
@@ -144,7 +146,7 @@ impl Ies {
     /// Intensity in a direction, cd. `axial`: angle from the axis; `around`: about it; degrees.
     pub(super) fn intensity(&self, axial: f64, around: f64) -> f64 {
         let [vertical, horizontal] = match self.coordinates {
-            Coordinates::C => [axial, self.folded(around.rem_euclid(360.0))],
+            Coordinates::C => [axial, self.folded((around + self.c0).rem_euclid(360.0))],
             other => of_floodlight(other, axial, around, self.horizontal[0] >= 0.0),
         };
         let Some([(low, plane_weight), (high, _)]) = self.planes(horizontal) else { return 0.0 };

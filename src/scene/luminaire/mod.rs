@@ -1,5 +1,6 @@
 //! Luminaires: lights whose intensity in each direction was measured.
 
+mod eulumdat;
 mod ies;
 mod profile;
 
@@ -54,7 +55,7 @@ impl Luminaire {
         let file = section.file().with_file_name(name);
         let fault = |why: String| section.fault_at("ies", format!("{name:?} {why}"));
         let bytes = files.read(&file, limits::IES_BYTES).map_err(fault)?;
-        let profile = Profile::from_ies(&bytes).map_err(fault)?;
+        let profile = Profile::from_bytes(&bytes).map_err(fault)?;
         let turn = section.number("turn", -360.0..=360.0)?.unwrap_or(0.0).to_radians() as f32;
         Ok(Some(Self { profile: Arc::new(profile), file, turn }))
     }
@@ -66,7 +67,7 @@ impl Luminaire {
     pub fn open(file: &Path) -> Result<Self> {
         let fault = |why: String| Error::input(file, why);
         let bytes = files::read(file, limits::IES_BYTES).map_err(|unread| fault(unread.to_string()))?;
-        let profile = Profile::from_ies(&bytes).map_err(fault)?;
+        let profile = Profile::from_bytes(&bytes).map_err(fault)?;
         Ok(Self { profile: Arc::new(profile), file: file.to_owned(), turn: 0.0 })
     }
 

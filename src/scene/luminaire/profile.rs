@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::eulumdat;
 use super::ies::{Coordinates, Ies};
 
 /// Smallest spacing of angles, degrees: of the angle from the axis, and about it.
@@ -31,6 +32,20 @@ impl Profile {
     /// A clause about the file.
     pub fn from_ies(bytes: &[u8]) -> Result<Self, String> {
         Self::new(&Ies::read(&String::from_utf8_lossy(bytes).replace('\r', "\n"))?)
+    }
+
+    /// Reads a photometric file of LM-63 or EULUMDAT. The content decides, not the name.
+    ///
+    /// # Errors
+    /// A clause about the file.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+        // Texts in the file may have any 8-bit encoding.
+        let text = String::from_utf8_lossy(bytes).replace("\r\n", "\n").replace('\r', "\n");
+        let has_tilt = text.lines().any(|line| line.trim_start().to_ascii_uppercase().starts_with("TILT"));
+        if !has_tilt && eulumdat::is_eulumdat(&text) {
+            return Self::new(&eulumdat::read(&text)?);
+        }
+        Self::from_ies(bytes)
     }
 
     fn new(ies: &Ies) -> Result<Self, String> {

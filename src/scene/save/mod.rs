@@ -19,7 +19,10 @@ use super::file::{Source, read_cameras, read_lights};
 use super::material::Override;
 use super::meter::{self, Meter};
 use super::value::{Kind, Node, Origin, Section};
-use super::{Camera, Light, LightKind, LoadOptions, Material, Quality, Scene, fit, limits};
+use super::{
+    Camera, DisplayTransform, Light, LightKind, LoadOptions, Material, PictureKeys, Quality, Scene, fit,
+    limits,
+};
 use crate::{Error, Result};
 pub use models::PlacedModel;
 pub use paths::relative_to;
@@ -47,14 +50,21 @@ pub struct Edited<'a> {
     pub materials: &'a [Material],
     /// All light meters, recentred. `None`: as they were loaded.
     pub meters: Option<&'a [Meter]>,
+    /// How the picture is displayed.
+    pub display: DisplayTransform,
 }
 
 impl<'a> Edited<'a> {
     /// The editable parts of a scene. Meters stay as they were loaded: many scenes are used
     /// without.
     pub fn from_scene(scene: &'a Scene) -> Self {
-        let (lights, materials) = (&scene.lights, &scene.materials);
-        Self { camera: &scene.cameras[0], lights, materials, meters: None }
+        Self {
+            camera: &scene.cameras[0],
+            lights: &scene.lights,
+            materials: &scene.materials,
+            meters: None,
+            display: scene.picture.over(DisplayTransform::default()),
+        }
     }
 }
 
@@ -96,6 +106,12 @@ impl SceneText {
         }
     }
 
+    /// The image of the scene's sky. `None` if it has none.
+    pub fn sky_image(&self) -> Option<String> {
+        let name = self.source.root.get("environment")?.get("image")?.as_text()?;
+        Some(self.source.file.with_file_name(name).to_string_lossy().into_owned())
+    }
+
     /// The text of the edited scene, to be saved at `to`: models' paths are relative to that.
     /// Comments, order and layout of unchanged parts stay. Removed lights are omitted, new ones
     /// follow the others, and changed materials become `[[material]]`s. A model that only a
@@ -118,6 +134,7 @@ impl SceneText {
         let cameras = self.edit_cameras(&mut root, edited.camera);
         let lights = edits::lights(&mut root, edited.lights, self.origin, [&self.source.file, to])?;
         edits::materials(&mut root, &self.materials, edited.materials);
+        PictureKeys::read(&self.source.file, &root)?.write(&edited.display, &mut root);
         edits::emissions(&mut root, &self.materials, edited.lights);
         let mut from = vec![("camera", cameras), ("light", lights)];
         if let Some(edited) = edited.meters {
@@ -157,7 +174,13 @@ impl SceneText {
         let Some(sky) = root.get_mut("environment") else { return Ok(()) };
         let Some(name) = sky.get("image").and_then(Node::as_text) else { return Ok(()) };
         let path = self.source.file.with_file_name(name);
-        if let Some(path) = paths::moved(&path, &self.source.file, to)? {
+        // The window states an absolute path.
+        let is_chosen = matches!(sky.get("image"), Some(Node { origin: Origin::Flag(_), .. }));
+        let placed = match is_chosen && path.is_absolute() {
+            true => Some(relative_to(&path, to)?),
+            false => paths::moved(&path, &self.source.file, to)?,
+        };
+        if let Some(path) = placed {
             sky.set("image", node(Kind::Text(path)));
         }
         Ok(())
@@ -193,11 +216,17 @@ impl SceneText {
         if let Some(node) = root.get("environment") {
             crate::scene::sky::check(&Section::new(to, "environment", node)?)?;
         }
+        PictureKeys::read(to, &root)?;
         match root.get("quality") {
             Some(node) => Quality::read(&Section::new(to, "quality", node)?).map(|_| ()),
             None => Ok(()),
         }
     }
+}
+
+/// The `KEY=VALUE` change ([`LoadOptions::set`]) that gives a scene's sky an image.
+pub fn sky_change(image: &str) -> String {
+    format!("environment.image={}", toml_edit::Value::from(image))
 }
 
 /// Whether a scene file with that text at `file` names files outside of its folder. Opening it

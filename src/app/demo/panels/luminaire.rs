@@ -19,7 +19,7 @@ const CIRCLES: u32 = 4;
 pub(super) fn adding(ui: &mut Ui, ui_state: &mut UiState) {
     row(ui, "Luminaire", |ui| {
         let path = TextEdit::singleline(&mut ui_state.luminaire_to_add).desired_width(118.0);
-        ui.add(path.hint_text(".ies file, or drop it here"));
+        ui.add(path.hint_text(".ies or .ldt, or drop it"));
         let is_named = !ui_state.luminaire_to_add.trim().is_empty();
         if ui.add_enabled(is_named, egui::Button::new("Add").small()).clicked() {
             ui_state.requests.push(Request::AddLuminaire);

@@ -6,7 +6,7 @@ use crate::app::demo::rebase::Rebase;
 use crate::app::demo::watch::Watch;
 use crate::error::{Error, Result};
 use crate::renderer::{Renderer, Work};
-use crate::scene::save::{PlacedModel, SceneText};
+use crate::scene::save::{PlacedModel, SceneText, sky_change};
 use crate::scene::{Camera, LoadOptions, Scene};
 
 impl Session {
@@ -18,9 +18,11 @@ impl Session {
         let allow_outside = self.source.options.allow_outside;
         let options = LoadOptions { allow_outside, ..LoadOptions::default() };
         let scene = Scene::load(spec, &options)?;
-        let models = SceneText::new(spec, &options, &scene)?.models();
+        let text = SceneText::new(spec, &options, &scene)?;
         let rebase = Rebase::new(&scene, &self.scene);
-        self.document = rebase.document(&Document::from_scene(&scene, models));
+        self.document = rebase.document(&Document::from_scene(&scene, text.models()));
+        let own = self.text.as_ref().ok().and_then(SceneText::sky_image);
+        self.document.sky_image = text.sky_image().filter(|image| own.as_ref() != Some(image));
         self.camera = Camera { size: self.camera.size, ..rebase.camera(&scene.cameras[0]) };
         self.history.settle(&self.document);
         Ok(())
@@ -82,14 +84,17 @@ impl Session {
         for (number, model) in self.document.models.iter().enumerate() {
             options.set.extend(model.changes(number, self.models.get(number)));
         }
+        let image = self.document.sky_image.iter().map(|image| sky_change(image));
+        options.set.extend(image);
         options
     }
 
-    /// Loads the scene anew if its models differ from the document's, and prepares it again if its
-    /// meters do. An edit that cannot be loaded
-    /// is taken back.
+    /// Loads the scene anew if its models or its sky's image differ from the document's, and
+    /// prepares it again if its meters do. Takes an edit back that cannot be loaded.
     pub(super) fn follow_models(&mut self) -> Result<()> {
-        if self.is_held || self.document.models == self.loaded_models {
+        let is_loaded =
+            self.document.models == self.loaded_models && self.document.sky_image == self.loaded_sky;
+        if self.is_held || is_loaded {
             return self.follow_meters();
         }
         let done = match self.is_asked || !self.watch.is_as_read() {
@@ -98,6 +103,7 @@ impl Session {
         };
         if let Err(error) = done {
             self.document.models.clone_from(&self.loaded_models);
+            self.document.sky_image.clone_from(&self.loaded_sky);
             self.history.refuse(&self.document);
             self.has_gone_back = true;
             self.alarm(format!("taken back: {error}"));
@@ -141,6 +147,7 @@ impl Session {
         self.prepare_again(scene, watch)?;
         (self.text, self.models) = (text, models);
         self.loaded_models.clone_from(&self.document.models);
+        self.loaded_sky.clone_from(&self.document.sky_image);
         Ok(())
     }
 
@@ -185,9 +192,10 @@ impl Session {
     /// Prepares another version of the open scene.
     pub(in crate::app::demo) fn prepare_open(&mut self, scene: Scene) -> Result<()> {
         let (watch, text, models) = (self.watch.clone(), self.text.clone(), self.models.clone());
-        let loaded_models = self.loaded_models.clone();
+        let (loaded_models, loaded_sky) = (self.loaded_models.clone(), self.loaded_sky.clone());
         self.prepare_again(scene, watch)?;
-        (self.text, self.models, self.loaded_models) = (text, models, loaded_models);
+        (self.text, self.models) = (text, models);
+        (self.loaded_models, self.loaded_sky) = (loaded_models, loaded_sky);
         Ok(())
     }
 

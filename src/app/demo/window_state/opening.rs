@@ -47,8 +47,8 @@ impl WindowState {
         if self.recorder.is_some() {
             self.record();
         }
-        let exposure = Exposure::of_scene(&spec);
-        let (store, display) = (self.session.source.store.clone(), self.session.display);
+        let exposure = Exposure::of_scene(&spec, &scene.picture);
+        let (store, display) = (self.session.source.store.clone(), scene.picture.over(self.session.display));
         self.show_scene(Source { spec, options, store, exposure, display }, scene, watch)
     }
 

@@ -30,7 +30,7 @@ impl WindowState {
             Request::Ask(purpose) => {
                 let file = match purpose {
                     Purpose::Save => self.ui_state.save_to.clone(),
-                    Purpose::Open | Purpose::Add => self.session.source.spec.clone(),
+                    Purpose::Open | Purpose::Add | Purpose::Sky => self.session.source.spec.clone(),
                 };
                 self.dialogs.ask(purpose, Path::new(&file));
             }

@@ -95,7 +95,7 @@ pub(super) fn save_layers(session: &mut Session, scene_to: &str) -> Result<Strin
     let named = layers.iter().map(|layer| (&*layer.name, layer.channels, &layer.pixels));
     let all = std::iter::once(("", &["R", "G", "B"][..], &beauty)).chain(named);
     let all: Vec<_> = all.map(|(name, channels, pixels)| ExrLayer { name, channels, pixels }).collect();
-    picture::write_exr(&output, size, &all)?;
+    picture::write_exr(&output, size, &all, &[])?;
     Ok(format!("saved {} with {} layers of lights", path.display(), layers.len()))
 }
 

@@ -217,7 +217,7 @@ impl Session {
             self.open_enclosure()?;
         }
         self.follow_models();
-        self.follow_editable()?;
+        self.follow_editable();
         self.take_renderer()?;
         let requested = self.requested();
         if self.shown.as_ref() == Some(&requested) {

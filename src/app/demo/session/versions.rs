@@ -1,5 +1,7 @@
 //! Other versions of the session's scene: changed files, presets, shaders and models. Edits stay.
 
+use glam::Vec3;
+
 use super::{Session, Source, Stage};
 use crate::app::demo::document::Document;
 use crate::app::demo::rebase::Rebase;
@@ -104,10 +106,10 @@ impl Session {
     }
 
     /// Traces light paths again if the user has made a diffuse material glossy, or undone that.
-    pub(super) fn follow_editable(&mut self) -> Result<()> {
+    pub(super) fn follow_editable(&mut self) {
         let editable = self.document.editable();
         if self.is_held || editable == self.traced_editable {
-            return Ok(());
+            return;
         }
         let mut scene = self.scene.clone();
         for (index, material) in scene.materials.iter_mut().enumerate() {
@@ -116,7 +118,16 @@ impl Session {
                 material.editable = editable[index];
             }
         }
-        self.prepare_open(scene)
+        if let Err(error) = self.prepare_open(scene) {
+            for (index, edit) in self.document.materials.iter_mut().enumerate() {
+                if std::mem::replace(&mut edit.editable, self.traced_editable[index]) && !edit.editable {
+                    edit.specular = Vec3::ZERO;
+                }
+            }
+            self.history.refuse(&self.document);
+            self.has_gone_back = true;
+            self.alarm(format!("taken back: {error}"));
+        }
     }
 
     fn load_models(&mut self) -> Result<()> {

@@ -99,10 +99,12 @@ fn keys_hold_before_the_first_and_after_the_last() {
 
 #[test]
 fn lights_come_fade_and_go() {
+    let panel = PANEL.replace("samples", "group = \"hall\"\nsamples");
     let (states, scene) = states(&format!(
-        "[[light]]\nname = \"lamp\"\ntime = 0.0\non = false\nfade = 1.0\n{PANEL}[[light]]\nname = \"panel\"\ntime = 0.75\non = false\n"
+        "[[light]]\nname = \"lamp\"\ntime = 0.0\non = false\nfade = 1.0\n{panel}[[light]]\nname = \"panel\"\ntime = 0.75\non = false\n"
     ));
     assert_eq!(scene.lights.iter().map(|light| light.name.as_str()).collect::<Vec<_>>(), ["lamp", "panel"]);
+    assert_eq!(scene.lights[1].group.as_deref(), Some("hall"));
     let on = |light: usize| states.iter().map(|state| state.lights[light].2).collect::<Vec<_>>();
     assert_eq!((on(0), on(1)), (vec![true; 4], vec![false, false, true, false]));
     let lamp = states.iter().map(|state| state.lights[0].1.emission().x).collect::<Vec<_>>();

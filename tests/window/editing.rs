@@ -181,6 +181,8 @@ fn a_group_is_switched_alone_dimmed_coloured_and_folded() {
 
     demo.click(1, GROUP_COLOUR);
     demo.click(1, PICKED);
+    // Keys of a frame take effect before its clicks.
+    demo.wait_for_answer();
     demo.client().tap(&[], keys::ESCAPE);
     let coloured = room.lights();
     let [a, b] = [0, 1].map(|index| factor(&own[index], &coloured[index]));
@@ -192,6 +194,7 @@ fn a_group_is_switched_alone_dimmed_coloured_and_folded() {
     demo.click(1, FOLD);
     demo.settled(None);
     demo.click(1, NAMES[0]);
+    demo.wait_for_answer();
     demo.client().tap(&[], keys::DELETE);
     assert_eq!(names(&room.lights()), ["a", "b", "d"]);
     close(demo);

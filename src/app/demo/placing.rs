@@ -21,6 +21,9 @@ pub(super) fn scene_size(session: &Session) -> f32 {
 
 /// Adds a copy of each of these lights beside it, and chooses the copies.
 pub(super) fn duplicate(session: &mut Session, ui_state: &mut UiState, lights: &[u64]) {
+    if lights.is_empty() {
+        return session.alarm(missing(lights, "copy it with Ctrl+D"));
+    }
     let [right, ..] = session.camera.frame();
     let offset = BESIDE * scene_size(session) * right.normalize_or_zero();
     let mut copies = Vec::new();
@@ -45,7 +48,7 @@ pub(super) fn duplicate(session: &mut Session, ui_state: &mut UiState, lights: &
     }
 }
 
-/// Removes lights. Those that remain stay chosen.
+/// Removes lights. Other chosen lights stay chosen.
 pub(super) fn remove(session: &mut Session, ui_state: &mut UiState, lights: &[u64]) {
     session.document.lights.retain(|entry| !lights.contains(&entry.id));
     if let Chosen::Light(_) = ui_state.chosen {
@@ -55,7 +58,7 @@ pub(super) fn remove(session: &mut Session, ui_state: &mut UiState, lights: &[u6
     }
 }
 
-/// Takes the dragged light, and moves the other chosen ones by the same offset from where they were.
+/// Takes the dragged light, and moves the other chosen ones by the same offset from their places.
 pub(super) fn drag(
     document: &mut Document,
     (dragged, kind): (u64, LightKind),

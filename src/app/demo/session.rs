@@ -229,8 +229,8 @@ impl Session {
         if std::mem::take(&mut self.needs_precompute) {
             self.open_enclosure()?;
         }
-        self.follow_models()?;
-        self.follow_editable()?;
+        self.follow_models();
+        self.follow_editable();
         self.take_renderer()?;
         let requested = self.requested();
         if self.shown.as_ref() == Some(&requested) && (self.mixes() || !self.is_mixed()) {

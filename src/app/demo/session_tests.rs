@@ -316,6 +316,8 @@ fn lights_that_cannot_be_placed_are_named() {
     ui_state.choose(Chosen::Nothing);
     placing::aim(&mut session, &ui_state, Some(place), Vec3::ONE);
     assert!(alarm(&mut session).starts_with("no light is chosen"));
+    placing::duplicate(&mut session, &mut ui_state, &[]);
+    assert!(alarm(&mut session).starts_with("no light is chosen"));
     assert!(session.document == before);
 }
 

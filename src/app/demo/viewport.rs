@@ -358,9 +358,9 @@ impl Viewport {
             && away < MARK
         {
             if modifiers.command {
-                ui_state.toggle_chosen(id)
+                ui_state.toggle_chosen(id);
             } else {
-                ui_state.choose(Chosen::Light(id))
+                ui_state.choose(Chosen::Light(id));
             }
             return Ok(());
         }

@@ -38,6 +38,8 @@ enum Item {
 
 /// Draws the list, and below it the chosen light.
 pub(super) fn lights(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
+    let is_there = |id: &u64| session.document.lights.iter().any(|entry| entry.id == *id);
+    ui_state.other_lights.retain(is_there);
     let items = items(&session.document);
     let mut acts = Vec::new();
     for item in &items {

@@ -1,5 +1,7 @@
 //! Other versions of the session's scene: changed files, presets, shaders and models. Edits stay.
 
+use glam::Vec3;
+
 use super::{Session, Source, Stage};
 use crate::app::demo::document::Document;
 use crate::app::demo::rebase::Rebase;
@@ -91,7 +93,7 @@ impl Session {
 
     /// Loads the scene anew if its models or its sky's image differ from the document's, and
     /// prepares it again if its meters do. Takes an edit back that cannot be loaded.
-    pub(super) fn follow_models(&mut self) -> Result<()> {
+    pub(super) fn follow_models(&mut self) {
         let is_loaded =
             self.document.models == self.loaded_models && self.document.sky_image == self.loaded_sky;
         if self.is_held || is_loaded {
@@ -108,22 +110,26 @@ impl Session {
             self.has_gone_back = true;
             self.alarm(format!("taken back: {error}"));
         }
-        Ok(())
     }
 
     /// Traces light paths anew if the meters differ: each has gather rays of its own.
-    fn follow_meters(&mut self) -> Result<()> {
+    fn follow_meters(&mut self) {
         if self.is_held || self.document.meters == self.scene.meters {
-            return Ok(());
+            return;
         }
-        self.prepare_open(self.scene.clone())
+        if let Err(error) = self.prepare_open(self.scene.clone()) {
+            self.document.meters.clone_from(&self.scene.meters);
+            self.history.refuse(&self.document);
+            self.has_gone_back = true;
+            self.alarm(format!("taken back: {error}"));
+        }
     }
 
     /// Traces light paths again if the user has made a diffuse material glossy, or undone that.
-    pub(super) fn follow_editable(&mut self) -> Result<()> {
+    pub(super) fn follow_editable(&mut self) {
         let editable = self.document.editable();
         if self.is_held || editable == self.traced_editable {
-            return Ok(());
+            return;
         }
         let mut scene = self.scene.clone();
         for (index, material) in scene.materials.iter_mut().enumerate() {
@@ -132,7 +138,16 @@ impl Session {
                 material.editable = editable[index];
             }
         }
-        self.prepare_open(scene)
+        if let Err(error) = self.prepare_open(scene) {
+            for (index, edit) in self.document.materials.iter_mut().enumerate() {
+                if std::mem::replace(&mut edit.editable, self.traced_editable[index]) && !edit.editable {
+                    edit.specular = Vec3::ZERO;
+                }
+            }
+            self.history.refuse(&self.document);
+            self.has_gone_back = true;
+            self.alarm(format!("taken back: {error}"));
+        }
     }
 
     fn load_models(&mut self) -> Result<()> {

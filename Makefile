@@ -79,6 +79,7 @@ lint:
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path python/Cargo.toml --check
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
+	@if command -v python3 >/dev/null; then $(CARGO) clippy --locked --manifest-path python/Cargo.toml --all-targets -- -D warnings; fi
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --workspace --no-deps
 	@scripts/check_tree.sh
 	@scripts/check_words.sh

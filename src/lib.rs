@@ -51,4 +51,7 @@ pub use gpu::{Context, ContextOptions};
 pub use renderer::{FrameReport, Layer, LightPicture, Measured, Progress, Reading, Renderer, Silent, Store};
 pub use scene::meter::{Meter, MeterShape};
 pub use scene::photometry::lux;
-pub use scene::{Camera, Light, LightKind, LoadOptions, Material, Place, Quality, Scene, Up, unit_direction};
+pub use scene::{
+    Camera, DisplayTransform, Light, LightKind, LoadOptions, Material, Place, Quality, Scene, ToneCurve, Up,
+    unit_direction,
+};

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 _Triple = tuple[float, float, float]
 _Vector = Sequence[float] | NDArray[Any]
 _Colour = float | _Vector
+_Tone = Literal["standard", "none", "filmic", "aces", "agx"]
 _Layer = Literal["beauty", "direct", "indirect", "irradiance", "albedo", "normal", "position", "depth"]
 
 class _DirectAndIndirect(TypedDict):
@@ -119,8 +120,19 @@ class Renderer:
         Other layers have the same shape, but `depth` has no channels. A frame is computed only if
         something has changed.
         """
-    def display(self, exposure: float = 0.0) -> NDArray[np.uint8]:
-        """The picture as sRGB codes, tone mapped, brightened by `exposure` stops."""
+    def display(
+        self,
+        exposure: float | None = None,
+        *,
+        tone: _Tone | None = None,
+        white_balance: float | None = None,
+        tint: float | None = None,
+    ) -> NDArray[np.uint8]:
+        """The picture as sRGB codes: stops of exposure, tone curve, and what is shown as white.
+
+        `white_balance` is in kelvin, `tint` in thousandths of CIE 1960 uv. Arguments that are left
+        out are those of the scene file's `[picture]`.
+        """
     def layers(self) -> dict[str, _DirectAndIndirect]:
         """Light of each light that is on. All layers together add up to the picture."""
     def measure(self) -> dict[str, Reading]:

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use lightpaths::{Context, ContextOptions, Error, Folder, Layer, Measured, Result, Store};
+use lightpaths::{
+    Context, ContextOptions, DisplayTransform, Error, Folder, Layer, Measured, Result, Store, ToneCurve,
+};
 use numpy::{PyArray3, PyArrayMethods, PyUntypedArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -161,15 +163,28 @@ impl Renderer {
         })
     }
 
-    /// The picture as sRGB codes, brightened by `exposure` stops.
-    #[pyo3(signature = (exposure=0.0))]
-    fn display<'py>(&self, py: Python<'py>, exposure: f32) -> PyResult<Bound<'py, PyArray3<u8>>> {
-        if !exposure.is_finite() {
-            let line = format!("exposure must be a finite number, found {exposure}");
-            return Err(crate::errors::raised(Error::Usage(line)));
-        }
+    /// The picture as sRGB codes. The scene file's `[picture]` states what the arguments do not.
+    #[pyo3(signature = (exposure=None, *, tone=None, white_balance=None, tint=None))]
+    fn display<'py>(
+        &self,
+        py: Python<'py>,
+        exposure: Option<f32>,
+        tone: Option<&str>,
+        white_balance: Option<f32>,
+        tint: Option<f32>,
+    ) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        let tone = tone.map(ToneCurve::parse).transpose();
+        let tone =
+            tone.map_err(|expected| crate::errors::raised(Error::Usage(format!("tone: {expected}"))))?;
         self.shared.with(py, |state| {
-            state.renderer.set_exposure(exposure);
+            let mut display = state.renderer.scene().picture.over(DisplayTransform::default());
+            display.exposure_stops = exposure.unwrap_or(display.exposure_stops);
+            display.tone = tone.unwrap_or(display.tone);
+            let white = &mut display.white_balance;
+            white.kelvin = white_balance.unwrap_or(white.kelvin);
+            white.tint = tint.unwrap_or(white.tint);
+            display.check()?;
+            state.renderer.set_display_transform(display);
             Ok(())
         })?;
         let (size, codes) =

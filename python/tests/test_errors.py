@@ -57,7 +57,14 @@ class Refusals(unittest.TestCase):
         ]:
             with self.subTest(name=name, value=value):
                 self.refused([lightpaths.UsageError, ValueError], words, lambda: setattr(thing, name, value))
-        self.refused([ValueError], "exposure", lambda: self.renderer.display(math.nan))
+        for word, arguments in [
+            ("exposure", {"exposure": math.nan}),
+            ("tone", {"tone": "reinhard"}),
+            ("white_balance", {"white_balance": 100.0}),
+            ("tint", {"tint": math.inf}),
+        ]:
+            with self.subTest(arguments=arguments):
+                self.refused([ValueError], word, lambda: self.renderer.display(**arguments))
         self.assertEqual(self.renderer.render().tobytes(), before)
 
     def test_properties_that_a_light_lacks(self):

@@ -90,6 +90,33 @@ class Pictures(unittest.TestCase):
         self.assertTrue((bright >= dark).all() and (bright > dark).any())
         np.testing.assert_array_equal(self.renderer.display(), dark)
 
+    def test_codes_follow_tone_curve_and_white_balance(self):
+        plain = self.renderer.display(exposure=2.0)
+        seen = [plain]
+        for arguments in [
+            {"tone": "none"},
+            {"tone": "filmic"},
+            {"tone": "aces"},
+            {"tone": "agx"},
+            {"white_balance": 3000.0},
+            {"tint": 20.0},
+        ]:
+            codes = self.renderer.display(exposure=2.0, **arguments)
+            self.assertFalse(any((codes == other).all() for other in seen), arguments)
+            seen.append(codes)
+        cool = self.renderer.display(exposure=2.0, white_balance=3000.0).mean(axis=(0, 1))
+        self.assertGreater(cool[2] / cool[0], plain.mean(axis=(0, 1))[2] / plain.mean(axis=(0, 1))[0])
+        neutral = self.renderer.display(exposure=2.0, tone="standard", white_balance=6504.0, tint=0.0)
+        np.testing.assert_array_equal(neutral, plain)
+        np.testing.assert_array_equal(self.renderer.display(exposure=2.0), plain)
+
+    def test_codes_are_those_of_the_scene_file_unless_stated(self):
+        own = renderer(changes=["picture.exposure=1.0", "picture.tone=agx"])
+        codes = own.display()
+        np.testing.assert_array_equal(codes, own.display(exposure=1.0, tone="agx"))
+        self.assertFalse((codes == own.display(tone="standard")).all())
+        self.assertFalse((codes == own.display(exposure=0.0)).all())
+
     def test_many_lighting_conditions(self):
         lamp = self.renderer.lights["lamp"]
 

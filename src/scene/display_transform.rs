@@ -1,6 +1,7 @@
 //! The display transform: from radiance to the values of a display.
 
 use super::white_balance::WhiteBalance;
+use crate::{Error, Result};
 use glam::Mat3;
 
 /// A tone curve: from exposed linear values to display values, 0..=1.
@@ -39,7 +40,7 @@ impl ToneCurve {
     ///
     /// # Errors
     /// Lists the names.
-    pub fn parse(text: &str) -> Result<Self, String> {
+    pub fn parse(text: &str) -> std::result::Result<Self, String> {
         let found = Self::ALL.into_iter().find(|curve| curve.name() == text.trim());
         found.ok_or_else(|| "expected standard, none, filmic, aces or agx".to_owned())
     }
@@ -76,6 +77,26 @@ impl DisplayTransform {
     /// The standard curve and a neutral white at that exposure.
     pub fn exposed(exposure_stops: f32) -> Self {
         Self { exposure_stops, ..Self::default() }
+    }
+
+    /// Checks values that come from a user.
+    ///
+    /// # Errors
+    /// [`Error::Usage`]: a value is out of range.
+    pub fn check(&self) -> Result<()> {
+        let Self { exposure_stops, white_balance: WhiteBalance { kelvin, tint }, .. } = *self;
+        if !exposure_stops.is_finite() {
+            return Err(Error::Usage(format!("exposure must be a finite number, found {exposure_stops}")));
+        }
+        for (name, value, range) in
+            [("white_balance", kelvin, WhiteBalance::KELVIN), ("tint", tint, WhiteBalance::TINT)]
+        {
+            if !range.contains(&value) {
+                let (least, most) = range.into_inner();
+                return Err(Error::Usage(format!("{name} must be {least} to {most}, found {value}")));
+            }
+        }
+        Ok(())
     }
 
     /// The scale, matrix and curve that pixels need.

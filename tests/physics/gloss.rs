@@ -319,7 +319,7 @@ fn rods() -> Scene {
             let ([a, b], [n, m]) =
                 ([around(side).0, around(side + 1).0], [around(side).1, around(side + 1).1]);
             let mut add = |positions, normals| {
-                scene.triangles.push(Triangle { positions, normals, material: 1, object: 0 })
+                scene.triangles.push(Triangle { positions, normals, material: 1, object: 0 });
             };
             add([a[0], a[1], b[1]], [n, n, m]);
             add([a[0], b[1], b[0]], [n, m, m]);

@@ -246,6 +246,9 @@ mod tests {
         assert!((flux / (200.0 * PI) - 1.0).abs() < 7e-4, "{flux}");
     }
 
+    /// A symmetry with an intensity that has it, of angle and plane.
+    type Case<'a> = (u32, &'a dyn Fn(f64, f64) -> f64);
+
     /// Files that leave planes out are the same as the whole matrix.
     #[test]
     fn symmetries_are_those_of_the_whole_matrix() {
@@ -253,7 +256,7 @@ mod tests {
         let c90 = |angle: f64, plane: f64| 3.0 + angle.to_radians().sin() * plane.to_radians().sin();
         let both = |angle: f64, plane: f64| 3.0 + angle.to_radians().sin() * (2.0 * plane.to_radians()).cos();
         let axis = |angle: f64, _: f64| 3.0 + angle.to_radians().cos();
-        let cases: [(u32, &dyn Fn(f64, f64) -> f64); 4] = [(1, &axis), (2, &c0), (3, &c90), (4, &both)];
+        let cases: [Case<'_>; 4] = [(1, &axis), (2, &c0), (3, &c90), (4, &both)];
         for (symmetry, intensity) in cases {
             let whole = profile(&file(0, 24, 90, intensity));
             let part = profile(&file(symmetry, 24, 90, intensity));

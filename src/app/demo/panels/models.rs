@@ -49,5 +49,5 @@ pub(super) fn models(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
         }
         ui.add(egui::Label::new(name).truncate());
     });
-    ui.small("Light paths are traced anew when a model or the image of the sky changes.");
+    ui.small("Light paths are traced anew when one of these changes.");
 }

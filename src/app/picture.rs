@@ -63,7 +63,7 @@ pub(super) fn write_png(
 /// Writes an EXR with these texts in its header, by name.
 ///
 /// # Errors
-/// As [`write_png`].
+/// The pixels are not finite, or the file cannot be written.
 pub(super) fn write_exr(
     output: &OutputFile,
     size: [u32; 2],

@@ -1,8 +1,9 @@
 //! A light's power in photometric units and its colour temperature, for panels.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use super::photometry::{Extent, KELVIN, black_body, luminance, lux};
+use super::white_balance::XYZ_FROM_REC709;
 use super::{Light, LightKind};
 
 impl Light {
@@ -38,19 +39,24 @@ impl Light {
 }
 
 impl LightKind {
-    /// Temperature of the black body with its ratio of red to green, 1667 to 25 000 K, as
-    /// [`Self::with_kelvin`] takes it.
+    /// Correlated colour temperature, 1667 to 25 000 K: that of the black body whose CIE 1960
+    /// chromaticity is nearest. White, and black, have that of D65, about 6500 K.
     pub fn kelvin(&self) -> f64 {
         let emission = self.emission().as_dvec3();
-        let ratio = |colour: DVec3| colour.x / colour.y.max(1e-9);
-        let wanted = if emission == DVec3::ZERO { 1.0 } else { ratio(emission) };
-        // The ratio decreases with the temperature.
-        let [mut low, mut high] = [*KELVIN.start(), *KELVIN.end()];
+        let own = chromaticity(if emission == DVec3::ZERO { DVec3::ONE } else { emission });
+        let away = |mired: f64| chromaticity(black_body(1e6 / mired)).distance_squared(own);
+        // Equal steps in reciprocal temperature are about equal in chromaticity. The nearest of
+        // some steps brackets the minimum.
+        let [first, last] = [1e6 / *KELVIN.end(), 1e6 / *KELVIN.start()];
+        let step = (last - first) / STEPS;
+        let nearest = (0..=STEPS as u32).map(|place| first + step * f64::from(place));
+        let nearest = nearest.min_by(|a, b| away(*a).total_cmp(&away(*b))).expect("there are steps");
+        let [mut low, mut high] = [(nearest - step).max(first), (nearest + step).min(last)];
         for _ in 0..50 {
-            let middle = (low * high).sqrt();
-            if ratio(black_body(middle)) > wanted { low = middle } else { high = middle }
+            let third = (high - low) / 3.0;
+            if away(low + third) > away(high - third) { low += third } else { high -= third }
         }
-        low
+        2e6 / (low + high)
     }
 
     /// The light with the colour of a black body of that temperature, 1667 to 25 000 K, as bright.
@@ -60,6 +66,15 @@ impl LightKind {
         let power = luminance(self.emission().as_dvec3());
         self.with_emission((power * colour).as_vec3())
     }
+}
+
+/// Steps of the reciprocal temperature between which the nearest black body is searched.
+const STEPS: f64 = 64.0;
+
+/// CIE 1960 u and v of linear Rec.709.
+fn chromaticity(colour: DVec3) -> DVec2 {
+    let DVec3 { x, y, z } = XYZ_FROM_REC709 * colour;
+    DVec2::new(4.0 * x, 6.0 * y) / (x + 15.0 * y + 3.0 * z)
 }
 
 #[cfg(test)]
@@ -89,6 +104,11 @@ mod tests {
                 assert!((lux(warm.emission()) / lux(kind.emission()) - 1.0).abs() < 1e-5);
             }
         }
+        // White is D65. Off the locus, the nearest black body counts.
+        assert!((sun.kelvin() - 6504.0).abs() < 10.0, "{}", sun.kelvin());
+        assert_eq!(sun.with_emission(Vec3::ZERO).kelvin(), sun.kelvin());
+        let blue = sun.with_emission(Vec3::new(0.1, 0.1, 1.0)).kelvin();
+        assert!((blue - 25_000.0).abs() < 1.0, "{blue}");
         let mut sun = Light::new("", sun);
         assert_eq!(sun.power().unwrap().1, "lx");
         sun.set_power(0.0);

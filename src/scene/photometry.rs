@@ -14,7 +14,7 @@ pub const LUMENS_A_WATT: f64 = 683.0;
 /// Luminance of linear Rec.709.
 const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 /// Colour temperatures of [`black_body`], K.
-pub(super) const KELVIN: RangeInclusive<f64> = 1667.0..=25_000.0;
+pub(crate) const KELVIN: RangeInclusive<f64> = 1667.0..=25_000.0;
 
 /// Keys that state a light's power instead of its radiometric emission.
 pub(super) const POWERS: [&str; 5] = ["lumens", "candela", "nits", "lux", "watts"];

@@ -4,7 +4,7 @@ use super::photometry::{KELVIN, black_body};
 use glam::{DMat3, DVec2, DVec3, Mat3};
 
 /// CIE 1931 XYZ of linear Rec.709 with white D65, by columns [ITU-R BT.709].
-const XYZ_FROM_REC709: DMat3 = DMat3::from_cols(
+pub(super) const XYZ_FROM_REC709: DMat3 = DMat3::from_cols(
     DVec3::new(0.412_390_8, 0.212_639_0, 0.019_330_8),
     DVec3::new(0.357_584_3, 0.715_168_7, 0.119_194_8),
     DVec3::new(0.180_480_8, 0.072_192_3, 0.950_532_2),

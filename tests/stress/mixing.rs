@@ -101,8 +101,8 @@ fn a_light_is_dimmed_in_30_ms_of_processor_time() {
     assert!(ms <= 30.0, "{ms} ms");
 }
 
-/// Dims one of sixteen lights so many times. Returns commands, and milliseconds of processor time
-/// for each time.
+/// Dims one of sixteen lights `count` times. Returns the commands of all, and the processor time of
+/// one, milliseconds.
 fn dimmed(context: &Arc<Context>, count: u64) -> (CommandCounts, f64) {
     let mut renderer = renderer(context, "512,512");
     renderer.set_serialised(false);

@@ -9,9 +9,6 @@ use crate::monkey::Monkey;
 use crate::scenarios::{ASKS, SIDE, SOON, close, setting, settled};
 use crate::until;
 
-/// Random actions between two crashes.
-const ACTIONS: usize = 40;
-
 /// Edits, undo, views and camera. Dragged gizmos are edits, too.
 const CHORDS: [Chord; 16] = [
     (&[], b'l' as u32),
@@ -32,7 +29,7 @@ const CHORDS: [Chord; 16] = [
     (&[], keys::ESCAPE),
 ];
 
-/// Rounds of a run: each is [`ACTIONS`] actions, a change on disk, an attempt to close, a crash.
+/// Rounds of a run: each is random actions, a change on disk, an attempt to close, a crash.
 struct Rounds<'a> {
     display: &'a Display,
     desk: Desk<'a>,
@@ -100,11 +97,13 @@ impl Rounds<'_> {
     }
 }
 
-/// `LIGHTPATHS_MONKEY_ROUNDS` sets how often, 250 of them being 10 000 actions.
+/// `LIGHTPATHS_MONKEY_ROUNDS` and `LIGHTPATHS_MONKEY_ACTIONS` set the number of crashes, and of
+/// actions before each.
 #[test]
 fn a_monkey_loses_no_edit() {
     let count = setting("LIGHTPATHS_MONKEY_ROUNDS", 4);
     let seed = setting("LIGHTPATHS_MONKEY_SEED", 1);
+    let actions = setting("LIGHTPATHS_MONKEY_ACTIONS", 40);
     let display = Display::start();
     let desk = Desk::open(&display);
     desk.demo.client().tap(&[], keys::of('p'));
@@ -112,7 +111,7 @@ fn a_monkey_loses_no_edit() {
     let mut edited = 0;
     for round in 0..count {
         rounds.picture();
-        Monkey::new(&rounds.desk.demo, seed + round, &CHORDS).act(ACTIONS);
+        Monkey::new(&rounds.desk.demo, seed + round, &CHORDS).act(actions);
         rounds.picture();
         if round % 2 == 0 {
             rounds.change_on_disk();

@@ -8,6 +8,7 @@
 mod client;
 mod crashes;
 mod demo;
+mod designer;
 mod disk;
 mod display;
 mod editing;

@@ -91,7 +91,7 @@ pub(super) fn save_layers(session: &mut Session, scene_to: &str) -> Result<Strin
     let free = |number: u32| PathBuf::from(format!("{}-lights-{number:03}.exr", stem.display()));
     let path = (1..).map(free).find(|path| !path.exists()).expect("numbers do not end");
     let output = OutputFile::check(&path)?;
-    let (size, beauty, layers) = session.light_layers()?;
+    let (size, beauty, layers) = session.layers_of_lights()?;
     let named = layers.iter().map(|layer| (&*layer.name, layer.channels, &layer.pixels));
     let all = std::iter::once(("", &["R", "G", "B"][..], &beauty)).chain(named);
     let all: Vec<_> = all.map(|(name, channels, pixels)| ExrLayer { name, channels, pixels }).collect();

@@ -1,15 +1,9 @@
-//! Light meters in the window: their places on the picture, and what the user wants them to read.
+//! Light meters in the window: new ones, and what the user wants them to read.
 
 use std::collections::{HashMap, HashSet};
 
-use egui::{Color32, Painter, Shape, Stroke, pos2};
 use glam::Vec3;
 
-use super::gizmos::Projection;
-use super::overlays::caption;
-use super::panels::PALETTE;
-use super::session::Session;
-use super::ui_state::Place;
 use crate::scene::meter::{Meter, MeterShape};
 
 /// Distance of a new meter from its surface, in scene sizes.
@@ -39,45 +33,17 @@ impl Meters {
     }
 }
 
-/// A meter with a free name on the clicked surface. `size`: diagonal of the scene, metres.
-pub(super) fn fresh(others: &[Meter], place: &Place, size: f32, is_plane: bool) -> Meter {
-    let position = place.position + RAISED * size * place.normal;
+/// A meter with a free name on a surface, at this place and with this normal. `size`: diagonal of
+/// the scene, metres.
+pub(super) fn fresh(others: &[Meter], (place, normal): (Vec3, Vec3), size: f32, is_plane: bool) -> Meter {
+    let position = place + RAISED * size * normal;
     let shape = match is_plane {
-        true => MeterShape::on_surface(position, place.normal, (SIDE * size).min(SIDE_M)),
-        false => MeterShape::Point { position, normal: place.normal },
+        true => MeterShape::on_surface(position, normal, (SIDE * size).min(SIDE_M)),
+        false => MeterShape::Point { position, normal },
     };
     let is_free = |name: &String| others.iter().all(|meter| meter.name != *name);
     let name = (1..).map(|number| format!("meter{number}")).find(is_free).expect("numbers do not end");
     Meter { name, shape }
-}
-
-/// Draws the outline, the points and the mean of each meter.
-pub(super) fn paint(painter: &Painter, projection: Projection, session: &Session, chosen: Option<usize>) {
-    let seen = |point: Vec3| projection.project(point).map(|(seen, _)| pos2(seen.x, seen.y));
-    for (index, meter) in session.document.meters.iter().enumerate() {
-        let colour = if chosen == Some(index) { PALETTE[1] } else { PALETTE[0] };
-        if let MeterShape::Plane { corner, edge_u, edge_v, .. } = meter.shape {
-            let corners = [corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v].map(seen);
-            if let [Some(a), Some(b), Some(c), Some(d)] = corners {
-                for (width, colour) in [(3.5, Color32::BLACK), (1.5, colour)] {
-                    painter.add(Shape::closed_line(vec![a, b, c, d], Stroke::new(width, colour)));
-                }
-            }
-        }
-        let points = meter.points();
-        for at in points.iter().filter_map(|(at, _)| seen(*at)) {
-            painter.circle_filled(at, 2.5, Color32::BLACK);
-            painter.circle_filled(at, 1.5, colour);
-        }
-        let middle = points.iter().map(|(at, _)| *at).sum::<Vec3>() / points.len().max(1) as f32;
-        if let Some((at, _)) = projection.project(middle) {
-            let text = match session.readings().get(index) {
-                Some(reading) => format!("{}: {:.0} lx", meter.name, reading.mean),
-                None => meter.name.clone(),
-            };
-            caption(painter, at, &text);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -87,16 +53,16 @@ mod tests {
     #[test]
     fn new_meters_face_away_from_their_surface() {
         for normal in [Vec3::Y, Vec3::NEG_Y, Vec3::X, Vec3::new(1.0, 2.0, -3.0).normalize()] {
-            let place = Place { position: Vec3::new(1.0, 2.0, 3.0), normal, material: 0 };
-            let others = [fresh(&[], &place, 5.0, false)];
-            let meter = fresh(&others, &place, 5.0, true);
+            let place = (Vec3::new(1.0, 2.0, 3.0), normal);
+            let others = [fresh(&[], place, 5.0, false)];
+            let meter = fresh(&others, place, 5.0, true);
             assert_eq!((others[0].name.as_str(), meter.name.as_str()), ("meter1", "meter2"));
             let MeterShape::Plane { edge_u, edge_v, grid, .. } = meter.shape else { panic!("a plane") };
             assert!((edge_u.cross(edge_v).normalize() - normal).length() < 1e-6, "{normal}");
             assert!((edge_u.length() - 0.5).abs() < 1e-6 && grid[0] > 1 && grid[0] == grid[1]);
             // Its middle is five millimetres above the clicked place.
             let middle = meter.points().iter().map(|(at, _)| *at).sum::<Vec3>() / meter.count() as f32;
-            assert!((middle - place.position - 0.005 * normal).length() < 1e-5, "{middle}");
+            assert!((middle - place.0 - 0.005 * normal).length() < 1e-5, "{middle}");
         }
     }
 }

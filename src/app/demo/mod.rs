@@ -16,6 +16,7 @@ mod host_picture;
 mod levels;
 mod light_edit;
 mod light_map;
+mod meter_marks;
 mod meters;
 mod mixer;
 mod navigate;

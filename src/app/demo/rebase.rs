@@ -50,7 +50,7 @@ impl Rebase {
         }
     }
 
-    /// The document with the same lights, models and meters, and with the same edits of the materials that
+    /// The document with the same lights, models and meters, and the same edits of materials that
     /// the second scene has.
     pub(super) fn document(&self, document: &Document) -> Document {
         let lights = document.lights.iter().filter_map(|LightEntry { id, light }| {

@@ -524,7 +524,7 @@ fn lights_that_a_drag_dims_are_mixed_until_it_ends() {
     session.is_held = true;
     session.document.lights[0].light.kind = session.document.lights[0].light.kind.with_emission(emission);
     assert!(step(&mut session));
-    session.document.materials[0].diffuse = glam::Vec3::splat(0.2);
+    session.document.materials[0].diffuse = Vec3::splat(0.2);
     assert!(step(&mut session));
     let mut other = open(&context, &folder.path().join("s.toml"), |_| ());
     other.document = session.document.clone();
@@ -540,13 +540,9 @@ fn meters_are_read_saved_and_given_what_they_want() {
     let (context, folder) = (context(), folder());
     let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
     let first = picture(&mut session);
-    let floor = Place {
-        position: (DVec3::new(-0.4, 0.0, 0.2) - session.scene.origin).as_vec3(),
-        normal: glam::Vec3::Y,
-        material: 0,
-    };
+    let floor = ((DVec3::new(-0.4, 0.0, 0.2) - session.scene.origin).as_vec3(), Vec3::Y);
     for is_plane in [true, false] {
-        let meter = fresh(&session.document.meters, &floor, 3.0, is_plane);
+        let meter = fresh(&session.document.meters, floor, 3.0, is_plane);
         session.document.meters.push(meter);
         session.history.settle(&session.document);
     }

@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 use super::choice::released;
 use super::coarse::{Coarse, Hand};
 use super::gizmos::{Drag, Part, Projection, hit, of_light};
-use super::meters;
+use super::meter_marks;
 use super::navigate::{self, Held};
 use super::overlays;
 use super::placing::{self, scene_size as size};
@@ -113,7 +113,7 @@ impl Viewport {
             let projection = self::projection(&session.camera, area);
             overlays.paint(ui, projection, area, session, ui_state)?;
             if ui_state.meters.is_open {
-                meters::paint(&ui.painter_at(area), projection, session, ui_state.meters.chosen);
+                meter_marks::paint(&ui.painter_at(area), projection, session, ui_state.meters.chosen);
             }
             self.draw_lights(ui, &response, projection, session, ui_state);
             overlays::marks(&ui.painter_at(response.rect), response.rect, &self.marks(session, ui_state));

@@ -55,8 +55,8 @@ pub struct Edited<'a> {
 }
 
 impl<'a> Edited<'a> {
-    /// The editable parts of a scene. Meters stay as they were loaded: many scenes are used
-    /// without.
+    /// The editable parts of a scene. Meters stay as they were loaded: many scenes are used without
+    /// their meters.
     pub fn from_scene(scene: &'a Scene) -> Self {
         Self {
             camera: &scene.cameras[0],

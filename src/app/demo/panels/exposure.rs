@@ -21,7 +21,10 @@ const CHANNELS: [Color32; 3] = [
 
 pub(super) fn exposure(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
     let mut stops = session.display.exposure_stops;
-    let slider = Slider::new(&mut stops, EXPOSURE).step_by(0.25).suffix(" stops");
+    let slider = Slider::new(&mut stops, EXPOSURE)
+        .clamping(egui::SliderClamping::Edits)
+        .step_by(0.25)
+        .suffix(" stops");
     if row(ui, "Exposure", |ui| ui.add(slider).changed()) {
         session.expose(stops);
     }
@@ -59,9 +62,19 @@ pub(super) fn exposure(ui: &mut Ui, session: &mut Session, ui_state: &mut UiStat
 fn white_balance(ui: &mut Ui, white: &mut WhiteBalance) {
     row(ui, "White", |ui| {
         let WhiteBalance { kelvin, tint } = white;
-        let value = DragValue::new(kelvin).speed(20.0).range(WhiteBalance::KELVIN).suffix(" K");
+        let value = DragValue::new(kelvin)
+            .speed(20.0)
+            .range(WhiteBalance::KELVIN)
+            .clamp_existing_to_range(false)
+            .update_while_editing(false)
+            .suffix(" K");
         ui.add(value.max_decimals(0)).on_hover_text("Light of this colour temperature is shown as white");
-        let value = DragValue::new(tint).speed(0.2).range(WhiteBalance::TINT).prefix("tint ");
+        let value = DragValue::new(tint)
+            .speed(0.2)
+            .range(WhiteBalance::TINT)
+            .clamp_existing_to_range(false)
+            .update_while_editing(false)
+            .prefix("tint ");
         ui.add(value.max_decimals(1))
             .on_hover_text("Positive: the light is green, the picture becomes magenta");
         let is_neutral = *white == WhiteBalance::default();

@@ -3,9 +3,10 @@
 use egui::{Color32, DragValue, TextEdit, Ui};
 use glam::Vec3;
 
-use super::{luminaire, row};
+use super::{derived, luminaire, row};
 use crate::app::demo::document::LightEntry;
 use crate::app::demo::light_edit::{LightEdit, may_be_grouped, unit};
+use crate::scene::photometry::KELVIN;
 use crate::scene::{Light, LightKind};
 
 /// Half-angles of spots, degrees.
@@ -35,11 +36,12 @@ pub(super) fn light(
                 return edits;
             }
             let (mut degrees, mut fraction) = (angle.to_degrees(), *penumbra);
-            let slider = egui::Slider::new(&mut degrees, ANGLES).suffix("°");
+            let slider =
+                egui::Slider::new(&mut degrees, ANGLES).clamping(egui::SliderClamping::Edits).suffix("°");
             if row(ui, "Half-angle", |ui| ui.add(slider).changed()) {
                 edits.push(LightEdit::Angle(degrees.to_radians()));
             }
-            let slider = egui::Slider::new(&mut fraction, 0.0..=1.0);
+            let slider = egui::Slider::new(&mut fraction, 0.0..=1.0).clamping(egui::SliderClamping::Edits);
             if row(ui, "Penumbra", |ui| ui.add(slider).changed()) {
                 edits.push(LightEdit::Penumbra(fraction));
             }
@@ -53,13 +55,22 @@ pub(super) fn light(
                 // Parallel edges span no area.
                 (*edge_u, *edge_v) = before;
             }
-            row(ui, "Samples", |ui| ui.add(DragValue::new(samples).range(1..=4096)));
+            row(ui, "Samples", |ui| {
+                ui.add(
+                    DragValue::new(samples)
+                        .range(1..=4096)
+                        .clamp_existing_to_range(false)
+                        .update_while_editing(false),
+                )
+            });
         }
         LightKind::Directional { direction, .. } => aim(ui, direction),
         LightKind::Surface { .. } => (),
         LightKind::Sky { turn, .. } => {
             let mut degrees = turn.to_degrees();
-            let slider = egui::Slider::new(&mut degrees, -180.0..=180.0).suffix("°");
+            let slider = egui::Slider::new(&mut degrees, -180.0..=180.0)
+                .clamping(egui::SliderClamping::Edits)
+                .suffix("°");
             if row(ui, "Rotation", |ui| ui.add(slider).changed()) {
                 *turn = degrees.to_radians();
             }
@@ -86,42 +97,47 @@ fn emission(ui: &mut Ui, kind: &LightKind) -> Option<LightEdit> {
     let before = kind.emission();
     let strength = before.max_element();
     let mut colour = if strength > 0.0 { (before / strength).to_array() } else { [1.0; 3] };
-    let mut requested = strength;
     let unit = unit(kind);
-    let changed = row(ui, "Light", |ui| {
+    let (recoloured, requested) = row(ui, "Light", |ui| {
         let recoloured = ui.color_edit_button_rgb(&mut colour).changed();
         let speed = (0.01 * strength).max(1e-3);
-        let value = DragValue::new(&mut requested).speed(speed).range(0.0..=1e9).suffix(format!(" {unit}"));
-        ui.add(value).changed() || recoloured
+        let suffix = format!(" {unit}");
+        (recoloured, derived(ui, strength, |value| value.speed(speed).range(0.0..=1e9).suffix(suffix), ""))
     });
-    let colour = Vec3::from(colour);
-    changed.then(|| LightEdit::Emission(colour / colour.max_element().max(1e-6) * requested, unit))
+    let (colour, is_changed) = (Vec3::from(colour), recoloured || requested.is_some());
+    let strength = requested.unwrap_or(strength);
+    is_changed.then(|| LightEdit::Emission(colour / colour.max_element().max(1e-6) * strength, unit))
 }
 
 /// Power in photometric units, and colour temperature.
 fn power(ui: &mut Ui, light: &Light) -> Option<LightEdit> {
-    let (mut amount, unit) = light.power()?;
-    let mut kelvin = light.kind.kelvin();
+    let (amount, unit) = light.power()?;
     row(ui, "Power", |ui| {
         let (speed, decimals) = ((0.01 * amount).max(0.1), usize::from(amount < 100.0));
-        let value = DragValue::new(&mut amount).speed(speed).range(0.0..=1e12).suffix(format!(" {unit}"));
-        let is_changed = ui.add(value.max_decimals(decimals)).changed();
-        let value = DragValue::new(&mut kelvin).speed(20.0).range(1667.0..=25_000.0).suffix(" K");
-        let hint = "Colour of a black body of that temperature";
-        if ui.add(value.max_decimals(0)).on_hover_text(hint).changed() {
-            return Some(LightEdit::Kelvin(kelvin));
-        }
-        is_changed.then_some(LightEdit::Power(amount, unit))
+        let suffix = format!(" {unit}");
+        let amount = derived(
+            ui,
+            amount,
+            |value| value.speed(speed).range(0.0..=1e12).max_decimals(decimals).suffix(suffix),
+            "",
+        );
+        let kelvin = derived(
+            ui,
+            light.kind.kelvin(),
+            |value| value.speed(20.0).range(KELVIN).max_decimals(0).suffix(" K"),
+            "Colour of a black body of that temperature",
+        );
+        kelvin.map(LightEdit::Kelvin).or_else(|| Some(LightEdit::Power(amount?, unit)))
     })
 }
 
 /// A point or an edge; points are in the coordinates of the scene's file.
-fn place(ui: &mut Ui, name: &str, point: &mut Vec3, origin: Vec3) {
+pub(super) fn place(ui: &mut Ui, name: &str, point: &mut Vec3, origin: Vec3) {
     row(ui, name, |ui| {
         for (axis, colour) in AXES.into_iter().enumerate() {
-            let mut value = point[axis] + origin[axis];
             ui.visuals_mut().override_text_color = Some(colour);
-            if ui.add(DragValue::new(&mut value).speed(0.01).max_decimals(3)).changed() {
+            let number = point[axis] + origin[axis];
+            if let Some(value) = derived(ui, number, |value| value.speed(0.01).max_decimals(3), "") {
                 point[axis] = value - origin[axis];
             }
         }
@@ -131,16 +147,17 @@ fn place(ui: &mut Ui, name: &str, point: &mut Vec3, origin: Vec3) {
 
 /// A unit direction as two angles.
 fn aim(ui: &mut Ui, direction: &mut Vec3) {
-    let mut height = direction.y.clamp(-1.0, 1.0).asin().to_degrees();
-    let mut heading = direction.x.atan2(direction.z).to_degrees();
+    let height = direction.y.clamp(-1.0, 1.0).asin().to_degrees();
+    let heading = direction.x.atan2(direction.z).to_degrees();
     // One row per angle: wider panels take width from the picture.
-    let mut angle = |name: &str, value: &mut f32, range| {
-        row(ui, name, |ui| ui.add(DragValue::new(value).speed(1.0).range(range).suffix("°")).changed())
+    let mut angle = |name: &str, degrees: f32, range: std::ops::RangeInclusive<f32>| {
+        row(ui, name, |ui| derived(ui, degrees, |value| value.speed(1.0).range(range).suffix("°"), ""))
     };
-    let turned = angle("Heading", &mut heading, f32::NEG_INFINITY..=f32::INFINITY);
-    if angle("Height", &mut height, -90.0..=90.0) || turned {
-        let (sin, cos) = height.to_radians().sin_cos();
-        let heading = heading.to_radians();
+    let turned = angle("Heading", heading, f32::NEG_INFINITY..=f32::INFINITY);
+    let raised = angle("Height", height, -90.0..=90.0);
+    if turned.is_some() || raised.is_some() {
+        let (sin, cos) = raised.unwrap_or(height).to_radians().sin_cos();
+        let heading = turned.unwrap_or(heading).to_radians();
         *direction = Vec3::new(cos * heading.sin(), sin, cos * heading.cos()).normalize();
     }
 }

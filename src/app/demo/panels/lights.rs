@@ -4,7 +4,7 @@ use egui::collapsing_header::CollapsingState;
 use egui::{Align, Checkbox, DragValue, Layout, Modifiers, Ui};
 use glam::Vec3;
 
-use super::{light, luminaire};
+use super::{derived, light, luminaire};
 use crate::app::demo::choice::released;
 use crate::app::demo::document::Document;
 use crate::app::demo::light_edit::{self, LightEdit};
@@ -140,7 +140,7 @@ fn group(
     acts: &mut Vec<Act>,
 ) {
     let colour = ui_state.mixer.group_colour(document, name);
-    let mut percent = ui_state.mixer.group_percent(document, name);
+    let percent = ui_state.mixer.group_percent(document, name);
     let lights = document.lights.iter().filter(|entry| members.contains(&entry.id));
     let on = lights.filter(|entry| entry.light.is_on).count();
     let id = ui.make_persistent_id(("group of lights", name));
@@ -161,14 +161,18 @@ fn group(
             if button.on_hover_text("Multiplies the colours that the lights had at first").changed() {
                 acts.push(Act::ColourGroup(name.to_owned(), picked.into()));
             }
-            let value = DragValue::new(&mut percent).range(PERCENT).suffix(" %").max_decimals(0);
-            if ui.add(value).on_hover_text("Dim the group: mean percentage of its lights").changed() {
+            let hint = "Dim the group: mean percentage of its lights";
+            if let Some(percent) = derived(ui, percent, percent_field, hint) {
                 acts.push(Act::DimGroup(name.to_owned(), percent));
             }
             solo(ui, ui_state, Alone::Group(name.to_owned()), "This group alone (solo)", acts);
         });
     });
     header.body(|ui| members.iter().for_each(|id| row(ui, document, ui_state, *id, acts)));
+}
+
+fn percent_field(value: DragValue<'_>) -> DragValue<'_> {
+    value.range(PERCENT).suffix(" %").max_decimals(0)
 }
 
 fn solo(ui: &mut Ui, ui_state: &UiState, what: Alone, hint: &str, acts: &mut Vec<Act>) {
@@ -186,12 +190,6 @@ fn row(ui: &mut Ui, document: &Document, ui_state: &mut UiState, id: u64, acts: 
         if ui.checkbox(&mut is_on, "").on_hover_text("On or off (O)").changed() {
             acts.push(Act::Edit(edited.clone(), LightEdit::On(is_on)));
         }
-        let name = format!("{} ({})", entry.light.name, word(&entry.light));
-        if ui.selectable_label(ui_state.has_chosen(id), name).clicked() {
-            // A key that is released in the same frame was held during the click.
-            let held = ui.input(|input| input.events.iter().find_map(released));
-            acts.push(Act::Choose(id, held.map_or(Modifiers::NONE, |(_, modifiers)| modifiers)));
-        }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if ui.small_button("✖").on_hover_text("Remove (Del)").clicked() {
                 acts.push(Act::Remove(edited.clone()));
@@ -199,12 +197,20 @@ fn row(ui: &mut Ui, document: &Document, ui_state: &mut UiState, id: u64, acts: 
             if ui.small_button("🗐").on_hover_text("Copy (Ctrl+D)").clicked() {
                 acts.push(Act::Duplicate(edited.clone()));
             }
-            let mut percent = ui_state.mixer.percent(entry);
-            let value = DragValue::new(&mut percent).range(PERCENT).suffix(" %").max_decimals(0);
-            if ui.add(value).on_hover_text("Dim: percent of its power at first").changed() {
+            let (percent, hint) = (ui_state.mixer.percent(entry), "Dim: percent of its power at first");
+            if let Some(percent) = derived(ui, percent, percent_field, hint) {
                 acts.push(Act::Dim(edited.clone(), percent));
             }
             solo(ui, ui_state, Alone::Light(id), "This light alone (solo)", acts);
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let name = format!("{} ({})", entry.light.name, word(&entry.light));
+                let label = egui::Button::selectable(ui_state.has_chosen(id), name).truncate();
+                if ui.add(label).clicked() {
+                    // A key that is released in the same frame was held during the click.
+                    let held = ui.input(|input| input.events.iter().find_map(released));
+                    acts.push(Act::Choose(id, held.map_or(Modifiers::NONE, |(_, modifiers)| modifiers)));
+                }
+            });
         });
     });
 }

@@ -33,7 +33,8 @@ pub(super) fn adding(ui: &mut Ui, ui_state: &mut UiState) {
 /// Draws the editor of a luminaire.
 pub(super) fn luminaire(ui: &mut Ui, luminaire: &mut Luminaire) {
     let mut degrees = luminaire.turn.to_degrees();
-    let slider = egui::Slider::new(&mut degrees, -180.0..=180.0).suffix("°");
+    let slider =
+        egui::Slider::new(&mut degrees, -180.0..=180.0).clamping(egui::SliderClamping::Edits).suffix("°");
     if row(ui, "Turn", |ui| ui.add(slider).changed()) {
         luminaire.turn = degrees.to_radians();
     }

@@ -28,7 +28,13 @@ pub(super) fn materials(ui: &mut Ui, session: &mut Session, ui_state: &mut UiSta
         ui.small("Multiplied with the material's image.");
     }
     albedo(ui, "Specular", &mut edit.specular);
-    row(ui, "Exponent", |ui| ui.add(egui::Slider::new(&mut edit.exponent, 1.0..=1000.0).logarithmic(true)));
+    row(ui, "Exponent", |ui| {
+        ui.add(
+            egui::Slider::new(&mut edit.exponent, 1.0..=1000.0)
+                .clamping(egui::SliderClamping::Edits)
+                .logarithmic(true),
+        )
+    });
     if !material.may_be_glossy() {
         edit.editable |= edit.specular != Vec3::ZERO;
         ui.small(match edit.editable {
@@ -54,7 +60,14 @@ fn albedo(ui: &mut Ui, name: &str, albedo: &mut Vec3) {
             *albedo = colour.into();
         }
         for channel in 0..3 {
-            ui.add(DragValue::new(&mut albedo[channel]).speed(0.005).range(0.0..=1.0).max_decimals(3));
+            ui.add(
+                DragValue::new(&mut albedo[channel])
+                    .speed(0.005)
+                    .range(0.0..=1.0)
+                    .clamp_existing_to_range(false)
+                    .update_while_editing(false)
+                    .max_decimals(3),
+            );
         }
     });
 }

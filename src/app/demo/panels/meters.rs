@@ -3,7 +3,7 @@
 use egui::{CollapsingHeader, DragValue, RichText, Ui};
 use glam::Vec3;
 
-use super::row;
+use super::light;
 use crate::app::demo::meters::fresh;
 use crate::app::demo::session::Session;
 use crate::app::demo::ui_state::{Request, UiState};
@@ -35,7 +35,12 @@ fn meters(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
                     removed = Some(index);
                 }
                 let wanted = ui_state.meters.wanted.entry(meter.name.clone()).or_insert(0.0);
-                let value = DragValue::new(wanted).speed(5.0).range(0.0..=1e6).max_decimals(0);
+                let value = DragValue::new(wanted)
+                    .speed(5.0)
+                    .range(0.0..=1e6)
+                    .clamp_existing_to_range(false)
+                    .update_while_editing(false)
+                    .max_decimals(0);
                 let text =
                     |value: f64, _| if value > 0.0 { format!("{value:.0} lx") } else { "–".to_owned() };
                 ui.add(value.custom_formatter(text)).on_hover_text("Wanted mean; 0: any");
@@ -70,24 +75,13 @@ fn words(reading: &Reading) -> String {
 
 /// Draws the numbers of the chosen meter. Light paths are traced anew once an edit ends.
 fn place(ui: &mut Ui, meter: &mut Meter, origin: Vec3) {
-    let mut vector = |name: &str, value: &mut Vec3, origin: Vec3| {
-        row(ui, name, |ui| {
-            for axis in 0..3 {
-                let mut number = value[axis] + origin[axis];
-                let drag = DragValue::new(&mut number).speed(0.01).max_decimals(3);
-                if ui.add(drag.update_while_editing(false)).changed() {
-                    value[axis] = number - origin[axis];
-                }
-            }
-        });
-    };
     match &mut meter.shape {
-        MeterShape::Point { position, .. } => vector("Position", position, origin),
+        MeterShape::Point { position, .. } => light::place(ui, "Position", position, origin),
         MeterShape::Plane { corner, edge_u, edge_v, .. } => {
             let before = (*edge_u, *edge_v);
-            vector("Corner", corner, origin);
-            vector("Edge u", edge_u, Vec3::ZERO);
-            vector("Edge v", edge_v, Vec3::ZERO);
+            light::place(ui, "Corner", corner, origin);
+            light::place(ui, "Edge u", edge_u, Vec3::ZERO);
+            light::place(ui, "Edge v", edge_v, Vec3::ZERO);
             if edge_u.cross(*edge_v).length() <= 1e-5 * edge_u.length() * edge_v.length() {
                 // Parallel edges span no area.
                 (*edge_u, *edge_v) = before;
@@ -110,7 +104,8 @@ fn adding(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
     });
     if let (Some(is_plane), Some(place)) = (added.inner, ui_state.place) {
         let (low, high) = session.scene.bounds();
-        let meter = fresh(&session.document.meters, &place, (high - low).length(), is_plane);
+        let meter =
+            fresh(&session.document.meters, (place.position, place.normal), (high - low).length(), is_plane);
         session.document.meters.push(meter);
         ui_state.meters.chosen = Some(session.document.meters.len() - 1);
     }

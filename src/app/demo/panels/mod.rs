@@ -14,7 +14,7 @@ mod snapshots;
 mod timing;
 mod views;
 
-use egui::{Align, CollapsingHeader, Color32, Layout, RichText, Ui};
+use egui::{Align, CollapsingHeader, Color32, DragValue, Layout, RichText, Ui};
 
 use super::session::Session;
 use super::stage::Progressed;
@@ -136,8 +136,28 @@ pub(super) fn alarm(ctx: &egui::Context, session: &mut Session) {
 /// Draws the position of the split.
 pub(super) fn wipe(ui: &mut Ui, ui_state: &mut UiState) {
     if let Some(wipe) = &mut ui_state.split {
-        row(ui, "Wipe", |ui| ui.add(egui::Slider::new(wipe, 0.0..=1.0).show_value(false)));
+        row(ui, "Wipe", |ui| {
+            ui.add(egui::Slider::new(wipe, 0.0..=1.0).clamping(egui::SliderClamping::Edits).show_value(false))
+        });
     }
+}
+
+/// Adds a field for a number that follows from others. Returns the new number if the user has
+/// changed it. Typed text counts when the edit ends: a number that is computed anew after every key
+/// would replace the text.
+pub(super) fn derived<N: egui::emath::Numeric>(
+    ui: &mut Ui,
+    number: N,
+    field: impl FnOnce(DragValue<'_>) -> DragValue<'_>,
+    hint: &str,
+) -> Option<N> {
+    let mut edited = number;
+    let value = field(DragValue::new(&mut edited)).clamp_existing_to_range(false).update_while_editing(false);
+    let response = ui.add(value);
+    if !hint.is_empty() {
+        response.on_hover_text(hint);
+    }
+    (edited != number).then_some(edited)
 }
 
 /// A row with a name before a widget.

@@ -31,7 +31,13 @@ pub(super) fn views(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) 
         legend(ui, *range, quantity);
         let mut fits = false;
         row(ui, "Range", |ui| {
-            let value = |value| DragValue::new(value).range(0.0..=1e9).max_decimals(3);
+            let value = |value| {
+                DragValue::new(value)
+                    .range(0.0..=1e9)
+                    .clamp_existing_to_range(false)
+                    .update_while_editing(false)
+                    .max_decimals(3)
+            };
             let speed = 0.01 * range.high;
             ui.add(value(&mut range.low).speed(speed));
             ui.label("to");
@@ -47,7 +53,9 @@ pub(super) fn views(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) 
     }
     if let View::Cells(level) = &mut ui_state.view {
         let levels = session.renderer().map_or(1, crate::renderer::Renderer::hvds_level_count);
-        row(ui, "Level", |ui| ui.add(Slider::new(level, 0..=levels.saturating_sub(1))));
+        row(ui, "Level", |ui| {
+            ui.add(Slider::new(level, 0..=levels.saturating_sub(1)).clamping(egui::SliderClamping::Edits))
+        });
         if let Some(renderer) = session.renderer() {
             ui.small(format!("Cells of {:.3} m", renderer.hvds_cell_size_m(*level)));
         }

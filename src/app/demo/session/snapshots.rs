@@ -8,7 +8,7 @@ use crate::renderer::Layer;
 use crate::scene::Camera;
 
 /// Size of a picture, its pixels, and the layers of its lights.
-type LightLayers = ([u32; 2], Vec<[f32; 3]>, Vec<layers::Layer>);
+type PictureLayers = ([u32; 2], Vec<[f32; 3]>, Vec<layers::Layer>);
 
 impl Session {
     /// Keeps the shown picture and its edits. Returns the snapshot's name.
@@ -32,7 +32,7 @@ impl Session {
     ///
     /// # Errors
     /// There are no light paths yet, or too many lights; or the device failed.
-    pub(in crate::app::demo) fn light_layers(&mut self) -> Result<LightLayers> {
+    pub(in crate::app::demo) fn layers_of_lights(&mut self) -> Result<PictureLayers> {
         self.end_frames(0)?;
         let Stage::Ready(ready) = &mut self.stage else {
             let why = "the layers can be saved when the light paths are traced";

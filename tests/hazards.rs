@@ -196,3 +196,21 @@ fn neighbours_without_a_barrier_are_marked_as_overlapped() {
     assert_eq!(marks, [("up", 1, false), ("down", 1, true), (PrefixSum::STEM, 1, true)]);
     assert!(timings.iter().all(|timing| timing.ms > 0.0));
 }
+
+/// The device takes 64 KiB of an update at once: these have three parts each.
+#[test]
+fn long_updates_keep_their_order() {
+    let context = context();
+    let lists = [1_u32, 2].map(|value| vec![value; 40_000]);
+    let [buffer, first, second] = ["buffer", "first", "second"]
+        .map(|name| Buffer::storage(&context, name, 4 * lists[0].len() as u64).unwrap());
+    let record = |rec: &mut Recorder| {
+        for (list, copy) in lists.iter().zip([&first, &second]) {
+            rec.upload(&buffer, list);
+            rec.copy(&buffer, copy);
+        }
+    };
+    context.run_free(record).unwrap();
+    assert!([&first, &second].map(|copy| copy.read::<u32>().unwrap()) == lists);
+    assert_silent(&context);
+}

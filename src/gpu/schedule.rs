@@ -26,10 +26,26 @@ pub(super) enum Workgroups {
 
 /// One command of a recording.
 pub(super) enum Command {
-    Dispatch { handles: Handles, push: Vec<u8>, bound: Vec<(u32, Bound)>, workgroups: Workgroups },
-    Fill { buffer: vk::Buffer, bytes: u64 },
-    Copy { from: vk::Buffer, to: vk::Buffer, region: vk::BufferCopy },
-    Update { buffer: vk::Buffer, offset: u64, data: Vec<u8> },
+    Dispatch {
+        handles: Handles,
+        push: Vec<u8>,
+        bound: Vec<(u32, Bound)>,
+        workgroups: Workgroups,
+    },
+    Fill {
+        buffer: vk::Buffer,
+        bytes: u64,
+    },
+    Copy {
+        from: vk::Buffer,
+        to: vk::Buffer,
+        region: vk::BufferCopy,
+    },
+    /// The start of a buffer, of any length.
+    Update {
+        buffer: vk::Buffer,
+        data: Vec<u8>,
+    },
 }
 
 /// The commands of a free recording.

@@ -19,6 +19,7 @@ use super::schedule::{Bound, Command, Schedule, Workgroups};
 use super::submission::Submission;
 use super::timing::{PassTiming, milliseconds};
 use crate::error::{Error, Result};
+use transfers::UPDATE_BYTES;
 
 pub use passes::PassScope;
 
@@ -266,8 +267,10 @@ impl Recorder {
                 Command::Copy { from, to, region } => {
                     device.cmd_copy_buffer(commands, *from, *to, std::slice::from_ref(region));
                 }
-                Command::Update { buffer, offset, data } => {
-                    device.cmd_update_buffer(commands, *buffer, *offset, data);
+                Command::Update { buffer, data } => {
+                    for (part, data) in data.chunks(UPDATE_BYTES).enumerate() {
+                        device.cmd_update_buffer(commands, *buffer, (part * UPDATE_BYTES) as u64, data);
+                    }
                 }
                 Command::Dispatch { handles, push, bound, workgroups } => {
                     self.emit_dispatch(*handles, push, bound, workgroups);

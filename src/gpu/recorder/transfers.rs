@@ -14,7 +14,7 @@ use super::super::{Buffer, Context, HostBlock, HostUpload};
 use super::Recorder;
 
 /// Bytes that one `vkCmdUpdateBuffer` takes at most.
-const UPDATE_BYTES: usize = 65_536;
+pub(super) const UPDATE_BYTES: usize = 65_536;
 
 impl Recorder {
     /// Sets every byte of the buffer to zero. A transfer.
@@ -78,12 +78,8 @@ impl Recorder {
             return;
         }
         self.in_use.push(buffer.allocated.clone());
-        for (index, update) in bytes.chunks(UPDATE_BYTES).enumerate() {
-            let (handle, offset) = (buffer.allocated.handle, (index * UPDATE_BYTES) as u64);
-            // The check does not track parts of a buffer: these are different ones.
-            let uses = if index == 0 { vec![transfer(buffer, true)] } else { Vec::new() };
-            self.command(Command::Update { buffer: handle, offset, data: update.to_vec() }, |_| uses);
-        }
+        let update = Command::Update { buffer: buffer.allocated.handle, data: bytes.to_vec() };
+        self.command(update, |_| vec![transfer(buffer, true)]);
     }
 
     /// Copies some elements of a list that the host has written to the start of `to`. A transfer.

@@ -6,17 +6,16 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/dispatch.glsl"
-#include "include/quirks.glsl"
 #include "include/sampling.glsl"
 #include "include/tone_curves.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint MIXES = 0;  // 1: the picture is gains · with + (1 - gains) · without
+layout(constant_id = 0) const uint CURVE = 0;  // the tone curve
+layout(constant_id = 1) const uint MIXES = 0;  // 1: the picture is gains · with + (1 - gains) · without
 
 struct TonemapPush {
     uint pixel_count;
     float scale;  // 2^exposure
-    uint curve;
     uint is_balanced;  // 1: the three rows below are the white balance
     vec3 red;  // linear Rec.709 from linear Rec.709
     vec3 green;
@@ -39,13 +38,11 @@ float standard_curve(float linear) {
 }
 
 vec3 toned(vec3 linear) {
-    vec3 toned = linear;
-    if_any (push.curve == CURVE_STANDARD)
-        toned = vec3(standard_curve(linear.r), standard_curve(linear.g), standard_curve(linear.b));
-    if_any (push.curve == CURVE_FILMIC) toned = filmic_curve(bounded(linear));
-    if_any (push.curve == CURVE_ACES) toned = aces_curve(bounded(linear));
-    if_any (push.curve == CURVE_AGX) toned = agx_curve(bounded(linear));
-    return toned;
+    if (CURVE == CURVE_NONE) return linear;
+    if (CURVE == CURVE_FILMIC) return filmic_curve(bounded(linear));
+    if (CURVE == CURVE_ACES) return aces_curve(bounded(linear));
+    if (CURVE == CURVE_AGX) return agx_curve(bounded(linear));
+    return vec3(standard_curve(linear.r), standard_curve(linear.g), standard_curve(linear.b));
 }
 
 // The sRGB code of a display value before it is rounded, 0..=255. Negative values and NaN give 0.
@@ -75,7 +72,7 @@ void main() {
     vec3 linear = radiance[index];
     if (MIXES != 0u) linear = push.gains * linear + (1.0 - push.gains) * without[index];
     vec3 value = push.scale * linear;
-    if_any (push.is_balanced != 0u) {
+    if (push.is_balanced != 0u) {
         // Without bounds, an infinite channel would make others NaN.
         value = bounded(value);
         value = vec3(dot(push.red, value), dot(push.green, value), dot(push.blue, value));

@@ -4,16 +4,16 @@
 use super::{RecordedFrame, Renderer};
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
-use crate::gpu::{Buffer, Pipeline, Recorder};
+use crate::gpu::{Buffer, Recorder};
 use crate::passes::GrowsWith;
-use crate::passes::frame::tonemap::Tonemap;
+use crate::passes::frame::tonemap::Curves;
 use glam::Vec3;
 
 /// A picture with some lights, and one without them.
 pub struct Mix {
     with: Buffer,
     without: Buffer,
-    pipeline: Pipeline,
+    curves: Curves,
 }
 
 #[doc(hidden)]
@@ -28,7 +28,7 @@ impl Renderer {
         let mix = Mix {
             with: picture("picture with dimmed lights")?,
             without: picture("picture without dimmed lights")?,
-            pipeline: Tonemap::mixing(&self.context)?,
+            curves: Curves::new(&self.context, true)?,
         };
         self.context.run(|rec| rec.copy(radiance, &mix.with))?;
         Ok(mix)
@@ -61,7 +61,7 @@ impl Renderer {
 
     fn display_mix(&self, rec: &mut Recorder, mix: &Mix, gains: Vec3) {
         let pictures = [&mix.with, &mix.without];
-        self.image.tonemap.record_mix(rec, &mix.pipeline, pictures, gains, &self.image.display_transform);
+        self.image.tonemap.record_mix(rec, &mix.curves, pictures, gains, &self.image.display_transform);
     }
 
     /// Ends the mix: the next frame displays its picture, whatever has changed.

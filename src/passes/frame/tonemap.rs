@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
-use crate::scene::DisplayTransform;
+use crate::scene::{DisplayTransform, ToneCurve};
 use glam::{Mat3, Vec3};
 use std::sync::Arc;
 
@@ -14,8 +14,6 @@ gpu_struct! {
         pub pixel_count: u32,
         /// Exposure factor, 2^exposure stops.
         pub scale: f32,
-        /// Code of the tone curve.
-        pub curve: u32,
         /// 1: the rows are the white balance.
         pub is_balanced: u32,
         /// Rows of the white balance, linear Rec.709 from linear Rec.709.
@@ -30,12 +28,29 @@ gpu_struct! {
 /// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[TonemapPush::LAYOUT];
 
-/// The pipeline and the displayed image.
+/// A pipeline for each tone curve; those in use are compiled.
+pub struct Curves([Pipeline; ToneCurve::ALL.len()]);
+
+/// The pipelines and the displayed image.
 pub struct Tonemap {
-    pipeline: Pipeline,
+    curves: Curves,
     pixel_count: u32,
     /// sRGB codes of each pixel: R, G, B, 255.
     pub display: Buffer,
+}
+
+impl Curves {
+    /// Prepares pipelines, which may mix two pictures.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn new(context: &Arc<Context>, mixes: bool) -> Result<Self> {
+        let pipeline = |curve: ToneCurve| {
+            Pipeline::new(context, Tonemap::STEM, &[("CURVE", curve.code()), ("MIXES", mixes.into())])
+        };
+        let [a, b, c, d, e] = ToneCurve::ALL.map(pipeline);
+        Ok(Self([a?, b?, c?, d?, e?]))
+    }
 }
 
 impl Tonemap {
@@ -48,7 +63,7 @@ impl Tonemap {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, pixel_count: u32) -> Result<Self> {
         Ok(Self {
-            pipeline: Pipeline::new(context, Self::STEM, &[("MIXES", 0)])?,
+            curves: Curves::new(context, false)?,
             pixel_count,
             display: Buffer::storage(
                 context,
@@ -58,24 +73,16 @@ impl Tonemap {
         })
     }
 
-    /// The pipeline for [`Self::record_mix`].
-    ///
-    /// # Errors
-    /// A Vulkan call failed.
-    pub fn mixing(context: &Arc<Context>) -> Result<Pipeline> {
-        Pipeline::new(context, Self::STEM, &[("MIXES", 1)])
-    }
-
     /// Maps all pixels.
     pub fn record(&self, rec: &mut Recorder, radiance: &Buffer, display: &DisplayTransform) {
-        self.record_mix(rec, &self.pipeline, [radiance; 2], Vec3::ONE, display);
+        self.record_mix(rec, &self.curves, [radiance; 2], Vec3::ONE, display);
     }
 
     /// Maps all pixels of `gains` times the first picture and 1 - `gains` times the second.
     pub fn record_mix(
         &self,
         rec: &mut Recorder,
-        pipeline: &Pipeline,
+        curves: &Curves,
         [with, without]: [&Buffer; 2],
         gains: Vec3,
         display: &DisplayTransform,
@@ -83,12 +90,11 @@ impl Tonemap {
         let constants = display.constants();
         let rows = constants.white_balance.unwrap_or(Mat3::IDENTITY);
         rec.pass(Self::STEM).dispatch(
-            pipeline,
+            &curves.0[constants.tone.code() as usize],
             [self.pixel_count, 1, 1],
             &TonemapPush {
                 pixel_count: self.pixel_count,
                 scale: constants.scale,
-                curve: constants.tone.code(),
                 is_balanced: constants.white_balance.is_some().into(),
                 red: rows.row(0),
                 green: rows.row(1),

@@ -19,9 +19,11 @@ use super::schedule::{Bound, Command, Schedule, Workgroups};
 use super::submission::Submission;
 use super::timing::{PassTiming, milliseconds};
 use crate::error::{Error, Result};
-use transfers::UPDATE_BYTES;
 
 pub use passes::PassScope;
+
+/// Bytes that one `vkCmdUpdateBuffer` takes at most.
+const UPDATE_BYTES: usize = 65_536;
 
 /// Name of all passes of a free recording together.
 pub(super) const FREE: &str = "all passes";

@@ -13,9 +13,6 @@ use super::super::schedule::Command;
 use super::super::{Buffer, Context, HostBlock, HostUpload};
 use super::Recorder;
 
-/// Bytes that one `vkCmdUpdateBuffer` takes at most.
-pub(super) const UPDATE_BYTES: usize = 65_536;
-
 impl Recorder {
     /// Sets every byte of the buffer to zero. A transfer.
     pub fn fill_zero(&mut self, buffer: &Buffer) {

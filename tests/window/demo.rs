@@ -161,12 +161,13 @@ impl<'a> Demo<'a> {
         self.wait_for_line_since(mark, "lightpaths: settled", HANG);
     }
 
-    /// Presses and releases the button at a point. The pointer moves there one frame earlier,
-    /// because the window detects the item under it in that frame.
+    /// Presses and releases the button at a point. The pointer moves there one frame earlier, and
+    /// stays for one: a click counts for the item that is under the pointer when its frame begins.
     pub fn click(&self, button: u8, at: Point) {
         self.client().move_to(at);
         self.wait_for_answer();
         self.client().click(button, at);
+        self.wait_for_answer();
     }
 
     /// Moves from one point to the other in `steps` with the button down. The press, the moves and

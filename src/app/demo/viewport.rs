@@ -241,6 +241,8 @@ impl Viewport {
         if response.clicked_by(PointerButton::Primary)
             // The release event has the clicked point; the pointer may have moved since.
             && let Some((pointer, modifiers)) = ui.input(|input| input.events.iter().find_map(released))
+            // egui gives a click to the item under the last position of its frame.
+            && response.rect.contains(pointer)
         {
             if modifiers.command && modifiers.shift {
                 let place = surface(session, projection, vec(pointer))?;

@@ -1,5 +1,5 @@
-//! Fewer pixels while the picture cannot follow the hand: a half or a quarter of the width and the
-//! height in a drag whose frames are slow, and all of them at rest.
+//! Fewer pixels while the user moves something and frames are slow: half or a quarter of the width
+//! and the height. At rest the picture has all pixels.
 
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ const COARSEST: u32 = 4;
 /// Time without keys and wheel after which they are at rest.
 const REST: Duration = Duration::from_millis(150);
 
-/// By what the size of the picture is divided, and why.
+/// The divisor of the picture's width and height, and what it follows from.
 pub(super) struct Coarse {
     divisor: u32,
     /// The drag under way: the number of frames after which the next one counts.
@@ -21,9 +21,9 @@ pub(super) struct Coarse {
     moved: Option<Instant>,
 }
 
-/// What a frame knows of the hand and of the frames before.
+/// Input of the user, and the times of frames.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hand {
+pub(super) struct Motion {
     /// A pointer button is pressed.
     pub(super) holds: bool,
     /// Keys or the wheel move the camera.
@@ -38,16 +38,16 @@ impl Coarse {
     }
 
     /// The divisor of the next frame.
-    pub(super) fn follow(&mut self, hand: Hand, now: Instant) -> u32 {
-        if hand.moves {
+    pub(super) fn follow(&mut self, motion: Motion, now: Instant) -> u32 {
+        if motion.moves {
             self.moved = Some(now);
         }
         let moves = self.moved.is_some_and(|moved| now < moved + REST);
-        if !hand.holds && !moves {
+        if !motion.holds && !moves {
             *self = Self { moved: self.moved, ..Self::new() };
             return 1;
         }
-        let (count, ms) = hand.frames;
+        let (count, ms) = motion.frames;
         let counts_from = *self.counts_from.get_or_insert(count);
         if count > counts_from && ms > SLOW_MS && self.divisor < COARSEST {
             self.divisor = if ms > VERY_SLOW_MS { COARSEST } else { 2 * self.divisor };
@@ -71,33 +71,33 @@ mod tests {
     #[test]
     fn slow_drags_are_coarse_and_rest_is_not() {
         let (mut coarse, now) = (Coarse::new(), Instant::now());
-        let hand = |holds, frames| Hand { holds, moves: false, frames };
+        let motion = |holds, frames| Motion { holds, moves: false, frames };
         // A slow frame before the drag does not count.
-        assert_eq!(coarse.follow(hand(true, (7, 500.0)), now), 1);
-        assert_eq!(coarse.follow(hand(true, (8, 49.0)), now), 1);
-        assert_eq!(coarse.follow(hand(true, (9, 51.0)), now), 2);
+        assert_eq!(coarse.follow(motion(true, (7, 500.0)), now), 1);
+        assert_eq!(coarse.follow(motion(true, (8, 49.0)), now), 1);
+        assert_eq!(coarse.follow(motion(true, (9, 51.0)), now), 2);
         // The next two frames belong to the change of size.
-        assert_eq!(coarse.follow(hand(true, (11, 400.0)), now), 2);
-        assert_eq!(coarse.follow(hand(true, (12, 30.0)), now), 2);
-        assert_eq!(coarse.follow(hand(true, (13, 60.0)), now), 4);
-        assert_eq!(coarse.follow(hand(true, (20, 900.0)), now), 4);
-        assert_eq!(coarse.follow(hand(false, (20, 900.0)), now), 1);
+        assert_eq!(coarse.follow(motion(true, (11, 400.0)), now), 2);
+        assert_eq!(coarse.follow(motion(true, (12, 30.0)), now), 2);
+        assert_eq!(coarse.follow(motion(true, (13, 60.0)), now), 4);
+        assert_eq!(coarse.follow(motion(true, (20, 900.0)), now), 4);
+        assert_eq!(coarse.follow(motion(false, (20, 900.0)), now), 1);
         // Another drag begins anew, and a very slow one is a quarter at once.
-        assert_eq!(coarse.follow(hand(true, (20, 900.0)), now), 1);
-        assert_eq!(coarse.follow(hand(true, (21, 201.0)), now), 4);
+        assert_eq!(coarse.follow(motion(true, (20, 900.0)), now), 1);
+        assert_eq!(coarse.follow(motion(true, (21, 201.0)), now), 4);
     }
 
     #[test]
     fn keys_and_wheel_rest_after_a_while() {
         let (mut coarse, mut now) = (Coarse::new(), Instant::now());
-        let hand = |moves, count| Hand { holds: false, moves, frames: (count, 100.0) };
-        assert_eq!(coarse.follow(hand(true, 1), now), 1);
+        let motion = |moves, count| Motion { holds: false, moves, frames: (count, 100.0) };
+        assert_eq!(coarse.follow(motion(true, 1), now), 1);
         assert_eq!(coarse.rests_in(now), None);
-        assert_eq!(coarse.follow(hand(true, 2), now), 2);
+        assert_eq!(coarse.follow(motion(true, 2), now), 2);
         assert_eq!(coarse.rests_in(now), Some(REST));
         now += REST / 2;
-        assert_eq!(coarse.follow(hand(false, 2), now), 2, "between two turns of the wheel");
+        assert_eq!(coarse.follow(motion(false, 2), now), 2, "between two turns of the wheel");
         now += REST / 2;
-        assert_eq!(coarse.follow(hand(false, 2), now), 1);
+        assert_eq!(coarse.follow(motion(false, 2), now), 1);
     }
 }

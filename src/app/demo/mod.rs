@@ -2,6 +2,7 @@
 
 mod actions;
 mod autosave;
+mod canvas;
 mod cells;
 mod choice;
 mod coarse;

@@ -2,11 +2,12 @@
 
 use std::time::Instant;
 
-use egui::{CentralPanel, Color32, Frame, Key, Modifiers, PointerButton, Rect, Response, Sense, Ui, pos2};
+use egui::{CentralPanel, Frame, Key, Modifiers, PointerButton, Rect, Response, Sense, Ui};
 use glam::{Vec2, Vec3};
 
+use super::canvas::{Textures, draw, framed};
 use super::choice::released;
-use super::coarse::{Coarse, Hand};
+use super::coarse::{Coarse, Motion};
 use super::gizmos::{Drag, Part, Projection, hit, of_light};
 use super::meter_marks;
 use super::navigate::{self, Held};
@@ -22,8 +23,6 @@ use crate::scene::{Camera, LightKind};
 const PATIENCE_S: f64 = 0.15;
 /// Range of a picture's width and height, pixels.
 const SIDES: [u32; 2] = [16, 8192];
-/// Points by which the shape of a coarse picture may differ from that of its area.
-const ROUNDED: f32 = 4.0;
 /// Largest distance between the pointer and a gizmo that it takes, points.
 const TOLERANCE: f32 = 6.0;
 /// Largest distance between a click and a light's mark, points.
@@ -59,18 +58,6 @@ enum Hold {
     Pan(f32),
     Look,
     Wipe,
-}
-
-/// The textures of the picture.
-#[derive(Clone, Copy)]
-pub(super) struct Textures {
-    pub(super) picture: egui::TextureId,
-    /// Colours of cells or of light, drawn over it.
-    pub(super) over: Option<egui::TextureId>,
-    /// Stripes on pixels without detail, drawn over it if no colours are.
-    pub(super) zebra: Option<egui::TextureId>,
-    /// Monte Carlo or a snapshot, drawn beside it.
-    pub(super) beside: Option<egui::TextureId>,
 }
 
 impl Viewport {
@@ -167,9 +154,9 @@ impl Viewport {
         let (holds, turns) =
             ui.input(|input| (input.pointer.any_down(), input.smooth_scroll_delta() != egui::Vec2::ZERO));
         let ms = session.costs.back().map_or(0.0, |cost| cost.frame_ms);
-        let (hand, now) =
-            (Hand { holds, moves: flies || turns, frames: (session.frames, ms) }, Instant::now());
-        let divisor = self.coarse.follow(hand, now);
+        let (motion, now) =
+            (Motion { holds, moves: flies || turns, frames: (session.frames, ms) }, Instant::now());
+        let divisor = self.coarse.follow(motion, now);
         if let Some(rest) = self.coarse.rests_in(now) {
             ui.ctx().request_repaint_after(rest);
         }
@@ -436,40 +423,6 @@ fn surface(session: &Session, projection: Projection, pointer: Vec2) -> Result<O
     let pixel = projection.pixel(pointer, size);
     let found = renderer.surface_at(pixel)?;
     Ok(found.map(|found| Place { position: found.position, normal: found.normal, material: found.material }))
-}
-
-/// Where a picture of this size stands in its area. One that waits for another shape is not
-/// stretched; the size of a coarse one is rounded.
-fn framed(area: Rect, [width, height]: [u32; 2]) -> Rect {
-    let scale = (area.width() / width as f32).min(area.height() / height as f32);
-    let size = scale * egui::vec2(width as f32, height as f32);
-    match (area.size() - size).max_elem() <= ROUNDED {
-        true => area,
-        false => Rect::from_center_size(area.center(), size),
-    }
-}
-
-/// Draws the picture, the colours or stripes over it, and another picture right of the split.
-fn draw(ui: &Ui, area: Rect, textures: Textures, wipe: Option<f32>) {
-    let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-    let painter = ui.painter();
-    painter.image(textures.picture, area, whole, Color32::WHITE);
-    if let Some(over) = textures.over.or(textures.zebra) {
-        painter.image(over, area, whole, Color32::WHITE);
-    }
-    if let (Some(beside), Some(wipe)) = (textures.beside, wipe) {
-        let border = area.left() + wipe * area.width();
-        let (area, part) = (
-            Rect::from_min_max(pos2(border, area.top()), area.max),
-            Rect::from_min_max(pos2(wipe, 0.0), pos2(1.0, 1.0)),
-        );
-        painter.image(beside, area, part, Color32::WHITE);
-    }
-    if let Some(wipe) = wipe {
-        let border = area.left() + wipe * area.width();
-        painter.vline(border, area.y_range(), egui::Stroke::new(2.0, Color32::WHITE));
-        painter.vline(border + 2.0, area.y_range(), egui::Stroke::new(1.0, Color32::BLACK));
-    }
 }
 
 fn vec(point: egui::Pos2) -> Vec2 {

@@ -19,6 +19,7 @@ use winit::window::{Fullscreen, Window};
 
 use super::actions;
 use super::autosave::Autosave;
+use super::canvas::Textures;
 use super::dialogs::Dialogs;
 use super::films::{FilmRecorder, Player};
 use super::host_picture::HostPicture;
@@ -32,7 +33,7 @@ use super::shortcuts;
 use super::stage::Wake;
 use super::start::{Demo, Start, WakeUp, no_display};
 use super::ui_state::{Beside, UiState};
-use super::viewport::{Textures, Viewport};
+use super::viewport::Viewport;
 use crate::app::false_colours::{Quantity, Scale};
 use crate::app::note;
 use crate::error::Result;

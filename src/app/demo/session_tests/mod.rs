@@ -1,6 +1,7 @@
 //! Sessions without a window: drafts, and edits of models.
 
-use std::collections::HashSet;
+mod lights;
+
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -11,7 +12,6 @@ use tempfile::TempDir;
 
 use super::actions;
 use super::files;
-use super::meters::fresh;
 use super::placing;
 use super::recent::Recent;
 use super::session::{Session, Source};
@@ -20,7 +20,7 @@ use super::watch::Watch;
 use crate::app::exposure::Exposure;
 use crate::gpu::{Context, ContextOptions};
 use crate::image::{self, ExrLayer, automatic_stops};
-use crate::renderer::{Layer, Measured, Reading, Renderer, Silent};
+use crate::renderer::{Layer, Renderer, Silent};
 use crate::scene::{DisplayTransform, Light, LightKind, LoadOptions, Quality, Scene, ToneCurve};
 
 /// A closed cube of two metres.
@@ -474,7 +474,7 @@ fn a_luminaire_is_added_from_its_file_and_other_files_are_refused() {
     actions::drop_file(&mut session, &mut ui_state, &lamp);
     assert_eq!(session.document.lights.len(), before + 1);
     let eulumdat = folder.path().join("Lamp.LDT");
-    fs::write(&eulumdat, include_bytes!("../../../fuzz/corpus/luminaire/good_ldt")).unwrap();
+    fs::write(&eulumdat, include_bytes!("../../../../fuzz/corpus/luminaire/good_ldt")).unwrap();
     assert!(session.alarm.as_ref().unwrap().0.contains("is no photometric file"));
     actions::drop_file(&mut session, &mut ui_state, &eulumdat);
     let added = session.document.lights[before + 1].light.luminaire.as_ref().unwrap();
@@ -482,104 +482,4 @@ fn a_luminaire_is_added_from_its_file_and_other_files_are_refused() {
     // A scene takes the place of the open one.
     actions::drop_file(&mut session, &mut ui_state, Path::new("t.toml"));
     assert_eq!((ui_state.to_open.as_deref(), &ui_state.requests[..]), (Some("t.toml"), &[Request::Open][..]));
-}
-
-/// Renders what is due once; false if nothing is.
-fn step(session: &mut Session) -> bool {
-    let Some(commands) = session.update().unwrap() else { return false };
-    session.check(&commands.submit().unwrap()).unwrap();
-    session.end_frames(0).unwrap();
-    true
-}
-
-#[test]
-fn lights_that_a_drag_dims_are_mixed_until_it_ends() {
-    let (context, folder) = (context(), folder());
-    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
-    let first = picture(&mut session);
-    (session.is_held, session.may_mix) = (true, true);
-    let emission = session.document.lights[0].light.kind.emission();
-    let mut dimmed = Vec::new();
-    for (index, gain) in [0.9, 0.5, 0.1, 0.3].into_iter().enumerate() {
-        let kind = session.document.lights[0].light.kind;
-        session.document.lights[0].light.kind = kind.with_emission(gain * emission);
-        let before = context.command_counts();
-        assert!(step(&mut session) && !step(&mut session), "each step is shown once");
-        // A frame at the first step, then only its display.
-        let dispatches = (context.command_counts() - before).dispatches;
-        assert!(if index == 0 { dispatches > 5 } else { dispatches == 1 }, "step {index}: {dispatches}");
-        dimmed.push(session.renderer().unwrap().display().unwrap());
-    }
-    session.is_held = false;
-    assert!(step(&mut session) && !step(&mut session), "a frame follows the drag");
-    let shown = session.renderer().unwrap().display().unwrap();
-    let differ = |a: &[[u8; 4]], by: u8| {
-        a.as_flattened().iter().zip(shown.as_flattened()).filter(|(a, b)| a.abs_diff(**b) > by).count()
-    };
-    assert_eq!(differ(&dimmed[3], 1), 0, "the mix of the last step shows the frame");
-    assert!(differ(&dimmed[2], 1) > shown.len(), "other steps have other pictures");
-    assert!(shown == saved(&context, &mut session, folder.path()).1, "the bytes of a cold start");
-
-    // Edits in a drag that dim nothing are frames, and so is undo.
-    session.is_held = true;
-    session.document.lights[0].light.kind = session.document.lights[0].light.kind.with_emission(emission);
-    assert!(step(&mut session));
-    session.document.materials[0].diffuse = Vec3::splat(0.2);
-    assert!(step(&mut session));
-    let mut other = open(&context, &folder.path().join("s.toml"), |_| ());
-    other.document = session.document.clone();
-    let expected = picture(&mut other);
-    assert!(session.renderer().unwrap().display().unwrap() == expected, "the bytes without a drag");
-    session.is_held = false;
-    session.document.materials[0].diffuse = session.scene.materials[0].diffuse;
-    assert!(picture(&mut session) == first);
-}
-
-#[test]
-fn meters_are_read_saved_and_given_what_they_want() {
-    let (context, folder) = (context(), folder());
-    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
-    let first = picture(&mut session);
-    let floor = ((DVec3::new(-0.4, 0.0, 0.2) - session.scene.origin).as_vec3(), Vec3::Y);
-    for is_plane in [true, false] {
-        let meter = fresh(&session.document.meters, floor, 3.0, is_plane);
-        session.document.meters.push(meter);
-        session.history.settle(&session.document);
-    }
-    assert!(!session.follow_readings().unwrap(), "there are no gather rays of meters yet");
-    assert!(picture(&mut session) == first, "meters change no picture");
-    assert!(session.follow_readings().unwrap() && !session.follow_readings().unwrap(), "read once");
-    let read = session.readings().to_vec();
-    assert!(read.len() == 2 && read[0].min > 0.0 && read[0].max > read[0].mean, "{read:?}");
-
-    let (text, _) = saved(&context, &mut session, folder.path());
-    assert!(!session.has_unsaved_edits() && text.contains("[[meter]]"), "{text}");
-    let scene = Scene::load(folder.path().join("saved.toml").to_str().unwrap(), &LoadOptions::default());
-    let scene = scene.unwrap();
-    assert_eq!(scene.meters, session.document.meters);
-    let mut cold = Renderer::new(&context, scene, &mut Silent).unwrap();
-    cold.frame().unwrap();
-    let points = cold.measured().unwrap();
-    let expected: Vec<Reading> =
-        Measured::by_meter(cold.scene(), &points).into_iter().map(Reading::new).collect();
-    assert_eq!(read, expected);
-
-    // The lamp and the panel together give what is wanted, as one undo step.
-    let (all, none) = (session.document.lights.iter().map(|entry| entry.id).collect(), HashSet::new());
-    let wanted = [(0, 1.5 * read[0].mean)];
-    assert!(session.find_powers(&wanted, &all).is_err() && session.find_powers(&[], &none).is_err());
-    let steps = session.history.depths()[0];
-    let said = session.find_powers(&wanted, &none).unwrap();
-    assert!(said.len() == 1 && !said[0].contains("not reachable"), "{said:?}");
-    assert_eq!(session.history.depths()[0], steps + 1);
-    settle(&mut session);
-    session.follow_readings().unwrap();
-    let found = session.readings()[0].mean / wanted[0].1;
-    assert!((found - 1.0).abs() < 0.02, "{found}");
-    session.history.undo(&mut session.document);
-    assert!(picture(&mut session) == first, "undone");
-    // No light is too strong: a target that lights which stay exceed is missed, and said.
-    let panel: HashSet<u64> = session.document.lights[1..].iter().map(|entry| entry.id).collect();
-    let said = session.find_powers(&[(0, 1e-3 * read[0].mean)], &panel).unwrap();
-    assert!(said[0].contains("not reachable"), "{said:?}");
 }

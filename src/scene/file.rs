@@ -370,13 +370,15 @@ impl Source {
         warnings: &mut Vec<String>,
     ) -> Result<()> {
         let no_camera = is_empty(self.root.get("camera"));
-        let no_light = is_empty(self.root.get("light")) && !self.has_emission();
+        // `light = []` states that the scene is dark.
+        let no_light = self.root.get("light").is_none() && !self.has_emission();
         // Emission lights rooms. On things it is signs and displays.
         let no_light = no_light && (!emits || self.is_model_only);
         if no_light && !self.is_model_only {
             return Err(Error::input(
                 &self.file,
-                "the scene has no light: add [[light]] with kind and position, or [environment]",
+                "the scene has no light: add [[light]] with kind and position, or [environment]; \
+                 light = [] states that it is dark",
             ));
         }
         if !no_camera && !no_light {

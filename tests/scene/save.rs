@@ -364,6 +364,20 @@ fn a_light_can_be_off() {
 }
 
 #[test]
+fn a_scene_whose_lights_are_all_removed_is_dark() {
+    let (_folder, file, scene, text) = scene_of(COMMENTED, &LoadOptions::default());
+    let dark = Scene { lights: Vec::new(), ..scene.clone() };
+    let (loaded, written) = again(&text, &dark, &file, &scene.triangles);
+    assert!(loaded.lights.is_empty() && written.starts_with("light = []\n"), "{written}");
+    // A light that is added there is the only one.
+    let text = SceneText::new(file.to_str().unwrap(), &LoadOptions::default(), &loaded).unwrap();
+    let lit = Scene { lights: scene.lights[..1].to_vec(), ..loaded };
+    let (loaded, written) = again(&text, &lit, &file, &scene.triangles);
+    assert_eq!((loaded.lights.len(), loaded.lights[0].kind), (1, scene.lights[0].kind));
+    assert!(written.contains("[[light]]") && !written.contains("light = []"), "{written}");
+}
+
+#[test]
 fn what_no_file_can_say_is_refused() {
     let (_folder, file, scene, text) = scene_of(COMMENTED, &LoadOptions::default());
     let refuses = |change: &dyn Fn(&mut Scene), words: &str| {
@@ -372,7 +386,6 @@ fn what_no_file_can_say_is_refused() {
         let message = text.with_edits(&Edited::from_scene(&edited), &file).unwrap_err().to_string();
         assert!(message.contains(words) && !message.contains('\n'), "{message}");
     };
-    refuses(&|scene| scene.lights.clear(), "needs a light");
     refuses(&|scene| scene.cameras[0].fov_y_degrees = 180.0, "camera.a.fov_y: 180.0 is out of range");
     refuses(&|scene| scene.lights[1].name = "lamp".to_owned(), "names must differ");
     refuses(

@@ -117,6 +117,7 @@ fn a_monkey_loses_no_edit() {
             rounds.change_on_disk();
         }
         rounds.almost_close();
+        assert_eq!(rounds.desk.count("lightpaths: this edit is not kept"), 0, "round {round}");
         if rounds.has_autosave() {
             edited += 1;
             lights(&rounds.desk.path("s-autosave.toml"));

@@ -12,7 +12,7 @@ use crate::demo::{Demo, Stream};
 use crate::display::Display;
 use crate::keys;
 use crate::picture::changed_pixels;
-use crate::scenarios::{PICTURE, READY, SIDE, SIZE, SOON, changed, close, settled};
+use crate::scenarios::{PICTURE, READY, SIDE, SIZE, SOON, changed, close, gizmo_of, settled};
 use crate::until;
 
 /// Position of the answer buttons.
@@ -48,10 +48,32 @@ pub(crate) struct Desk<'a> {
 
 impl<'a> Desk<'a> {
     pub(crate) fn open(display: &'a Display) -> Self {
+        Self::open_scene(display, &scene(WHITE))
+    }
+
+    fn open_scene(display: &'a Display, text: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("room.obj"), ROOM).unwrap();
-        std::fs::write(folder.path().join("s.toml"), scene(WHITE)).unwrap();
+        std::fs::write(folder.path().join("s.toml"), text).unwrap();
         Self::open_in(display, folder)
+    }
+
+    /// A window without panels in which the lamp's gizmo is in view.
+    fn open_in_view(display: &'a Display) -> Self {
+        let desk = Self::open_scene(display, &scene(WHITE).replace("[0.2, 1.6, 0.1]", "[0.1, 1.1, 0.1]"));
+        desk.hide_panels();
+        desk
+    }
+
+    fn hide_panels(&self) {
+        self.demo.client().tap(&[], keys::of('p'));
+        self.demo.client().resize((SIDE, SIDE));
+        self.demo.assert_presents(SOON);
+    }
+
+    /// Position of the lamp's gizmo.
+    fn gizmo(&self) -> Point {
+        gizmo_of(self.path("s.toml").to_str().unwrap())
     }
 
     fn open_in(display: &'a Display, folder: TempDir) -> Self {
@@ -255,6 +277,74 @@ fn edits_outlive_a_crash() {
     desk.answered("lightpaths: the edits of the last time are deleted", || desk.answer(DELETE));
     assert!(!desk.path(autosave).exists());
     assert!(same(&before, &settled(&desk.demo)));
+    close(&desk.demo);
+}
+
+#[test]
+fn a_room_without_lights_outlives_a_crash() {
+    let display = Display::start();
+    let desk = Desk::open_in_view(&display);
+    let lit = settled(&desk.demo);
+    desk.demo.click(1, desk.gizmo());
+    desk.demo.client().tap(&[], keys::of('x'));
+    let dark = changed(&desk.demo, &lit);
+    assert_eq!(lights(&desk.path("s-autosave.toml")), 0);
+    let desk = desk.crash(&display);
+    desk.answered("lightpaths: the edits of the last time are back", || desk.answer(BRING_BACK));
+    desk.hide_panels();
+    assert!(same(&dark, &settled(&desk.demo)));
+    close(&desk.demo);
+}
+
+#[test]
+fn an_autosave_that_failed_is_tried_again() {
+    let display = Display::start();
+    let desk = Desk::open(&display);
+    let before = settled(&desk.demo);
+    let autosave = desk.path("s-autosave.toml");
+    std::fs::create_dir(&autosave).unwrap();
+    let refused = "lightpaths: this edit is not kept in case of a crash";
+    desk.answered(refused, || desk.demo.client().tap(&[], keys::of('l')));
+    let one = changed(&desk.demo, &before);
+    std::fs::remove_dir(&autosave).unwrap();
+    desk.demo.client().tap(&[], keys::of('l'));
+    changed(&desk.demo, &one);
+    assert_eq!(lights(&autosave), 3);
+    assert_eq!(desk.count(refused), 1, "not said in every frame");
+    close(&desk.demo);
+}
+
+#[test]
+fn a_drag_ends_where_the_window_shrinks_under_it_or_is_minimised() {
+    let display = Display::start();
+    let desk = Desk::open_in_view(&display);
+    let client = desk.demo.client();
+    let autosave = desk.path("s-autosave.toml");
+    let (x, y) = desk.gizmo();
+    for is_minimised in [false, true] {
+        let before = settled(&desk.demo);
+        client.move_to((x, y));
+        client.press(1);
+        for step in 1..=8 {
+            client.move_to((x + 5 * step, y + 2 * step));
+        }
+        desk.demo.wait_for_change(&before, PICTURE, SOON);
+        if is_minimised {
+            client.hide();
+            client.release(1);
+            client.show();
+        } else {
+            client.resize((SIDE / 8, SIDE / 8));
+            until("the smaller window", SOON, || (client.size().0 == SIDE / 8).then_some(()));
+            client.release(1);
+        }
+        until("autosave", SOON, || autosave.exists().then_some(()));
+        client.resize((SIDE, SIDE));
+        desk.demo.assert_presents(SOON);
+        desk.undo();
+        until("no autosave", SOON, || (!autosave.exists()).then_some(()));
+        assert!(same(&before, &settled(&desk.demo)), "one step back");
+    }
     close(&desk.demo);
 }
 

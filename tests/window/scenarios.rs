@@ -89,8 +89,13 @@ pub fn changed(demo: &Demo, before: &RgbImage) -> RgbImage {
 
 /// Position of the light's gizmo in a viewport that fills the window.
 pub fn gizmo() -> Point {
+    gizmo_of("box")
+}
+
+/// Position of the gizmo of the first light of a scene.
+pub fn gizmo_of(scene: &str) -> Point {
     let options = LoadOptions { size: Some([SIDE; 2]), ..LoadOptions::default() };
-    let scene = Scene::load("box", &options).unwrap();
+    let scene = Scene::load(scene, &options).unwrap();
     let view = View::from(&scene.cameras[0]);
     let towards = scene.lights[0].kind.position().unwrap() - view.position;
     let towards = towards / towards.dot(view.forward);

@@ -12,9 +12,9 @@ use crate::scene::builtin;
 /// The file, and what it holds.
 pub(super) struct Autosave {
     scene: PathBuf,
-    /// `None`: the scene is built in, or the file cannot be written.
+    /// `None`: the scene is built in, or there is a file that must not be replaced.
     path: Option<PathBuf>,
-    /// The edits that this window has written. `None`: none.
+    /// The edits that this window has written last, or could not write. `None`: none.
     written: Option<Document>,
     /// A file of an earlier window waits for an answer.
     waits: bool,
@@ -37,7 +37,8 @@ impl Autosave {
     /// Returns a line for the user if edits of an earlier window are kept under another name.
     ///
     /// # Errors
-    /// The file cannot be written. There is no autosave from then on.
+    /// The file cannot be written: the next edit tries again. What an earlier window left cannot be
+    /// moved out of the way: it stays, and there is no autosave from then on.
     pub(super) fn follow(&mut self, session: &Session) -> Result<Option<String>> {
         let Some(path) = self.path.clone() else { return Ok(None) };
         if !session.has_unsaved_edits() {
@@ -49,26 +50,24 @@ impl Autosave {
         if self.written.as_ref() == Some(&session.document) {
             return Ok(None);
         }
-        let written = self.replace(session, &path);
-        match written {
-            Ok(_) => self.written = Some(session.document.clone()),
-            // What an earlier window left must not be replaced by the next edit either.
-            Err(_) => self.path = None,
-        }
-        written
+        let said = self.make_way(&path)?;
+        // Set first: an edit that no file can hold is refused once, and not in every frame.
+        self.written = Some(session.document.clone());
+        files::write_scene(session, &path)?;
+        Ok(said)
     }
 
-    /// Moves what an earlier window left out of the way, and writes the edits.
-    fn replace(&mut self, session: &Session, path: &Path) -> Result<Option<String>> {
-        let mut said = None;
-        if self.waits {
-            let kept = files::free_rescue_name(&self.scene);
-            fs::rename(path, &kept).map_err(|error| Error::output(&kept, error.to_string()))?;
-            self.waits = false;
-            said = Some(format!("the edits of the last time are in {}", kept.display()));
+    /// Moves what an earlier window left out of the way.
+    fn make_way(&mut self, path: &Path) -> Result<Option<String>> {
+        if !std::mem::take(&mut self.waits) {
+            return Ok(None);
         }
-        files::write_scene(session, path)?;
-        Ok(said)
+        let kept = files::free_rescue_name(&self.scene);
+        if let Err(error) = fs::rename(path, &kept) {
+            self.path = None;
+            return Err(Error::output(&kept, error.to_string()));
+        }
+        Ok(Some(format!("the edits of the last time are in {}", kept.display())))
     }
 
     /// Brings the edits of an earlier window back as one edit.

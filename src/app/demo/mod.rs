@@ -24,6 +24,7 @@ mod navigate;
 mod overlays;
 mod panels;
 mod placing;
+mod pointer;
 mod rebase;
 mod recent;
 mod reference;

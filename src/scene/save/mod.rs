@@ -23,7 +23,7 @@ use super::{
     Camera, DisplayTransform, Light, LightKind, LoadOptions, Material, PictureKeys, Quality, Scene, fit,
     limits,
 };
-use crate::{Error, Result};
+use crate::Result;
 pub use models::PlacedModel;
 pub use paths::relative_to;
 
@@ -114,20 +114,15 @@ impl SceneText {
 
     /// The text of the edited scene, to be saved at `to`: models' paths are relative to that.
     /// Comments, order and layout of unchanged parts stay. Removed lights are omitted, new ones
-    /// follow the others, and changed materials become `[[material]]`s. A model that only a
-    /// built-in scene has is named by `built_in`.
+    /// follow the others, and changed materials become `[[material]]`s. If none is left, the text has
+    /// `light = []`. A model that only a built-in scene has is named by `built_in`.
     ///
     /// A scene file cannot distinguish materials with the same name: the first one that has changed
     /// applies to all.
     ///
     /// # Errors
-    /// [`Error::Usage`] if no light is left; [`Error::Input`] for an edit that a scene file cannot
-    /// express, such as a field of view of 180°.
+    /// [`Error::Input`] for an edit that a scene file cannot express: a field of view of 180°.
     pub fn with_edits(&self, edited: &Edited, to: &Path) -> Result<String> {
-        if edited.lights.is_empty() {
-            let message = "a scene file needs a light: switch the last one off instead of removing it";
-            return Err(Error::Usage(message.to_owned()));
-        }
         let mut root = self.source.root.clone();
         self.place_models(&mut root, to)?;
         self.place_image(&mut root, to)?;

@@ -37,6 +37,17 @@ fn write_list(document: &mut DocumentMut, key: &str, elements: &[Node], from: &[
     if stays && before.len() == elements.len() && before.iter().zip(elements).all(|(a, b)| is_same(a, b)) {
         return;
     }
+    // A list of tables leaves nothing when its last one goes. A reader would take the scene for one
+    // whose lights were forgotten.
+    if key == "light" && elements.is_empty() {
+        document.remove(key);
+        document.insert(key, Item::Value(Value::Array(Array::new())));
+        return;
+    }
+    // Tables stand elsewhere than a value does.
+    if document.get(key).is_some_and(Item::is_value) {
+        document.remove(key);
+    }
     let old = std::mem::take(&mut document[key]).into_array_of_tables().unwrap_or_default();
     let old: Vec<&Table> = old.iter().collect();
     // A table's position in the text is a number. Kept tables get the old numbers in the new order.

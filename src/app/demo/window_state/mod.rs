@@ -25,6 +25,7 @@ use super::films::{FilmRecorder, Player};
 use super::host_picture::HostPicture;
 use super::overlays::Overlays;
 use super::panels::{self, WIDTH};
+use super::pointer::release_lost_buttons;
 use super::recent::Recent;
 use super::reference::Reference;
 use super::session::Session;
@@ -202,6 +203,7 @@ impl WindowState {
     /// Returns false if the window must close.
     pub(super) fn on_event(&mut self, event: &WindowEvent) -> Result<bool> {
         let response = self.panels.on_window_event(&self.window, event);
+        release_lost_buttons(&mut self.panels, event);
         // A redraw is not a user event.
         if response.repaint && !matches!(event, WindowEvent::RedrawRequested) {
             self.last_event = Instant::now();

@@ -213,7 +213,7 @@ impl WindowState {
                 self.ui_state.asks_to_restore &= said.is_none();
                 said.into_iter().for_each(|line| self.tell(line));
             }
-            Err(error) => self.tell(format!("edits are not kept while the window is open: {error}")),
+            Err(error) => self.tell(format!("this edit is not kept in case of a crash: {error}")),
         }
     }
 

@@ -116,6 +116,18 @@ impl SceneArgs {
         Ok(Scene { meters: Vec::new(), ..self.load_with_meters(spec)? })
     }
 
+    /// As [`Self::load`], for commands that measure what moves of a light cost.
+    ///
+    /// # Errors
+    /// The scene has no light.
+    pub(super) fn load_lit(&self, spec: &str) -> Result<Scene> {
+        let scene = self.load(spec)?;
+        if scene.lights.is_empty() {
+            return Err(Error::Usage(format!("{spec}: has no light, and one has to move")));
+        }
+        Ok(scene)
+    }
+
     /// As [`Self::load`], with meters.
     pub(super) fn load_with_meters(&self, spec: &str) -> Result<Scene> {
         let scene = Scene::load(spec, &self.options())?;

@@ -93,7 +93,7 @@ impl Tune {
         } else {
             self.scenes.clone()
         };
-        let scenes = specs.iter().map(|spec| args.load(spec)).collect::<Result<Vec<_>>>()?;
+        let scenes = specs.iter().map(|spec| args.load_lit(spec)).collect::<Result<Vec<_>>>()?;
         scenes.iter().flat_map(|scene| &scene.warnings).for_each(|warning| self.device_args.warn(warning));
         Ok(scenes)
     }

@@ -208,6 +208,22 @@ fn bad_scenes_are_refused_and_named() {
 }
 
 #[test]
+fn a_scene_that_is_dark_on_purpose_is_black() {
+    let dark = format!("light = []\n{ROOM}");
+    let folder = folder_with(&[("scene.toml", &dark), ("room.obj", TRIANGLE)]);
+    let render = [&["render", "scene.toml", "-o", "a.png", "--target-ms", "1000"][..], &SMALL[..]].concat();
+    let output = run(&folder, &render);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let picture = image::open(folder.path().join("a.png")).unwrap().to_rgb8();
+    assert!(picture.pixels().all(|pixel| pixel.0 == [0; 3]));
+    for arguments in ["time", "scale -o out", "sweep -o out", "figures -o out", "tune --dry-run"] {
+        let arguments: Vec<&str> = arguments.split(' ').collect();
+        let output = run(&folder, &[&[arguments[0], "scene.toml", "-q"][..], &arguments[1..]].concat());
+        assert_refused(&output, 2, &["scene.toml: has no light, and one has to move"]);
+    }
+}
+
+#[test]
 fn bad_arguments_are_refused_and_named() {
     let folder = folder_with(&[("old.txt", "")]);
     fs::create_dir(folder.path().join("folder.png")).unwrap();

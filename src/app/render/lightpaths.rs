@@ -119,12 +119,14 @@ pub(super) fn render(
     })
 }
 
-/// Median time of a frame after the first light has moved, ms. `None` without frames.
+/// Median time of a frame after the first light has moved, ms; of a whole frame if there is no
+/// light. `None` without frames.
 fn relit_ms(renderer: &mut Renderer, frames: usize) -> Result<Option<f64>> {
     renderer.set_serialised(false);
+    let work = if renderer.scene().lights.is_empty() { Work::Everything } else { Work::Light(0) };
     let mut timed = Vec::with_capacity(frames);
     for _ in 0..frames {
-        renderer.force(Work::Light(0));
+        renderer.force(work);
         timed.push(renderer.frame()?.frame_ms);
     }
     timed.sort_by(f64::total_cmp);

@@ -77,10 +77,7 @@ struct Results {
 
 impl Scale {
     pub(super) fn run(self) -> Result<()> {
-        let scene = self.scene_args.load(&self.scene)?;
-        if scene.lights.is_empty() {
-            return Err(Error::Usage(format!("{}: has no light, and one has to move", self.scene)));
-        }
+        let scene = self.scene_args.load_lit(&self.scene)?;
         let is_written = |name: &str| name == "scale.json" || scaling::is_plot(name);
         overlap::refuse_in_folder(&self.output, is_written, &scene.inputs)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));

@@ -46,7 +46,7 @@ impl Figures {
     pub(in crate::app) fn run(self) -> Result<()> {
         let names = builtin::NAMES.map(str::to_owned);
         let specs = if self.scenes.is_empty() { &names[..] } else { &self.scenes };
-        let scenes = specs.iter().map(|spec| self.scene_args.load(spec)).collect::<Result<Vec<_>>>()?;
+        let scenes = specs.iter().map(|spec| self.scene_args.load_lit(spec)).collect::<Result<Vec<_>>>()?;
         let stems: Vec<String> = scenes.iter().map(|scene| stem(&scene.name)).collect();
         if let Some(index) = (1..stems.len()).find(|&index| stems[..index].contains(&stems[index])) {
             let message = format!("two scenes are called {}: name one", scenes[index].name);

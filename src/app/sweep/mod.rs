@@ -118,7 +118,7 @@ impl Preset {
 
 impl Sweep {
     pub(super) fn run(self) -> Result<()> {
-        let scene = self.scene_args.load(&self.scene)?;
+        let scene = self.scene_args.load_lit(&self.scene)?;
         overlap::refuse_in_folder(&self.output, is_written, &scene.inputs)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let cache = self.reference_args.folder()?;

@@ -99,7 +99,7 @@ impl Time {
         // All scenes are loaded before any is timed, so that a typing error costs no minutes.
         let specs =
             if self.scenes.is_empty() { builtin::NAMES.map(str::to_owned).to_vec() } else { self.scenes };
-        let scenes = specs.iter().map(|spec| self.scene_args.load(spec)).collect::<Result<Vec<_>>>()?;
+        let scenes = specs.iter().map(|spec| self.scene_args.load_lit(spec)).collect::<Result<Vec<_>>>()?;
         for scene in &scenes {
             overlap::refuse_inputs(self.json.as_deref(), &scene.inputs)?;
         }

@@ -95,7 +95,7 @@ impl Session {
                 )));
             }
         };
-        let scene = time.scene_args.load(spec)?;
+        let scene = time.scene_args.load_lit(spec)?;
         overlap::refuse_inputs(time.session.trace.as_deref(), &scene.inputs)?;
         scene.warnings.iter().for_each(|warning| time.device_args.warn(warning));
         if cfg!(debug_assertions) {

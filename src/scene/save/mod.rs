@@ -114,8 +114,8 @@ impl SceneText {
 
     /// The text of the edited scene, to be saved at `to`: models' paths are relative to that.
     /// Comments, order and layout of unchanged parts stay. Removed lights are omitted, new ones
-    /// follow the others, and changed materials become `[[material]]`s. If none is left, the text has
-    /// `light = []`. A model that only a built-in scene has is named by `built_in`.
+    /// follow the others, and changed materials become `[[material]]`s. If no light is left, the
+    /// text has `light = []`. A model that only a built-in scene has is named by `built_in`.
     ///
     /// A scene file cannot distinguish materials with the same name: the first one that has changed
     /// applies to all.

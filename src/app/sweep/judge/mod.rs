@@ -124,7 +124,7 @@ fn scale_of(pictures: &Pictures, references: [&[[f32; 3]]; 2]) -> Pixels {
 
 impl Judge {
     pub(in crate::app) fn run(self) -> Result<()> {
-        let scene = self.scene_args.load(&self.scene)?;
+        let scene = self.scene_args.load_lit(&self.scene)?;
         overlap::refuse_in_folder(&self.output, |name| FILES.contains(&name), &scene.inputs)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let cache = self.reference_args.folder()?;

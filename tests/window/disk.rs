@@ -19,6 +19,7 @@ use crate::until;
 const RELOAD: Point = (90, 42);
 pub(crate) const KEEP_MINE: Point = (209, 42);
 const KEEP_BOTH: Point = (286, 42);
+const WHAT_DIFFERS: Point = (360, 42);
 
 const LOADED: &str = "lightpaths: s.toml has changed and was loaded again";
 pub(crate) const ASKED: &str = "lightpaths: s.toml has changed on disk; unsaved edits wait for an answer";
@@ -141,6 +142,16 @@ pub(crate) fn shows_question(window: &RgbImage) -> bool {
     let part = image::imageops::crop_imm(window, 0, 0, SIDE, 40).to_image();
     let is_orange = |[r, g, b]: [u8; 3]| r > 180 && (110..200).contains(&g) && b < 60;
     part.pixels().filter(|pixel| is_orange(pixel.0)).count() > 100
+}
+
+/// Number of pixels, below the question, in the colours of lines that are only on disk, and only
+/// in the edits.
+fn lines_that_differ(window: &RgbImage) -> [usize; 2] {
+    let part = image::imageops::crop_imm(window, 20, 180, SIDE / 2, SIDE / 2).to_image();
+    [[0x56, 0xb4, 0xe9], [0xe6, 0x9f, 0x00]].map(|colour| {
+        let is_near = |pixel: &[u8; 3]| pixel.iter().zip(colour).all(|(a, b)| a.abs_diff(b) < 40);
+        part.pixels().filter(|pixel| is_near(&pixel.0)).count()
+    })
 }
 
 pub(crate) fn is_blue(picture: &RgbImage) -> bool {
@@ -277,6 +288,32 @@ fn edits_outlive_a_crash() {
     desk.answered("lightpaths: the edits of the last time are deleted", || desk.answer(DELETE));
     assert!(!desk.path(autosave).exists());
     assert!(same(&before, &settled(&desk.demo)));
+    close(&desk.demo);
+}
+
+#[test]
+fn what_differs_between_disk_and_edits_is_listed() {
+    let display = Display::start();
+    let desk = Desk::open(&display);
+    let before = settled(&desk.demo);
+    desk.demo.client().tap(&[], keys::of('l'));
+    changed(&desk.demo, &before);
+    desk.write(&scene(BLUE), ASKED);
+    desk.answer(WHAT_DIFFERS);
+    until("lines", SOON, || {
+        (lines_that_differ(&desk.demo.capture()).into_iter().min() > Some(100)).then_some(())
+    });
+    settled(&desk.demo);
+    let [disk, mine] = lines_that_differ(&desk.demo.capture());
+    // The added light's lines go, and the intensity's stay.
+    desk.undo();
+    let left = until("fewer lines", SOON, || {
+        let left = lines_that_differ(&desk.demo.capture());
+        (left[1] < mine / 2).then_some(left)
+    });
+    assert!(left[0] > disk / 2 && left[1] > 100, "{left:?}");
+    desk.answered("lightpaths: your edits are kept", || desk.answer(KEEP_MINE));
+    until("no lines", SOON, || (lines_that_differ(&desk.demo.capture())[0] == 0).then_some(()));
     close(&desk.demo);
 }
 

@@ -49,6 +49,18 @@ pub(super) fn write_scene(session: &Session, path: &Path) -> Result<String> {
         return Err(Error::output(path, "is no name of a scene file: let it end in .toml"));
     }
     let output = OutputFile::check(path)?;
+    let text = edited_text(session, path)?;
+    output.write(|out| std::io::Write::write_all(out, text.as_bytes()))?;
+    let note = if leads_outside(&text, path) {
+        "; its models lie elsewhere: open it with --allow-outside"
+    } else {
+        ""
+    };
+    Ok(format!("saved {}{note}", path.display()))
+}
+
+/// The text of the edited scene for a file at `path`.
+pub(super) fn edited_text(session: &Session, path: &Path) -> Result<String> {
     let lights: Vec<Light> = session.document.lights.iter().map(|entry| entry.light.clone()).collect();
     let mut materials = session.scene.materials.clone();
     session.document.apply_materials(&mut materials);
@@ -60,14 +72,7 @@ pub(super) fn write_scene(session: &Session, path: &Path) -> Result<String> {
         display: session.display,
     };
     let text = session.text.as_ref().map_err(|why| Error::Usage(why.clone()))?;
-    let text = text.with_edits(&edited, path)?;
-    output.write(|out| std::io::Write::write_all(out, text.as_bytes()))?;
-    let note = if leads_outside(&text, path) {
-        "; its models lie elsewhere: open it with --allow-outside"
-    } else {
-        ""
-    };
-    Ok(format!("saved {}{note}", path.display()))
+    text.with_edits(&edited, path)
 }
 
 /// Saves the edited scene under a free name beside its usual path; returns the new path.

@@ -8,6 +8,7 @@ mod choice;
 mod coarse;
 mod contact_sheet;
 mod dialogs;
+mod differences;
 mod dimming;
 mod document;
 mod files;

@@ -1,6 +1,7 @@
 //! The UI state: the chosen item, the view, the open panels. None of it belongs to the scene.
 
 use super::dialogs::Purpose;
+use super::differences::Differences;
 use super::levels::Levels;
 use super::meters::Meters;
 use super::mixer::Mixer;
@@ -75,6 +76,8 @@ pub(super) enum Request {
     Preset(&'static str),
     /// The answer about unsaved edits of a scene that has changed on disk.
     Answer(Answer),
+    /// Shows what differs between that scene and the edited one.
+    Compare,
     /// Closes the window, or asks if there are unsaved edits.
     Quit,
     /// Closes the window without a question.
@@ -141,6 +144,8 @@ pub(super) struct UiState {
     pub(super) recent: Recent,
     /// A file dialog takes the keys.
     pub(super) is_in_dialog: bool,
+    /// What differs between the scene on disk and the edited one, if the user wants to see it.
+    pub(super) differences: Option<Differences>,
     /// An earlier window has left unsaved edits.
     pub(super) asks_to_restore: bool,
     /// Path for the saved scene and pictures.
@@ -223,6 +228,7 @@ impl UiState {
             to_open: None,
             recent,
             is_in_dialog: false,
+            differences: None,
             asks_to_restore: false,
             save_to: format!("{scene}-edited.toml"),
             model_to_add: String::new(),

@@ -77,6 +77,11 @@ impl Watch {
         }
     }
 
+    /// The files that differ at this moment.
+    pub(super) fn changed(&self) -> impl Iterator<Item = &Path> {
+        self.read.iter().filter(|(file, read)| stamp(file) != *read).map(|(file, _)| file.as_path())
+    }
+
     /// Whether `path` is the scene's own file.
     pub(super) fn is_own(&self, path: &Path) -> bool {
         let own = self.read.first().map(|(own, _)| own);

@@ -1,5 +1,6 @@
 //! Panels beside the picture.
 
+mod differences;
 mod exposure;
 mod help;
 mod light;

@@ -4,6 +4,7 @@
 use egui::{Align2, Area, Context, Frame, Key, RichText};
 
 use super::PALETTE;
+use super::differences::differences;
 use crate::app::demo::session::Session;
 use crate::app::demo::ui_state::{Answer, Request, UiState};
 
@@ -11,7 +12,7 @@ use crate::app::demo::ui_state::{Answer, Request, UiState};
 type Choice = (&'static str, Request, &'static str);
 
 /// What to do with a scene that has changed on disk.
-const CHANGED: [Choice; 3] = [
+const CHANGED: [Choice; 4] = [
     (
         "Reload (discard my edits)",
         Request::Answer(Answer::Reload),
@@ -27,6 +28,7 @@ const CHANGED: [Choice; 3] = [
         Request::Answer(Answer::KeepBoth),
         "Saves your edits as another scene beside this one, then loads it again",
     ),
+    ("What differs", Request::Compare, "Lists the lines in which the scene on disk and yours differ"),
 ];
 
 /// What to do with edits that an earlier window has left.
@@ -52,6 +54,8 @@ const OPEN: [Choice; 2] = [
 pub(in crate::app::demo) fn questions(context: &Context, session: &Session, ui_state: &mut UiState) {
     ui_state.asks_to_close &= session.has_unsaved_edits();
     ui_state.asks_to_open &= session.has_unsaved_edits();
+    let shown = ui_state.differences.take_if(|_| session.is_asked);
+    ui_state.differences = shown.filter(|shown| !differences(context, shown));
     if ui_state.asks_to_close {
         let text = format!("{} has unsaved edits.", session.scene.name);
         let goes_on = ask(context, &text, &CLOSE, Some("Do not close"), ui_state);

@@ -1,6 +1,7 @@
 //! Changes of the scene's files while the scene is open. A reload preserves the user's edits.
 
 use super::WindowState;
+use crate::app::demo::differences::Differences;
 use crate::app::demo::files;
 use crate::app::demo::rebase::Rebase;
 use crate::app::demo::ui_state::{Answer, Chosen};
@@ -49,6 +50,9 @@ impl WindowState {
             self.tell(why);
         } else {
             self.session.is_asked = true;
+            if self.ui_state.differences.is_some() {
+                self.compare();
+            }
             self.tell(format!(
                 "{} has changed on disk; unsaved edits wait for an answer",
                 self.session.source.spec
@@ -80,6 +84,26 @@ impl WindowState {
                     Ok(())
                 }
             },
+        }
+    }
+
+    /// Lists what differs between the scene's files and the edited scene.
+    pub(super) fn compare(&mut self) {
+        self.ui_state.differences = match Differences::new(&self.session) {
+            Ok(differences) => Some(differences),
+            Err(error) => {
+                self.tell_alarm(&error);
+                None
+            }
+        };
+    }
+
+    /// Compares again after an edit.
+    pub(super) fn follow_differences(&mut self) {
+        let shown = self.ui_state.differences.as_ref();
+        if shown.is_some_and(|shown| !shown.is_of(&self.session.document)) && !self.is_held {
+            self.compare();
+            self.window.request_redraw();
         }
     }
 

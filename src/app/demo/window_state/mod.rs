@@ -272,6 +272,7 @@ impl WindowState {
         let followed = self.follow_reference();
         self.tolerate(followed)?;
         let output = self.run_panels()?;
+        self.follow_differences();
         self.entitle();
         self.save_edits();
         let commands = self.record_frame()?;

@@ -109,6 +109,7 @@ impl WindowState {
                 let done = self.find_powers();
                 self.tolerate(done)?;
             }
+            Request::Compare => self.compare(),
             Request::Answer(answer) => {
                 let done = self.answer(answer);
                 self.tolerate(done)?;

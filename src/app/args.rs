@@ -116,7 +116,7 @@ impl SceneArgs {
         Ok(Scene { meters: Vec::new(), ..self.load_with_meters(spec)? })
     }
 
-    /// As [`Self::load`], for commands that measure what moves of a light cost.
+    /// As [`Self::load`], for commands that time frames after a light has moved.
     ///
     /// # Errors
     /// The scene has no light.

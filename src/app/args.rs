@@ -123,7 +123,7 @@ impl SceneArgs {
     pub(super) fn load_lit(&self, spec: &str) -> Result<Scene> {
         let scene = self.load(spec)?;
         if scene.lights.is_empty() {
-            return Err(Error::Usage(format!("{spec}: has no light, and one has to move")));
+            return Err(Error::Usage(format!("{spec}: is dark: without lights there is nothing to measure")));
         }
         Ok(scene)
     }

@@ -22,7 +22,8 @@ use super::settings::{SECTIONS, Setting};
 use super::value::{Kind, Node, Origin, Section, unknown};
 use super::{
     Camera, Emission, Light, PictureKeys, Quality, Scene, Triangle, camera, emission, fit, gltf, kinds,
-    limits, meter, model_keys, ply, regions, sky, stl, subdivide, vertex_colours, visible_lights,
+    limits, material_images, meter, model_keys, ply, regions, sky, stl, subdivide, vertex_colours,
+    visible_lights,
 };
 use crate::files::guarded;
 use crate::{Error, Result};
@@ -41,9 +42,13 @@ impl Scene {
         let (mut source, others) = Source::prepare(spec, options)?;
         let file = source.file.clone();
         let (mut warnings, mut inputs) = (Vec::new(), source.inputs());
-        let (mut models, mut objects) = source.load_models(&mut warnings, &mut inputs)?;
+        let with_image = material_images::names(&source.root);
+        let mut reading = Reading::new(source.files.clone(), with_image, &mut warnings, &mut inputs);
+        let (mut models, mut objects) = source.load_models(&mut reading)?;
+        let images = material_images::read(&file, &source.root, &source.files, &mut reading)?;
+        reading.finish();
         source.take_views(std::mem::take(&mut models.cameras), std::mem::take(&mut models.lights));
-        override_materials(&file, &source.root, &mut models, &mut warnings)?;
+        override_materials(&file, &source.root, &mut models, &images, &mut warnings)?;
         let Visible { assembled, mut opacity, panes } =
             visible(&mut models, &mut warnings).map_err(|message| Error::input(&file, message))?;
         let Assembled { mut triangles, mut coordinates, colours, origin } = assembled;
@@ -228,11 +233,7 @@ impl Source {
         self.root.set("quality", quality);
     }
 
-    fn load_models(
-        &self,
-        warnings: &mut Vec<String>,
-        inputs: &mut Vec<PathBuf>,
-    ) -> Result<(Models, Objects)> {
+    fn load_models(&self, reading: &mut Reading) -> Result<(Models, Objects)> {
         let sections = Section::list(&self.file, &self.root, "model", limits::MODELS)?;
         if sections.is_empty() {
             return Err(Error::input(
@@ -242,10 +243,11 @@ impl Source {
         }
         let (mut all, mut all_objects) = (Models::default(), Objects::default());
         let mut triangles = 0;
-        let mut reading = Reading::new(self.files.clone(), warnings, inputs);
         for section in &sections {
             section.only(&keys::names("model", None))?;
             let transform = model_keys::transform(section)?;
+            let material = section.text("material")?;
+            reading.of_all_faces = material.map(str::to_owned);
             let Models {
                 mut meshes,
                 mut objects,
@@ -255,10 +257,10 @@ impl Source {
                 cameras,
                 lights,
             } = match section.text("built_in")? {
-                Some(name) => built_in(section, name, &mut reading)?,
-                None => self.load_model(section, &mut reading, &transform)?,
+                Some(name) => built_in(section, name, reading)?,
+                None => self.load_model(section, reading, &transform)?,
             };
-            if let Some(name) = section.text("material")? {
+            if let Some(name) = material {
                 undefined.clear();
                 if !model_keys::take_material(&mut meshes, (&mut materials, &mut coverages), name) {
                     let fault = section.fault_at("material", format!("{name:?} {NOWHERE}"));
@@ -299,7 +301,6 @@ impl Source {
                 mesh
             }));
         }
-        reading.finish();
         Ok((all, all_objects))
     }
 

@@ -27,6 +27,9 @@ pub(super) struct Mesh {
     pub(super) normals: Vec<DVec3>,
     /// Image coordinates, one per position; empty if the material has no image.
     pub(super) coordinates: Vec<DVec2>,
+    /// Size in metres of an image that is laid on faces without image coordinates. `None`: such faces
+    /// show one corner of it.
+    pub(super) laid_size: Option<DVec2>,
     /// Colours as sRGB codes, one per position; empty if the model has none.
     pub(super) colours: Vec<Codes>,
     /// Three per triangle.
@@ -44,6 +47,19 @@ impl Mesh {
             self.objects.push((0, 0));
         }
         self.objects.iter_mut().for_each(|(_, object)| *object += first);
+    }
+
+    /// Image coordinates of a triangle's corners.
+    fn image_coordinates(&self, corners: [usize; 3]) -> [DVec2; 3] {
+        match self.laid_size {
+            Some(size) if self.coordinates.is_empty() => {
+                let places = laid(corners.map(|index| self.positions[index])).map(|place| place / size);
+                // Images repeat: small numbers are exact in f32.
+                let whole = places[0].floor();
+                places.map(|place| place - whole)
+            }
+            _ => corners.map(|index| self.coordinates.get(index).copied().unwrap_or_default()),
+        }
     }
 
     /// The object of a triangle.
@@ -114,7 +130,7 @@ pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<As
     let mut repairs = Repairs::default();
     let mut seen = HashSet::with_capacity(count);
     let mut triangles = Vec::with_capacity(count);
-    let has_coordinates = meshes.iter().any(|mesh| !mesh.coordinates.is_empty());
+    let has_coordinates = meshes.iter().any(|mesh| !mesh.coordinates.is_empty() || mesh.laid_size.is_some());
     let has_colours = meshes.iter().any(|mesh| !mesh.colours.is_empty());
     let (mut coordinates, mut colours) = (Vec::new(), Vec::new());
     for mesh in meshes {
@@ -132,9 +148,7 @@ pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<As
                 triangle.normals = shading_normals(&triangle, stated, &mut repairs);
                 triangles.push(triangle);
                 if has_coordinates {
-                    let place =
-                        |index: usize| mesh.coordinates.get(index).copied().unwrap_or_default().as_vec2();
-                    coordinates.push(corners.map(place));
+                    coordinates.push(mesh.image_coordinates(corners).map(|place| place.as_vec2()));
                 }
                 if has_colours {
                     colours.push(corners.map(|index| mesh.colours.get(index).copied().unwrap_or(WHITE)));
@@ -147,6 +161,18 @@ pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<As
         return Err(format!("no triangle with an area is left of {count}"));
     }
     Ok(Assembled { triangles, coordinates, colours, origin })
+}
+
+/// A triangle's corners on the coordinate plane that it faces most, metres: images stand upright on
+/// walls, and neighbours in one plane continue each other.
+fn laid(positions: [DVec3; 3]) -> [DVec2; 3] {
+    let [p0, p1, p2] = positions;
+    let facing = (p1 - p0).cross(p2 - p0).abs();
+    positions.map(|DVec3 { x, y, z }| match facing {
+        DVec3 { y: up, .. } if up >= facing.max_element() => DVec2::new(x, -z),
+        DVec3 { x: along, .. } if along >= facing.z => DVec2::new(z, y),
+        _ => DVec2::new(x, y),
+    })
 }
 
 fn is_degenerate(positions: [Vec3; 3]) -> bool {

@@ -131,7 +131,9 @@ keys! {
     "material" "" {
         name: "text", "", "needed", "Name of the material in the model", "\"wall\"", "";
         diffuse: "3 numbers", "0 to 1", "the model's", "Diffuse albedo; replaces an image", "[0.5, 0.5, 0.5]", "[2.0, 0.0, 0.0]";
-        tint: "3 numbers", "0 to 1", "the model's", "Factor beside the model's image; not with diffuse", "[0.9, 0.9, 0.9]", "[2.0, 0.0, 0.0]";
+        image: "text", "", "the model's", "Path of an image: diffuse albedo as sRGB codes; not with diffuse", "\"wood.png\"", "\"\"";
+        image_width: "number, metres", "1e-6 to 1e6", "1", "Width of that image where the model has no image coordinates", "2.5", "0.0";
+        tint: "3 numbers", "0 to 1", "the model's; white with image", "Factor of the image; not with diffuse", "[0.9, 0.9, 0.9]", "[2.0, 0.0, 0.0]";
         specular: "3 numbers", "0 to 1", "the model's", "Albedo of the Phong lobe", "[0.3, 0.3, 0.3]", "[2.0, 0.0, 0.0]";
         exponent: "number", "1 to 1e6", "the model's", "Exponent of the Phong lobe", "40.0", "0.5";
         editable: "true or false", "", "false", "Whether the material may become glossy at run time", "true", "";
@@ -143,7 +145,7 @@ keys! {
     }
     "meter" "" {
         name: "text", "", "none", "Name for --set meter.NAME.KEY and for tables", "\"desk\"", "";
-        kind: "text", "point, plane", "needed", "Kind of the meter", "", "\"line\"";
+        kind: "text", "point, plane, region", "needed", "Kind of the meter", "", "\"line\"";
     }
     "meter" "point" {
         position: "3 numbers, m", "±1e12", "needed", "Position of the meter", "[0.0, 0.8, 0.0]", "[1e13, 0.0, 0.0]";
@@ -154,6 +156,10 @@ keys! {
         edge_u: "3 numbers, m", "±1e12", "needed", "First edge from the corner", "[1.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]";
         edge_v: "3 numbers, m", "±1e12", "needed", "Second edge; the meter faces edge_u × edge_v", "[0.0, 0.0, -1.0]", "[0.5, 0.0, 0.0]";
         grid: "2 integers", "1 to 128", "as in EN 12464-1", "Points along both edges, in the middles of equal cells", "[4, 3]", "[0, 3]";
+    }
+    "meter" "region" {
+        points: "list of 3 numbers, m", "±1e12", "needed", "Points on surfaces of any form; they count alike", "[[0.0, 0.8, 0.0], [0.2, 0.8, 0.0]]", "[]";
+        normals: "list of 3 numbers", "not zero", "needed", "Direction in which each of them faces", "[[0.0, 1.0, 0.0], [0.0, 1.0, 0.0]]", "[[0.0, 1.0, 0.0]]";
     }
     "picture" "" {
         exposure: "number, stops", "±50", "0", "Brightens the picture", "1.5", "100.0";

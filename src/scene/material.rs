@@ -131,6 +131,7 @@ pub(super) struct Override {
     /// Name of the material.
     pub(super) name: String,
     diffuse: Option<Vec3>,
+    /// White beside an image that the section states.
     tint: Option<Vec3>,
     specular: Option<Vec3>,
     exponent: Option<f32>,
@@ -151,10 +152,20 @@ impl Override {
                 "belongs to the model's image, which `diffuse` replaces: state one of them",
             ));
         }
+        let image = section.text("image")?;
+        if image.is_some() && section.get("diffuse").is_some() {
+            return Err(section.fault_at("image", "takes the place of `diffuse`: state one of them"));
+        }
+        if section.number("image_width", 1e-6..=1e6)?.is_some() && image.is_none() {
+            return Err(section.fault_at("image_width", "belongs to an image: state `image`"));
+        }
         Ok(Self {
             name: section.need(section.text("name")?, "name", "of a material of the model")?.to_owned(),
             diffuse: section.vector("diffuse", 0.0..=1.0)?.map(|albedo| albedo.as_vec3()),
-            tint: section.vector("tint", 0.0..=1.0)?.map(|albedo| albedo.as_vec3()),
+            tint: section
+                .vector("tint", 0.0..=1.0)?
+                .map(|albedo| albedo.as_vec3())
+                .or(image.map(|_| Vec3::ONE)),
             specular: section.vector("specular", 0.0..=1.0)?.map(|albedo| albedo.as_vec3()),
             exponent: section.number("exponent", 1.0..=1e6)?.map(|exponent| exponent as f32),
             editable: section.flag("editable")?,

@@ -1,9 +1,9 @@
-//! Light meters: points and planes of a scene at which illuminance is measured.
+//! Light meters: points, planes and painted regions of a scene at which illuminance is measured.
 
 use glam::{DVec3, Vec3};
 
 use super::models::refuse_repeated;
-use super::value::{COORDINATE, Node, Section, unknown};
+use super::value::{COORDINATE, Node, Section, unit, unknown};
 use super::{keys, limits};
 use crate::Result;
 use std::path::Path;
@@ -31,7 +31,7 @@ pub struct Meter {
 }
 
 /// Where a light meter measures, and in which direction it faces.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum MeterShape {
     /// A single point.
     Point {
@@ -50,6 +50,11 @@ pub enum MeterShape {
         edge_v: Vec3,
         /// Points along both edges, in the middles of equal cells.
         grid: [u32; 2],
+    },
+    /// Points on surfaces of any form, which count alike; at least one.
+    Region {
+        /// Position and unit normal of each.
+        points: Vec<MeterPoint>,
     },
 }
 
@@ -79,6 +84,9 @@ impl MeterShape {
             Self::Plane { corner, edge_u, edge_v, grid } => {
                 Self::Plane { corner: corner + by, edge_u, edge_v, grid }
             }
+            Self::Region { points } => {
+                Self::Region { points: points.into_iter().map(|(at, normal)| (at + by, normal)).collect() }
+            }
         }
     }
 }
@@ -91,8 +99,8 @@ impl Meter {
 
     /// Reads a meter in world space and recentres it on `origin`. The first is number 0.
     pub(super) fn read(section: &Section, number: usize, origin: DVec3) -> Result<Self> {
-        const KINDS: [&str; 2] = ["point", "plane"];
-        let kind = section.need(section.text("kind")?, "kind", "point or plane")?;
+        const KINDS: [&str; 3] = ["point", "plane", "region"];
+        let kind = section.need(section.text("kind")?, "kind", "point, plane or region")?;
         if !KINDS.contains(&kind) {
             return Err(section.fault_at("kind", unknown("kind of meter", &KINDS, kind)));
         }
@@ -102,6 +110,8 @@ impl Meter {
         let shape = if kind == "point" {
             let normal = section.need(section.direction("normal")?, "normal", "three numbers")?;
             MeterShape::Point { position: (vector("position")? - origin).as_vec3(), normal: normal.as_vec3() }
+        } else if kind == "region" {
+            MeterShape::Region { points: region(section, origin)? }
         } else {
             let (u, v) = (vector("edge_u")?, vector("edge_v")?);
             if u.cross(v).length() <= 1e-6 * u.length() * v.length() {
@@ -117,11 +127,12 @@ impl Meter {
         Ok(Self { name, shape })
     }
 
-    /// Points along both edges.
+    /// Points along both edges of a plane. Other meters have one row.
     pub fn grid(&self) -> [u32; 2] {
-        match self.shape {
+        match &self.shape {
             MeterShape::Point { .. } => [1, 1],
-            MeterShape::Plane { grid, .. } => grid,
+            MeterShape::Plane { grid, .. } => *grid,
+            MeterShape::Region { points } => [points.len() as u32, 1],
         }
     }
 
@@ -134,6 +145,7 @@ impl Meter {
     pub fn points(&self) -> Vec<MeterPoint> {
         match self.shape {
             MeterShape::Point { position, normal } => vec![(position, normal)],
+            MeterShape::Region { ref points } => points.clone(),
             MeterShape::Plane { corner, edge_u, edge_v, grid: [columns, rows] } => {
                 let normal = edge_u.cross(edge_v).normalize();
                 let middle = |index: u32, count: u32| (index as f32 + 0.5) / count as f32;
@@ -144,6 +156,24 @@ impl Meter {
             }
         }
     }
+}
+
+/// The points of a region, recentred on `origin`.
+fn region(section: &Section, origin: DVec3) -> Result<Vec<MeterPoint>> {
+    let list = |key| section.need(section.vectors(key, COORDINATE)?, key, "a list of points");
+    let (points, normals) = (list("points")?, list("normals")?);
+    if points.is_empty() || points.len() > limits::METER_POINTS {
+        let most = limits::METER_POINTS;
+        return Err(section.fault_at("points", format!("has {} points, 1 to {most} expected", points.len())));
+    }
+    if normals.len() != points.len() {
+        let message = format!("has {} normals for {} points", normals.len(), points.len());
+        return Err(section.fault_at("normals", message));
+    }
+    let unit = |normal| unit(normal).ok_or_else(|| section.fault_at("normals", "must not be zero"));
+    let normals = normals.into_iter().map(unit).collect::<Result<Vec<_>>>()?;
+    let point = |(at, normal): (DVec3, DVec3)| ((at - origin).as_vec3(), normal.as_vec3());
+    Ok(points.into_iter().zip(normals).map(point).collect())
 }
 
 /// Reads the meters of a scene file.

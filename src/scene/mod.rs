@@ -43,6 +43,7 @@ mod lines;
 mod load_options;
 pub mod luminaire;
 pub mod material;
+mod material_images;
 mod material_names;
 pub mod measures;
 mod metallic;

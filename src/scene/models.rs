@@ -9,6 +9,7 @@ use super::builtin::{self, Files};
 use super::cutouts::{self, Coverage};
 use super::geometry::{Assembled, Mesh, assemble};
 use super::material::{MAX_ALBEDO, Override};
+use super::material_images::Given;
 use super::panes::{self, Pane};
 use super::reading::Reading;
 use super::value::{Node, Section, unknown};
@@ -132,6 +133,7 @@ pub(super) fn override_materials(
     file: &Path,
     root: &Node,
     models: &mut Models,
+    images: &HashMap<String, Given>,
     warnings: &mut Vec<String>,
 ) -> Result<()> {
     let Models { meshes, materials, coverages, undefined, .. } = models;
@@ -148,11 +150,13 @@ pub(super) fn override_materials(
             return Err(section.fault_at("name", unknown("material", &names, &change.name)));
         };
         for &index in found {
-            change.apply(&mut materials[index], &mut coverages[index]);
-            if change.replaces_colour() {
-                let own = meshes.iter_mut().filter(|mesh| mesh.material as usize == index);
+            let own = meshes.iter_mut().filter(|mesh| mesh.material as usize == index);
+            if let Some(given) = images.get(&change.name) {
+                given.apply(&mut materials[index], own);
+            } else if change.replaces_colour() {
                 own.for_each(|mesh| mesh.colours.clear());
             }
+            change.apply(&mut materials[index], &mut coverages[index]);
         }
     }
     let overridden: HashSet<&str> = overrides.iter().map(|change| change.name.as_str()).collect();

@@ -23,17 +23,31 @@ pub(super) struct Definition {
     pub(super) offset: DVec2,
     /// Whether the file states a diffuse albedo or an image.
     pub(super) states_colour: bool,
+    /// Whether the scene file gives it an image.
+    pub(super) is_given_image: bool,
 }
 
 impl Definition {
     pub(super) fn new(material: Material) -> Self {
         let (scale, offset) = (DVec2::ONE, DVec2::ZERO);
-        Self { material, coverage: Coverage::Full, scale, offset, states_colour: false }
+        Self {
+            material,
+            coverage: Coverage::Full,
+            scale,
+            offset,
+            states_colour: false,
+            is_given_image: false,
+        }
+    }
+
+    /// Whether the model gives it an image.
+    pub(super) fn has_image(&self) -> bool {
+        self.material.texture.is_some() || matches!(self.coverage, Coverage::Cutout(_))
     }
 
     /// Whether triangles need texture coordinates.
-    pub(super) fn has_image(&self) -> bool {
-        self.material.texture.is_some() || matches!(self.coverage, Coverage::Cutout(_))
+    pub(super) fn needs_coordinates(&self) -> bool {
+        self.has_image() || self.is_given_image
     }
 }
 

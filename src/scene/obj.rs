@@ -64,6 +64,9 @@ pub(super) fn load(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result
         let uncoloured = definitions.iter_mut().filter(|definition| !definition.states_colour);
         uncoloured.for_each(|definition| definition.material.diffuse = Vec3::ONE);
     }
+    for definition in &mut definitions {
+        definition.is_given_image = reading.gives_image(&definition.material.name);
+    }
     reading.notes.absorb(std::mem::take(&mut contents.notes));
     let objects = object_names(&mut contents, path);
     let meshes = meshes(reading, path, contents, &used, &definitions)?;
@@ -220,8 +223,10 @@ fn meshes(
     if meshes.is_empty() {
         return Err(Error::input(path, "holds no face: an OBJ file with `v` and `f` lines was expected"));
     }
-    let has_no_coordinates =
-        |mesh: &&Mesh| mesh.coordinates.is_empty() && definitions[mesh.material as usize].has_image();
+    let has_no_coordinates = |mesh: &&Mesh| {
+        let definition = &definitions[mesh.material as usize];
+        mesh.coordinates.is_empty() && definition.has_image() && !definition.is_given_image
+    };
     let without_coordinates: usize =
         meshes.iter().filter(has_no_coordinates).map(|mesh| mesh.indices.len() / 3).sum();
     let what =
@@ -255,7 +260,7 @@ fn mesh(
     let place = |corner: &Corner| {
         Some(definition.scale * contents.coordinates[corner[2].checked_sub(1)?] + definition.offset)
     };
-    let has_image = definition.has_image();
+    let has_image = definition.needs_coordinates();
     let colour = |corner: &Corner| match contents.colours.get(corner[0] - 1) {
         Some(colour) => colour.to_array().map(|value| (255.0 * value).round() as u8),
         None => WHITE,
@@ -274,6 +279,7 @@ fn mesh(
     }
     Mesh {
         coordinates: corners.iter().filter(|_| has_image).filter_map(place).collect(),
+        laid_size: None,
         normals: corners.iter().filter_map(normal).collect(),
         colours: corners.iter().filter(|_| has_colours).map(colour).collect(),
         positions,

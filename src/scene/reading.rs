@@ -1,6 +1,6 @@
 //! Shared state of the readers of a scene's models.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ffi::OsString;
 use std::path::{Component, Path, PathBuf};
 use std::rc::Rc;
@@ -34,13 +34,23 @@ pub(super) struct Reading<'a> {
     images_by_hash: HashMap<u128, Decoded>,
     /// Names in the searched folders.
     listings: HashMap<PathBuf, Rc<Listing>>,
+    /// Materials that the scene file gives an image.
+    with_image: HashSet<String>,
+    /// The material of all faces of the model, if the scene file states one.
+    pub(super) of_all_faces: Option<String>,
 }
 
 /// Names in a folder by their lower-case form.
 type Listing = HashMap<String, OsString>;
 
 impl<'a> Reading<'a> {
-    pub(super) fn new(files: Files, warnings: &'a mut Vec<String>, inputs: &'a mut Vec<PathBuf>) -> Self {
+    /// `with_image`: the materials that the scene file gives an image.
+    pub(super) fn new(
+        files: Files,
+        with_image: HashSet<String>,
+        warnings: &'a mut Vec<String>,
+        inputs: &'a mut Vec<PathBuf>,
+    ) -> Self {
         Self {
             files,
             warnings,
@@ -50,7 +60,14 @@ impl<'a> Reading<'a> {
             images: HashMap::new(),
             images_by_hash: HashMap::new(),
             listings: HashMap::new(),
+            with_image,
+            of_all_faces: None,
         }
+    }
+
+    /// Whether the scene file gives an image to the faces that the model gives this material.
+    pub(super) fn gives_image(&self, material: &str) -> bool {
+        self.with_image.contains(self.of_all_faces.as_deref().unwrap_or(material))
     }
 
     /// Adds the notes to the warnings.

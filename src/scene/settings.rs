@@ -117,6 +117,15 @@ impl Setting {
                 return Err(Error::Usage(format!("{}: {what}", self.flag)));
             }
         };
+        // A colour and an image take the place of each other.
+        let replaced: &[&str] = match (section, key.as_str()) {
+            ("material", "image") => &["diffuse"],
+            ("material", "diffuse") => &["image", "image_width", "tint"],
+            _ => &[],
+        };
+        if let Kind::Table(entries) = &mut table.kind {
+            entries.retain(|(key, _)| !replaced.contains(&key.as_str()));
+        }
         table.set(key, self.value.clone());
         Ok(())
     }

@@ -96,7 +96,7 @@ impl Image {
     }
 
     /// The mean of all texels, linear.
-    pub(super) fn mean(&self) -> Vec3 {
+    pub fn mean(&self) -> Vec3 {
         let table: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(linear(code))).collect();
         let count = self.codes.len().max(1) as f64;
         let sum =

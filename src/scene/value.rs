@@ -134,6 +134,21 @@ impl Node {
         self
     }
 
+    /// The elements of a list of that length. `None` if it is another value, or an element is.
+    pub(super) fn as_list<T, const COUNT: usize>(
+        &self,
+        read: impl Fn(&Self) -> Option<T>,
+    ) -> Option<[T; COUNT]> {
+        let Kind::Array(elements) = &self.kind else { return None };
+        let elements: Option<Vec<T>> = elements.iter().map(read).collect();
+        elements?.try_into().ok()
+    }
+
+    /// The numbers of a list of that length. `None` if it is another value.
+    pub(super) fn as_numbers<const COUNT: usize>(&self) -> Option<[f64; COUNT]> {
+        self.as_list(Self::as_number)
+    }
+
     /// The entry of that name. `None` if this is no table, or lacks it.
     pub(super) fn get(&self, key: &str) -> Option<&Self> {
         let Kind::Table(entries) = &self.kind else { return None };
@@ -303,22 +318,28 @@ impl<'a> Section<'a> {
     /// Three finite numbers, each in `range`.
     pub(super) fn vector(&self, key: &str, range: RangeInclusive<f64>) -> Result<Option<DVec3>> {
         let Some(node) = self.get(key) else { return Ok(None) };
-        let fault = || self.expected(key, "a list of three numbers", node);
+        let numbers = node.as_numbers().ok_or_else(|| self.expected(key, "a list of three numbers", node))?;
+        self.check_vector(key, numbers, &range).map(Some)
+    }
+
+    /// A list of vectors, of three finite numbers in `range` each.
+    pub(super) fn vectors(&self, key: &str, range: RangeInclusive<f64>) -> Result<Option<Vec<DVec3>>> {
+        let Some(node) = self.get(key) else { return Ok(None) };
+        let fault = || self.expected(key, "a list of lists of three numbers", node);
         let Kind::Array(elements) = &node.kind else { return Err(fault()) };
-        let numbers: Vec<f64> = elements.iter().map_while(Node::as_number).collect();
-        if numbers.len() != elements.len() || numbers.len() != 3 {
-            return Err(fault());
-        }
-        for &number in &numbers {
-            self.check_range(key, number, &range)?;
-        }
-        Ok(Some(DVec3::from_slice(&numbers)))
+        let vector = |element: &Node| self.check_vector(key, element.as_numbers().ok_or_else(fault)?, &range);
+        elements.iter().map(vector).collect::<Result<_>>().map(Some)
+    }
+
+    fn check_vector(&self, key: &str, numbers: [f64; 3], range: &RangeInclusive<f64>) -> Result<DVec3> {
+        numbers.iter().try_for_each(|&number| self.check_range(key, number, range).map(drop))?;
+        Ok(DVec3::from(numbers))
     }
 
     /// Four rows of four finite numbers, each in `range`.
     pub(super) fn matrix(&self, key: &str, range: RangeInclusive<f64>) -> Result<Option<[[f64; 4]; 4]>> {
         let Some(node) = self.get(key) else { return Ok(None) };
-        let Some(rows) = four(node, |row| four(row, Node::as_number)) else {
+        let Some(rows) = node.as_list(Node::as_numbers) else {
             return Err(self.expected(key, "a list of four rows of four numbers", node));
         };
         for number in rows.into_iter().flatten() {
@@ -371,13 +392,6 @@ impl<'a> Section<'a> {
         let Some(vector) = self.vector(key, COORDINATE)? else { return Ok(None) };
         unit(vector).map(Some).ok_or_else(|| self.fault_at(key, "a direction must not be zero"))
     }
-}
-
-/// The elements of a list of four. `None` if it is another value, or an element is.
-fn four<T>(node: &Node, read: impl Fn(&Node) -> Option<T>) -> Option<[T; 4]> {
-    let Kind::Array(elements) = &node.kind else { return None };
-    let elements: Option<Vec<T>> = elements.iter().map(read).collect();
-    elements?.try_into().ok()
 }
 
 /// The direction of three numbers. `None` if all are zero.

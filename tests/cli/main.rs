@@ -219,7 +219,7 @@ fn a_scene_that_is_dark_on_purpose_is_black() {
     for arguments in ["time", "scale -o out", "sweep -o out", "figures -o out", "tune --dry-run"] {
         let arguments: Vec<&str> = arguments.split(' ').collect();
         let output = run(&folder, &[&[arguments[0], "scene.toml", "-q"][..], &arguments[1..]].concat());
-        assert_refused(&output, 2, &["scene.toml: has no light, and one has to move"]);
+        assert_refused(&output, 2, &["scene.toml: is dark: without lights there is nothing to measure"]);
     }
 }
 

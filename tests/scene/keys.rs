@@ -14,6 +14,7 @@ const POWERS: [&str; 5] = ["lumens", "candela", "nits", "lux", "watts"];
 fn kind_of(section: &str, kind: &'static str) -> &'static str {
     match (section, kind) {
         ("meter", "area") => "plane",
+        ("meter", "spot") => "region",
         ("meter", _) => "point",
         _ => kind,
     }
@@ -43,7 +44,7 @@ fn file(kind: &'static str, change: Option<(&Key, &str)>) -> String {
                 "translate" | "rotate" | "scale" => changes("model", "matrix"),
                 "diffuse" => changes("material", "tint"),
                 // No such file is there.
-                "image" | "ies" | "turn" => true,
+                "image" | "image_width" | "ies" | "turn" => true,
                 "file" => changes("model", "built_in") || changes("model", "triangles"),
                 _ => false,
             };

@@ -342,3 +342,57 @@ fn albedos_are_bounded_and_one_warning_names_the_first() {
     let about = scene.warnings.iter().filter(|warning| warning.contains("0.99")).count();
     assert_eq!((told, about), (1, 1), "{:?}", scene.warnings);
 }
+
+const WITH_IMAGE: &str = "[[material]]\nname = \"wall\"\nimage = \"b.png\"\n";
+
+fn with_image(obj: &str, mtl: &str, more: &str) -> Result<Scene> {
+    let blue = encoded(RgbImage::from_pixel(4, 2, Rgb([0, 0, 200])), ImageFormat::Png);
+    let toml = format!("{}{WITH_IMAGE}{more}", good_toml());
+    load_with(&toml, obj, mtl, &[("a.png", &png()), ("b.png", &blue)], &LoadOptions::default())
+}
+
+#[test]
+fn the_scene_file_gives_materials_an_image() {
+    // Whether the model has one or a colour, which does not count.
+    for mtl in [MTL, "newmtl wall\nKd 0.1 0.2 0.3\n", ""] {
+        let scene = with_image(SQUARE, mtl, "").unwrap();
+        assert_eq!(texture(&scene).image.size, [4, 2], "{mtl}");
+        let (diffuse, image) = (scene.materials[0].diffuse, texture(&scene).image.clone());
+        assert_eq!((diffuse, image.codes[0]), (Vec3::ONE, [0, 0, 200]), "{mtl}");
+        // The model's own coordinates.
+        assert_eq!(scene.texture_coordinates[0], [Vec2::ZERO, Vec2::X, Vec2::ONE], "{mtl}");
+        assert!(scene.inputs.iter().any(|file| file.ends_with("b.png")), "{:?}", scene.inputs);
+    }
+    let tinted = with_image(SQUARE, MTL, "tint = [0.5, 0.25, 1.0]\n").unwrap();
+    assert_eq!(tinted.materials[0].diffuse, Vec3::new(0.5, 0.25, 1.0));
+    for (more, why) in
+        [("diffuse = [1, 1, 1]\n", "takes the place of `diffuse`"), ("image_width = 0.0\n", "image_width")]
+    {
+        let error = with_image(SQUARE, MTL, more).unwrap_err().to_string();
+        assert!(error.contains(why) && error.contains("s.toml:"), "{error}");
+    }
+    let toml = format!("{}{WITH_IMAGE}", good_toml());
+    let missing = load_with(&toml, SQUARE, MTL, &[("a.png", &png())], &LoadOptions::default()).unwrap_err();
+    assert!(missing.to_string().contains("b.png") && missing.to_string().contains("image"), "{missing}");
+    let alone = format!("{}[[material]]\nname = \"wall\"\nimage_width = 2\n", good_toml());
+    let alone = load_with(&alone, SQUARE, MTL, &[("a.png", &png())], &LoadOptions::default()).unwrap_err();
+    assert!(alone.to_string().contains("belongs to an image"), "{alone}");
+}
+
+#[test]
+fn images_are_laid_on_faces_without_coordinates() {
+    // Four metres wide, two high: each axis once, far from the origin.
+    let mtl = "newmtl wall\nKd 1 1 1\n";
+    let faces = [
+        ("v 1000000 0 0\nv 1000004 0 0\nv 1000004 2 0\nf 1 2 3\n", [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]),
+        ("v 0 1000000 0\nv 0 1000000 4\nv 0 1000002 4\nf 1 2 3\n", [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]),
+        ("v 0 0 0\nv 4 0 0\nv 4 0 -2\nf 1 2 3\n", [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]),
+        ("v -3 0 0\nv 1 0 0\nv 1 -2 0\nf 1 2 3\n", [[0.25, 0.0], [1.25, 0.0], [1.25, -1.0]]),
+    ];
+    for (face, expected) in faces {
+        let scene =
+            with_image(&format!("mtllib m.mtl\nusemtl wall\n{face}"), mtl, "image_width = 4\n").unwrap();
+        assert_eq!(scene.texture_coordinates, [expected.map(Vec2::from)], "{face}");
+        assert_eq!(scene.warnings, [""; 0], "{face}");
+    }
+}

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::dialogs::{LUMINAIRES, PANORAMAS, Purpose};
+use super::dialogs::{IMAGES, LUMINAIRES, OTHER_IMAGES, PANORAMAS, Purpose};
+use super::images::choose_image;
 use super::light_edit::{self, LightEdit};
 use super::navigate;
 use super::panels::{fresh_light, middle_of_view};
@@ -124,11 +125,11 @@ pub(super) fn add_model(session: &mut Session, path: &Path) {
     }
     // Relative paths would count from the scene file.
     let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    session.document.models.push(PlacedModel::of_file(&path.to_string_lossy()));
+    session.document.parts.models.push(PlacedModel::of_file(&path.to_string_lossy()));
 }
 
 /// Takes the file that was dropped on the window: opens a scene, adds a luminaire or a
-/// model, or takes an image as the sky.
+/// model, or takes an image as the sky or as that of the chosen material.
 pub(super) fn drop_file(session: &mut Session, ui_state: &mut UiState, path: &Path) {
     let is_scene = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     take_file(session, ui_state, if is_scene { Purpose::Open } else { Purpose::Add }, path);
@@ -147,6 +148,7 @@ pub(super) fn take_file(session: &mut Session, ui_state: &mut UiState, purpose: 
         }
         Purpose::Add => add_file(session, ui_state, path),
         Purpose::Sky => choose_sky(session, path),
+        Purpose::Image => choose_image(session, &ui_state.chosen, path),
     }
 }
 
@@ -164,15 +166,17 @@ fn choose_sky(session: &mut Session, path: &Path) {
     }
     // Relative paths would count from the scene file.
     let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    session.document.sky_image = Some(path.to_string_lossy().into_owned());
+    session.document.parts.sky_image = Some(path.to_string_lossy().into_owned());
 }
 
-/// Adds a luminaire, a sky or a model.
+/// Adds a luminaire, a sky, the image of the chosen material, or a model.
 fn add_file(session: &mut Session, ui_state: &mut UiState, path: &Path) {
     if is_one_of(path, &LUMINAIRES) {
         add_luminaire(session, ui_state, path);
     } else if is_one_of(path, &PANORAMAS) {
         choose_sky(session, path);
+    } else if is_one_of(path, &[&IMAGES[..], &OTHER_IMAGES].concat()) {
+        choose_image(session, &ui_state.chosen, path);
     } else {
         add_model(session, path);
     }

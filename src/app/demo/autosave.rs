@@ -18,6 +18,8 @@ pub(super) struct Autosave {
     written: Option<Document>,
     /// A file of an earlier window waits for an answer.
     waits: bool,
+    /// Where the edits of an earlier window are since they made way, until the user is told.
+    kept: Option<PathBuf>,
 }
 
 impl Autosave {
@@ -25,7 +27,7 @@ impl Autosave {
     pub(super) fn new(spec: &str) -> Self {
         let path = (!builtin::NAMES.contains(&spec)).then(|| beside(Path::new(spec)));
         let waits = path.as_ref().is_some_and(|path| path.is_file());
-        Self { scene: PathBuf::from(spec), path, written: None, waits }
+        Self { scene: PathBuf::from(spec), path, written: None, waits, kept: None }
     }
 
     /// The file of an earlier window, if it waits for an answer.
@@ -34,40 +36,45 @@ impl Autosave {
     }
 
     /// Writes edits that the file does not hold yet. Deletes the file if nothing is unsaved.
-    /// Returns a line for the user if edits of an earlier window are kept under another name.
+    /// What an earlier window left makes way.
     ///
     /// # Errors
     /// The file cannot be written: the next edit tries again. What an earlier window left cannot be
     /// moved out of the way: it stays, and there is no autosave from then on.
-    pub(super) fn follow(&mut self, session: &Session) -> Result<Option<String>> {
-        let Some(path) = self.path.clone() else { return Ok(None) };
+    pub(super) fn follow(&mut self, session: &Session) -> Result<()> {
+        let Some(path) = self.path.clone() else { return Ok(()) };
         if !session.has_unsaved_edits() {
             if self.written.take().is_some() {
                 remove(&path);
             }
-            return Ok(None);
+            return Ok(());
         }
         if self.written.as_ref() == Some(&session.document) {
-            return Ok(None);
+            return Ok(());
         }
-        let said = self.make_way(&path)?;
+        self.make_way(&path)?;
         // Set first: an edit that no file can hold is refused once, and not in every frame.
         self.written = Some(session.document.clone());
-        files::write_scene(session, &path)?;
-        Ok(said)
+        files::write_scene(session, &path).map(drop)
+    }
+
+    /// Where the edits of an earlier window are now, once after they made way.
+    pub(super) fn take_kept(&mut self) -> Option<PathBuf> {
+        self.kept.take()
     }
 
     /// Moves what an earlier window left out of the way.
-    fn make_way(&mut self, path: &Path) -> Result<Option<String>> {
+    fn make_way(&mut self, path: &Path) -> Result<()> {
         if !std::mem::take(&mut self.waits) {
-            return Ok(None);
+            return Ok(());
         }
         let kept = files::free_rescue_name(&self.scene);
         if let Err(error) = fs::rename(path, &kept) {
             self.path = None;
             return Err(Error::output(&kept, error.to_string()));
         }
-        Ok(Some(format!("the edits of the last time are in {}", kept.display())))
+        self.kept = Some(kept);
+        Ok(())
     }
 
     /// Brings the edits of an earlier window back as one edit.

@@ -16,14 +16,18 @@ pub(super) enum Purpose {
     Add,
     /// An image becomes the sky of the scene.
     Sky,
+    /// An image becomes that of the chosen material.
+    Image,
 }
 
 const MODELS: [&str; 5] = ["glb", "gltf", "obj", "ply", "stl"];
 pub(super) const LUMINAIRES: [&str; 2] = ["ies", "ldt"];
 /// Images that are the sky's if they are dropped on the window.
 pub(super) const PANORAMAS: [&str; 2] = ["hdr", "exr"];
-/// Other images that the sky may have.
-const IMAGES: [&str; 6] = ["jpeg", "jpg", "png", "tif", "tiff", "webp"];
+/// Other images that the sky may have. They are the chosen material's if they are dropped.
+pub(super) const IMAGES: [&str; 6] = ["jpeg", "jpg", "png", "tif", "tiff", "webp"];
+/// Images that only a material may have.
+pub(super) const OTHER_IMAGES: [&str; 3] = ["bmp", "gif", "tga"];
 const SCENES: [&str; 1] = ["toml"];
 
 /// The dialog, which is open while it waits for an answer.
@@ -52,6 +56,7 @@ impl Dialogs {
             Purpose::Save => "Save the scene",
             Purpose::Add => "Add a model or a luminaire",
             Purpose::Sky => "Choose the image of the sky",
+            Purpose::Image => "Choose the image of the material",
         };
         let all = |lists: &[&[&'static str]]| lists.concat();
         let dialog = FileDialog::new().title(title).initial_directory(folder).as_modal(true);
@@ -65,11 +70,14 @@ impl Dialogs {
             Purpose::Sky => dialog
                 .add_file_filter_extensions("Panoramas", all(&[&PANORAMAS, &IMAGES]))
                 .default_file_filter("Panoramas"),
+            Purpose::Image => dialog
+                .add_file_filter_extensions("Images", all(&[&IMAGES, &OTHER_IMAGES, &PANORAMAS]))
+                .default_file_filter("Images"),
             Purpose::Save => dialog.default_file_name(&name).add_save_extension("Scene", "toml"),
         };
         match purpose {
             Purpose::Save => self.dialog.save_file(),
-            Purpose::Open | Purpose::Add | Purpose::Sky => self.dialog.pick_file(),
+            Purpose::Open | Purpose::Add | Purpose::Sky | Purpose::Image => self.dialog.pick_file(),
         }
         self.purpose = purpose;
     }

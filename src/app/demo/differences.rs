@@ -1,7 +1,6 @@
 //! What differs between a scene's files on disk and the edited scene.
 
 use std::fs;
-use std::ops::Range;
 use std::path::Path;
 
 use similar::{ChangeTag, TextDiff};
@@ -78,7 +77,7 @@ fn compare(on_disk: &str, mine: &str) -> Vec<(Side, String)> {
 fn part_of(rows: &[&str], row: usize) -> Option<String> {
     let is_header = |row: &usize| rows[*row].starts_with('[');
     let head = (0..rows.len().min(row + 1)).rev().find(is_header).filter(|head| *head < row)?;
-    let body: Range<usize> = head + 1..rows.len();
+    let body = head + 1..rows.len();
     let name = body.take_while(|row| !is_header(row)).find(|row| rows[*row].starts_with("name"));
     let name = name.map_or("", |row| rows[row]);
     Some(format!("{} {name}", rows[head]).trim_end().to_owned())

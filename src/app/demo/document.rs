@@ -17,12 +17,30 @@ pub(super) struct Document {
     pub(super) lights: Vec<LightEntry>,
     /// In the scene's order.
     pub(super) materials: Vec<MaterialEdit>,
-    /// In the order of the scene file; models that the user added follow.
-    pub(super) models: Vec<PlacedModel>,
     /// In the order of the scene file; new ones follow.
     pub(super) meters: Vec<Meter>,
+    pub(super) parts: Parts,
+}
+
+/// What the scene is loaded with. An edit of it loads the scene anew.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Parts {
+    /// In the order of the scene file; models that the user added follow.
+    pub(super) models: Vec<PlacedModel>,
     /// Path of the sky's image that the user has chosen. `None`: the sky of the scene file.
     pub(super) sky_image: Option<String>,
+    /// What the user has chosen for each material, in the scene's order. `None`: as it was loaded.
+    pub(super) images: Vec<Option<ChosenImage>>,
+}
+
+/// What the user has chosen as the image of a material, with the diffuse albedo of that time: the
+/// roulette of light paths depends on it, and later edits change it without tracing.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum ChosenImage {
+    /// No image: the material has this colour.
+    Colour(Vec3),
+    /// The image at this path, which is multiplied with that.
+    File(String, Vec3),
 }
 
 /// A light with an identifier that survives renaming and reordering.
@@ -49,9 +67,8 @@ impl Document {
         Self {
             lights: (0..).zip(&scene.lights).map(entry).collect(),
             materials: scene.materials.iter().map(MaterialEdit::from_material).collect(),
-            models,
             meters: scene.meters.clone(),
-            sky_image: None,
+            parts: Parts { models, sky_image: None, images: vec![None; scene.materials.len()] },
         }
     }
 

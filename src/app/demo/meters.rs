@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use glam::Vec3;
 
-use crate::scene::meter::{Meter, MeterShape};
+use crate::scene::meter::{Meter, MeterPoint, MeterShape};
 
 /// Distance of a new meter from its surface, in scene sizes.
 const RAISED: f32 = 1e-3;
@@ -22,6 +22,8 @@ pub(super) struct Meters {
     /// The meter whose numbers are shown.
     pub(super) chosen: Option<usize>,
     pub(super) is_open: bool,
+    /// Drags paint the region of a meter.
+    pub(super) paints: bool,
     /// The panel opens.
     pub(super) opens: bool,
 }
@@ -36,14 +38,24 @@ impl Meters {
 /// A meter with a free name on a surface, at this place and with this normal. `size`: diagonal of
 /// the scene, metres.
 pub(super) fn fresh(others: &[Meter], (place, normal): (Vec3, Vec3), size: f32, is_plane: bool) -> Meter {
-    let position = place + RAISED * size * normal;
+    let (position, normal) = raised((place, normal), size);
     let shape = match is_plane {
         true => MeterShape::on_surface(position, normal, (SIDE * size).min(SIDE_M)),
         false => MeterShape::Point { position, normal },
     };
+    Meter { name: free_name(others), shape }
+}
+
+/// A measuring point above a surface at this place and with this normal. `size`: diagonal of the
+/// scene, metres.
+pub(super) fn raised((place, normal): MeterPoint, size: f32) -> MeterPoint {
+    (place + RAISED * size * normal, normal)
+}
+
+/// A name that no meter has.
+pub(super) fn free_name(others: &[Meter]) -> String {
     let is_free = |name: &String| others.iter().all(|meter| meter.name != *name);
-    let name = (1..).map(|number| format!("meter{number}")).find(is_free).expect("numbers do not end");
-    Meter { name, shape }
+    (1..).map(|number| format!("meter{number}")).find(is_free).expect("numbers do not end")
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ pub(super) struct Mixer {
     alone: Option<(Alone, HashMap<u64, bool>)>,
     /// Emission of each light at 100 % in a white group: as it was when the mixer first saw it.
     full: HashMap<u64, Vec3>,
-    /// Colour of each group. The brightest channel is 1.
+    /// Colour of each group. Its brightest channel is 1, unless its lights were coloured one by one.
     colours: HashMap<String, Vec3>,
     /// Last percentage of each light whose emission does not tell it, because it is black.
     percents: HashMap<u64, f64>,
@@ -139,18 +139,21 @@ impl Mixer {
     /// Colour of a group, by which the colours that its lights had at first are multiplied. A light
     /// that is new in the group or has another colour keeps its look and its percentage.
     pub(super) fn group_colour(&mut self, document: &mut Document, group: &str) -> Vec3 {
-        let lights = members(document, group).map(|entry| (self.full(entry), entry.light.kind.emission()));
-        let lit: Vec<(Vec3, Vec3)> = lights.filter(|(_, emission)| *emission != Vec3::ZERO).collect();
+        let lights =
+            members(document, group).map(|entry| (entry.id, self.full(entry), entry.light.kind.emission()));
+        let lit: Vec<(u64, Vec3, Vec3)> = lights.filter(|(.., emission)| *emission != Vec3::ZERO).collect();
         let stored = self.colours.get(group).copied();
-        // Undo and redo bring other colours.
-        let derived = lit.iter().find(|(full, _)| full.min_element() > 0.0).map(|(full, emission)| {
+        // Undo, redo and edits of all lights bring other colours, and none changes a percentage: a
+        // colour temperature keeps the luminous power.
+        let derived = lit.iter().find(|(_, full, _)| full.min_element() > 0.0).map(|(id, full, emission)| {
             let ratio = *emission / *full;
-            ratio / ratio.max_element()
+            let percent = self.percents.get(id).copied().filter(|percent| *percent > 0.0);
+            percent.map_or(ratio / ratio.max_element(), |percent| ratio * (100.0 / percent) as f32)
         });
         let is_of = |colour: Vec3, full: Vec3, emission: Vec3| {
             full * colour != Vec3::ZERO && is_same_colour(full * colour, emission)
         };
-        let fits = |colour: &Vec3| lit.iter().all(|(full, emission)| is_of(*colour, *full, *emission));
+        let fits = |colour: &Vec3| lit.iter().all(|(_, full, emission)| is_of(*colour, *full, *emission));
         let found = [stored, Some(Vec3::ONE), derived].into_iter().flatten().find(fits);
         let colour = found.unwrap_or_else(|| {
             // A channel that the colour lacks cannot be brought back.
@@ -338,6 +341,25 @@ mod tests {
         mixer.colour_group(&mut document, "g", Vec3::X);
         document.lights[0].light.kind = document.lights[0].light.kind.with_emission(green);
         assert_eq!(mixer.group_colour(&mut document, "g"), Vec3::ONE);
+    }
+
+    #[test]
+    fn a_colour_temperature_keeps_the_percentage_of_a_group() {
+        let (mut mixer, mut document) = (Mixer::default(), grouped());
+        document.lights[1].light.kind = document.lights[0].light.kind;
+        mixer.group_colour(&mut document, "g");
+        mixer.dim_group(&mut document, "g", 80.0);
+        for kelvin in [3000.0, 9000.0] {
+            for entry in &mut document.lights[..2] {
+                entry.light.kind = entry.light.kind.with_kelvin(kelvin);
+            }
+            mixer.group_colour(&mut document, "g");
+            let percent = mixer.group_percent(&mut document, "g");
+            assert!((percent - 80.0).abs() < 1e-3, "{kelvin} K: {percent} %");
+        }
+        let power = lux(document.lights[0].light.kind.emission());
+        mixer.dim_group(&mut document, "g", 40.0);
+        assert!((lux(document.lights[0].light.kind.emission()) / power - 0.5).abs() < 1e-5);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::document::{Document, LightEntry, MaterialEdit};
+use super::document::{Document, LightEntry, MaterialEdit, Parts};
 use crate::scene::meter::Meter;
 use crate::scene::{Camera, LightKind, Scene};
 
@@ -71,15 +71,18 @@ impl Rebase {
         let lights = lights.chain(new);
         let edits = self.materials.iter().zip(&self.edits);
         let edits = edits.map(|(from, edit)| from.map_or(*edit, |from| document.materials[from]));
+        let chosen = |from: &Option<usize>| document.parts.images[(*from)?].clone();
+        let images = self.materials.iter().map(chosen).collect();
         let meters = document.meters.iter();
-        let meters =
-            meters.map(|Meter { name, shape }| Meter { name: name.clone(), shape: shape.moved(self.shift) });
+        let meters = meters.map(|Meter { name, shape }| Meter {
+            name: name.clone(),
+            shape: shape.clone().moved(self.shift),
+        });
         Document {
             lights: lights.collect(),
             materials: edits.collect(),
-            models: document.models.clone(),
             meters: meters.collect(),
-            sky_image: document.sky_image.clone(),
+            parts: Parts { images, ..document.parts.clone() },
         }
     }
 

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::document::{Document, History};
+use super::document::{Document, History, Parts};
 use super::snapshots::Snapshots;
 use super::stage::{Progressed, Ready, Wake, Worker, record_preview};
 use super::view_request::ViewRequest;
@@ -66,12 +66,10 @@ pub(super) struct Session {
     pub(super) scene: Scene,
     /// The models of the scene file, without the user's edits.
     models: Vec<PlacedModel>,
-    /// The models that the scene was loaded with.
-    loaded_models: Vec<PlacedModel>,
+    /// The parts that the scene was loaded with.
+    loaded: Parts,
     /// [`Document::editable`] at the start of the last precomputation.
     traced_editable: Vec<bool>,
-    /// The image of the sky that the user had chosen when the scene was loaded.
-    loaded_sky: Option<String>,
     /// Its file, to be saved with edits; or the reason why it cannot be saved.
     pub(super) text: std::result::Result<SceneText, String>,
     pub(super) document: Document,
@@ -111,6 +109,8 @@ pub(super) struct Session {
     pub(super) refused_size: Option<[u32; 2]>,
     /// The pointer is pressed: a model that it moves is loaded when it is released.
     pub(super) is_held: bool,
+    /// A region is painted: its meter is measured when that ends.
+    pub(super) paints: bool,
     /// Nothing reads the picture but the window: lights that a drag dims may be mixed.
     pub(super) may_mix: bool,
     /// The last frame reverted an edit.
@@ -160,6 +160,7 @@ impl Session {
             history: History::new(&document),
             snapshots: Snapshots::default(),
             saved: document.clone(),
+            loaded: document.parts.clone(),
             traced_editable: document.editable(),
             watch,
             is_asked: false,
@@ -181,6 +182,7 @@ impl Session {
             refused_size: None,
             has_gone_back: false,
             is_held: false,
+            paints: false,
             may_mix: false,
             needs_precompute: false,
             stage: Stage::Preview(Box::new(Preview::new(context, scene.clone())?)),
@@ -191,8 +193,6 @@ impl Session {
             recorded: None,
             in_flight: VecDeque::new(),
             text: text.map_err(|error| error.to_string()),
-            loaded_models: models.clone(),
-            loaded_sky: None,
             models,
             context: context.clone(),
             wake,
@@ -229,7 +229,7 @@ impl Session {
         if std::mem::take(&mut self.needs_precompute) {
             self.open_enclosure()?;
         }
-        self.follow_models();
+        self.follow_parts();
         self.follow_editable();
         self.take_renderer()?;
         let requested = self.requested();

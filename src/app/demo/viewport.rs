@@ -12,6 +12,8 @@ use super::gizmos::{Drag, Part, Projection, hit, of_light};
 use super::meter_marks;
 use super::navigate::{self, Held};
 use super::overlays;
+use super::painting;
+use super::panels::PALETTE;
 use super::placing::{self, scene_size as size};
 use super::session::Session;
 use super::ui_state::{Chosen, Place, UiState, View};
@@ -58,6 +60,8 @@ enum Hold {
     Pan(f32),
     Look,
     Wipe,
+    /// The brush of a light meter's region.
+    Brush,
 }
 
 impl Viewport {
@@ -94,13 +98,16 @@ impl Viewport {
             let area = framed(area, session.picture().1);
             let projection = projection(&session.camera, area);
             self.take(ui, &response, projection, session, ui_state)?;
-            self.drag(ui, &response, session, ui_state, area);
+            self.drag(ui, &response, session, ui_state, area)?;
             self.wheel(ui, &response, session, ui_state)?;
             draw(ui, area, textures, ui_state.split);
             let projection = self::projection(&session.camera, area);
             overlays.paint(ui, projection, area, session, ui_state)?;
             if ui_state.meters.is_open {
                 meter_marks::paint(&ui.painter_at(area), projection, session, ui_state.meters.chosen);
+            }
+            if let Some(pointer) = response.hover_pos().filter(|_| ui_state.meters.paints) {
+                ui.painter_at(area).circle_stroke(pointer, painting::BRUSH, (1.5, PALETTE[1]));
             }
             self.draw_lights(ui, &response, projection, session, ui_state);
             overlays::marks(&ui.painter_at(response.rect), response.rect, &self.marks(session, ui_state));
@@ -169,6 +176,9 @@ impl Viewport {
         if ui_state.is_recording {
             marks.push("● recording".to_owned());
         }
+        if ui_state.meters.paints {
+            marks.push("painting a region: drag over surfaces, with Ctrl to erase".to_owned());
+        }
         if self.divisor > 1 {
             marks.push(format!("1/{} of the width and height while you move", self.divisor));
         }
@@ -231,7 +241,10 @@ impl Viewport {
             // egui gives a click to the item under the last position of its frame.
             && response.rect.contains(pointer)
         {
-            if modifiers.command && modifiers.shift {
+            if ui_state.meters.paints {
+                let area = framed(response.rect, session.picture().1);
+                brush((vec(pointer), vec(pointer)), (area, modifiers), session, ui_state)?;
+            } else if modifiers.command && modifiers.shift {
                 let place = surface(session, projection, vec(pointer))?;
                 placing::aim(session, ui_state, place, self.anchor);
             } else {
@@ -255,7 +268,7 @@ impl Viewport {
         let on_wipe = ui_state.split.is_some_and(|wipe| {
             (response.rect.left() + wipe * response.rect.width() - start.x).abs() < TOLERANCE
         });
-        let part = self.part_at(start, projection, session, ui_state);
+        let part = self.part_at(start, projection, session, ui_state).filter(|_| !ui_state.meters.paints);
         self.hold = Some(match part {
             Some((part, id)) if is_primary => {
                 let lights = &session.document.lights;
@@ -266,6 +279,7 @@ impl Viewport {
                 Hold::Gizmo(Drag::begin(&projection, &kind, part, self.anchor, start), id, others)
             }
             _ if is_primary && on_wipe => Hold::Wipe,
+            _ if is_primary && ui_state.meters.paints => Hold::Brush,
             _ if response.drag_started_by(PointerButton::Middle) || modifiers.shift => Hold::Pan(depth),
             _ if response.drag_started_by(PointerButton::Secondary) || modifiers.command => Hold::Look,
             _ => Hold::Orbit(pivot),
@@ -281,7 +295,7 @@ impl Viewport {
         session: &mut Session,
         ui_state: &mut UiState,
         area: Rect,
-    ) {
+    ) -> Result<()> {
         let released = ui.input(|input| input.events.iter().find_map(released));
         // A released part stays at the point of release, even if the pointer has moved since.
         let pointer = match released.filter(|_| response.drag_stopped()) {
@@ -293,10 +307,12 @@ impl Viewport {
             if !ui.input(|input| input.pointer.any_down()) {
                 self.hold = None;
             }
-            return;
+            return Ok(());
         };
-        let moved = vec(pointer) - std::mem::replace(&mut self.pointer, vec(pointer));
-        let snap = ui.input(|input| input.modifiers.command).then_some(SNAP * size(session));
+        let before = std::mem::replace(&mut self.pointer, vec(pointer));
+        let moved = vec(pointer) - before;
+        let modifiers = ui.input(|input| input.modifiers);
+        let snap = modifiers.command.then_some(SNAP * size(session));
         let camera = &mut session.camera;
         match &self.hold {
             Some(Hold::Gizmo(drag, id, others)) => {
@@ -309,11 +325,15 @@ impl Viewport {
             Some(Hold::Orbit(pivot)) => navigate::orbit(camera, *pivot, TURN * moved),
             Some(Hold::Pan(depth)) => navigate::pan(camera, moved, area.height(), *depth),
             Some(Hold::Look) => navigate::look(camera, -TURN * moved),
+            Some(Hold::Brush) => {
+                brush((before, vec(pointer)), (area, modifiers), session, ui_state)?;
+            }
             None => (),
         }
         if !response.dragged() {
             self.hold = None;
         }
+        Ok(())
     }
 
     /// Moves the camera closer or away: wheel, two fingers, pinch.
@@ -414,6 +434,23 @@ impl Viewport {
 /// The projection of the picture's area.
 fn projection(camera: &Camera, area: Rect) -> Projection {
     Projection::new(camera, vec(area.min), Vec2::new(area.width(), area.height()))
+}
+
+/// Paints the surface that the brush passes on its way in the picture's area, or erases with Ctrl.
+fn brush(
+    (from, to): (Vec2, Vec2),
+    (area, modifiers): (Rect, Modifiers),
+    session: &mut Session,
+    ui_state: &mut UiState,
+) -> Result<()> {
+    let projection = projection(&session.camera, area);
+    let mut places = Vec::new();
+    let is_in_picture = |probe: &Vec2| area.contains(egui::pos2(probe.x, probe.y));
+    for probe in painting::probes(from, to).into_iter().filter(is_in_picture) {
+        places.extend(surface(session, projection, probe)?);
+    }
+    painting::paint(session, ui_state, &places, modifiers.command);
+    Ok(())
 }
 
 /// The surface under the pointer. `None` until the light paths are traced.

@@ -28,6 +28,8 @@ pub(super) struct Mapping {
     pub(super) material: u32,
     /// Set of texture coordinates of its image. `None` if it has no image.
     pub(super) set: Option<u32>,
+    /// Whether the image is the scene file's.
+    pub(super) is_given: bool,
     offset: DVec2,
     rotation: f64,
     scale: DVec2,
@@ -79,7 +81,10 @@ impl Materials {
         let is_bare = |primitive: gltf::Primitive| primitive.material().index().is_none();
         if document.meshes().flat_map(|mesh| mesh.primitives()).any(is_bare) {
             // glTF's own default is a white metal, which no exporter means.
-            let mapping = Mapping::plain(materials.all.len() as u32);
+            let mut mapping = Mapping::plain(materials.all.len() as u32);
+            if images.reading.gives_image(NO_MATERIAL) {
+                (mapping.set, mapping.is_given) = (Some(0), true);
+            }
             materials.mappings.insert(usize::MAX, mapping);
             materials.all.push(Material::neutral(NO_MATERIAL));
             materials.coverages.push(Coverage::Full);
@@ -88,6 +93,9 @@ impl Materials {
             let Some(index) = material.index() else { continue };
             let (read, coverage, mut mapping) = images.material(&material, index);
             mapping.material = materials.all.len() as u32;
+            if mapping.set.is_none() && images.reading.gives_image(&read.name) {
+                (mapping.set, mapping.is_given) = (Some(0), true);
+            }
             materials.all.push(read);
             materials.coverages.push(coverage);
             materials.mappings.insert(index, mapping);
@@ -98,7 +106,7 @@ impl Materials {
 
 impl Mapping {
     fn plain(material: u32) -> Self {
-        Self { material, set: None, offset: DVec2::ZERO, rotation: 0.0, scale: DVec2::ONE }
+        Self { material, set: None, is_given: false, offset: DVec2::ZERO, rotation: 0.0, scale: DVec2::ONE }
     }
 
     fn of(info: &Info) -> Self {

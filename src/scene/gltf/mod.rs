@@ -285,7 +285,7 @@ impl Walk<'_, '_> {
         let mapping = self.mappings.get(&index).ok_or("names a material that does not exist")?;
         let coordinates =
             self.list_of(mapping.set.and_then(|set| primitive.get(&Semantic::TexCoords(set))))?;
-        if mapping.set.is_some() && coordinates.is_empty() {
+        if mapping.set.is_some() && !mapping.is_given && coordinates.is_empty() {
             self.note("meshes of materials with an image have no texture coordinates");
         }
         let is_good = |list: &[DVec3]| list.is_empty() || list.len() == positions.len();
@@ -300,6 +300,7 @@ impl Walk<'_, '_> {
             positions: of_used(&positions),
             normals: of_used(&normals),
             coordinates: used.iter().filter_map(place).collect(),
+            laid_size: None,
             colours: of_used(&colours).into_iter().map(codes).collect(),
             indices,
             material: mapping.material,

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::edits::{direction, place, set_text, vector};
 use super::node;
-use crate::scene::meter::{Meter, MeterShape, standard_grid};
+use crate::scene::meter::{Meter, MeterPoint, MeterShape, standard_grid};
 use crate::scene::value::{Kind, Node};
 
 /// Replaces the list of meters. Returns the index of each in the old list.
@@ -32,9 +32,10 @@ pub(super) fn write(root: &mut Node, meters: &[Meter], origin: DVec3) -> Vec<Opt
 }
 
 fn edit(table: &mut Node, meter: &Meter, number: usize, origin: DVec3) {
-    let word = match meter.shape {
+    let word = match &meter.shape {
         MeterShape::Point { .. } => "point",
         MeterShape::Plane { .. } => "plane",
+        MeterShape::Region { .. } => "region",
     };
     if table.get("name").is_some() || meter.name != Meter::unnamed(number) {
         set_text(table, "name", &meter.name);
@@ -46,6 +47,10 @@ fn edit(table: &mut Node, meter: &Meter, number: usize, origin: DVec3) {
         set_text(table, "kind", word);
     }
     match meter.shape {
+        MeterShape::Region { ref points } => {
+            list(table, "points", points, |one, (at, _)| place(one, "points", *at, origin));
+            list(table, "normals", points, |one, (_, normal)| direction(one, "normals", *normal));
+        }
         MeterShape::Point { position, normal } => {
             place(table, "position", position, origin);
             direction(table, "normal", normal);
@@ -61,4 +66,23 @@ fn edit(table: &mut Node, meter: &Meter, number: usize, origin: DVec3) {
             }
         }
     }
+}
+
+/// Replaces a list of vectors. `write` sets the vector of one point under the same key, and keeps
+/// numbers that are still right.
+fn list(table: &mut Node, key: &str, points: &[MeterPoint], write: impl Fn(&mut Node, &MeterPoint)) {
+    let old = match table.get(key).map(|list| &list.kind) {
+        Some(Kind::Array(old)) => &old[..],
+        _ => &[],
+    };
+    let element = |(number, point): (usize, &MeterPoint)| {
+        let mut one = node(Kind::Table(Vec::new()));
+        if let Some(old) = old.get(number) {
+            one.set(key, old.clone());
+        }
+        write(&mut one, point);
+        one.get(key).cloned()
+    };
+    let elements = points.iter().enumerate().filter_map(element).collect();
+    table.set(key, node(Kind::Array(elements)));
 }

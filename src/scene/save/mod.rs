@@ -10,9 +10,10 @@ mod models;
 mod paths;
 mod text;
 
+use std::collections::HashMap;
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::builtin::{self, Files};
 use super::file::{Source, read_cameras, read_lights};
@@ -112,6 +113,19 @@ impl SceneText {
         Some(self.source.file.with_file_name(name).to_string_lossy().into_owned())
     }
 
+    /// The images that the scene file gives to materials, by the material's name.
+    pub fn material_images(&self) -> HashMap<String, String> {
+        let tables = match self.source.root.get("material") {
+            Some(Node { kind: Kind::Array(tables), .. }) => &tables[..],
+            _ => &[],
+        };
+        let named = tables.iter().filter_map(|table| {
+            let path = self.source.file.with_file_name(table.get("image")?.as_text()?);
+            Some((table.get("name")?.as_text()?.to_owned(), path.to_string_lossy().into_owned()))
+        });
+        named.collect()
+    }
+
     /// The text of the edited scene, to be saved at `to`: models' paths are relative to that.
     /// Comments, order and layout of unchanged parts stay. Removed lights are omitted, new ones
     /// follow the others, and changed materials become `[[material]]`s. If no light is left, the
@@ -125,7 +139,12 @@ impl SceneText {
     pub fn with_edits(&self, edited: &Edited, to: &Path) -> Result<String> {
         let mut root = self.source.root.clone();
         self.place_models(&mut root, to)?;
-        self.place_image(&mut root, to)?;
+        if let Some(sky) = root.get_mut("environment") {
+            self.place_image(sky, to)?;
+        }
+        if let Some(Node { kind: Kind::Array(materials), .. }) = root.get_mut("material") {
+            materials.iter_mut().try_for_each(|material| self.place_image(material, to))?;
+        }
         let cameras = self.edit_cameras(&mut root, edited.camera);
         let lights = edits::lights(&mut root, edited.lights, self.origin, [&self.source.file, to])?;
         edits::materials(&mut root, &self.materials, edited.materials);
@@ -164,19 +183,18 @@ impl SceneText {
         Ok(())
     }
 
-    /// Adapts the path of the sky's image to the new location.
-    fn place_image(&self, root: &mut Node, to: &Path) -> Result<()> {
-        let Some(sky) = root.get_mut("environment") else { return Ok(()) };
-        let Some(name) = sky.get("image").and_then(Node::as_text) else { return Ok(()) };
+    /// Adapts the path of an image, of the sky or a material, to the new location.
+    fn place_image(&self, table: &mut Node, to: &Path) -> Result<()> {
+        let Some(name) = table.get("image").and_then(Node::as_text) else { return Ok(()) };
         let path = self.source.file.with_file_name(name);
         // The window states an absolute path.
-        let is_chosen = matches!(sky.get("image"), Some(Node { origin: Origin::Flag(_), .. }));
+        let is_chosen = matches!(table.get("image"), Some(Node { origin: Origin::Flag(_), .. }));
         let placed = match is_chosen && path.is_absolute() {
             true => Some(relative_to(&path, to)?),
             false => paths::moved(&path, &self.source.file, to)?,
         };
         if let Some(path) = placed {
-            sky.set("image", node(Kind::Text(path)));
+            table.set("image", node(Kind::Text(path)));
         }
         Ok(())
     }
@@ -224,6 +242,18 @@ pub fn sky_change(image: &str) -> String {
     format!("environment.image={}", toml_edit::Value::from(image))
 }
 
+/// The `KEY=VALUE` changes that give all materials of that name an image and its factor.
+pub fn image_changes(material: &str, image: &str, tint: Vec3) -> [String; 2] {
+    let material = toml_edit::Value::from(material);
+    let image = toml_edit::Value::from(image);
+    [format!("material.{material}.image={image}"), format!("material.{material}.tint={:?}", tint.to_array())]
+}
+
+/// The `KEY=VALUE` change that gives all materials of that name a colour instead of an image.
+pub fn colour_change(material: &str, diffuse: Vec3) -> String {
+    format!("material.{}.diffuse={:?}", toml_edit::Value::from(material), diffuse.to_array())
+}
+
 /// Whether a scene file with that text at `file` names files outside of its folder. Opening it
 /// then needs permission.
 pub fn leads_outside(text: &str, file: &Path) -> bool {
@@ -238,6 +268,7 @@ pub fn leads_outside(text: &str, file: &Path) -> bool {
     let image = root.get("environment").and_then(|sky| sky.get("image")?.as_text());
     in_list("model", "file")
         .chain(in_list("light", "ies"))
+        .chain(in_list("material", "image"))
         .chain(image)
         .any(|name| Files::beside(file).locate(&file.with_file_name(name)).is_err())
 }

@@ -28,15 +28,11 @@ impl PlacedModel {
     /// Reads a `[[model]]` of a scene that was loaded.
     pub(super) fn read(table: &Node) -> Self {
         let name = ["file", "built_in"].into_iter().find_map(|key| table.get(key)?.as_text());
-        let row = |row: &Node| numbers::<4>(row);
-        let matrix = match table.get("matrix").map(|node| &node.kind) {
-            Some(Kind::Array(rows)) => rows.iter().map(row).collect::<Option<Vec<_>>>(),
-            _ => None,
-        };
-        let matrix: Option<[[f64; 4]; 4]> = matrix.and_then(|rows| rows.try_into().ok());
+        let matrix: Option<[[f64; 4]; 4]> =
+            table.get("matrix").and_then(|rows| rows.as_list(Node::as_numbers));
         let translation = match matrix {
             Some([x, y, z, _]) => DVec3::new(x[3], y[3], z[3]),
-            None => table.get("translate").and_then(numbers).map_or(DVec3::ZERO, DVec3::from_array),
+            None => table.get("translate").and_then(Node::as_numbers).map_or(DVec3::ZERO, DVec3::from_array),
         };
         let is_hidden = matches!(table.get("hidden"), Some(Node { kind: Kind::Bool(true), .. }));
         Self { name: name.unwrap_or_default().to_owned(), is_hidden, translation, matrix }
@@ -72,12 +68,6 @@ impl PlacedModel {
         }
         changes
     }
-}
-
-/// The numbers of a list. `None` if it is another one.
-fn numbers<const COUNT: usize>(list: &Node) -> Option<[f64; COUNT]> {
-    let Kind::Array(elements) = &list.kind else { return None };
-    elements.iter().map(Node::as_number).collect::<Option<Vec<_>>>()?.try_into().ok()
 }
 
 #[cfg(test)]

@@ -156,7 +156,7 @@ fn group(
             acts.push(Act::ChooseGroup(members.to_vec()));
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let mut picked = colour.to_array();
+            let mut picked = (colour / colour.max_element()).to_array();
             let button = ui.color_edit_button_rgb(&mut picked);
             if button.on_hover_text("Multiplies the colours that the lights had at first").changed() {
                 acts.push(Act::ColourGroup(name.to_owned(), picked.into()));

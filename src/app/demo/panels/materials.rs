@@ -1,11 +1,16 @@
 //! The panel of the chosen material.
 
+use std::path::Path;
+
 use egui::{DragValue, Ui};
 use glam::Vec3;
 
 use super::row;
+use crate::app::demo::dialogs::Purpose;
+use crate::app::demo::document::ChosenImage;
+use crate::app::demo::images::remove_image;
 use crate::app::demo::session::Session;
-use crate::app::demo::ui_state::{Chosen, UiState};
+use crate::app::demo::ui_state::{Chosen, Request, UiState};
 
 /// Draws the choice of the material and its reflectance.
 pub(super) fn materials(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
@@ -24,9 +29,6 @@ pub(super) fn materials(ui: &mut Ui, session: &mut Session, ui_state: &mut UiSta
     ui_state.choose(Chosen::Material(index));
     let (material, edit) = (&session.scene.materials[index], &mut session.document.materials[index]);
     albedo(ui, "Diffuse", &mut edit.diffuse);
-    if material.texture.is_some() {
-        ui.small("Multiplied with the material's image.");
-    }
     albedo(ui, "Specular", &mut edit.specular);
     row(ui, "Exponent", |ui| {
         ui.add(
@@ -44,12 +46,38 @@ pub(super) fn materials(ui: &mut Ui, session: &mut Session, ui_state: &mut UiSta
     } else if edit.editable && is_tracing {
         ui.small("Light paths are traced again, so that it may be glossy.");
     }
+    image(ui, session, ui_state, index);
+    let edit = &mut session.document.materials[index];
     // The renderer scales down an albedo above 1; the panel shows the scaled value.
     let most = (edit.diffuse + edit.specular).max_element();
     if most > 1.0 {
         edit.diffuse /= most * (1.0 + f32::EPSILON);
         edit.specular /= most * (1.0 + f32::EPSILON);
     }
+}
+
+/// The image that multiplies the diffuse albedo. Light paths are traced anew when it changes.
+fn image(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState, index: usize) {
+    let has_image = session.scene.materials[index].texture.is_some();
+    row(ui, "Image", |ui| {
+        let hint = "Choose an image, or drop it here; light paths are traced anew";
+        if ui.small_button("…").on_hover_text(hint).clicked() {
+            ui_state.requests.push(Request::Ask(Purpose::Image));
+        }
+        let removes = ui.add_enabled(has_image, egui::Button::new("✖").small());
+        if removes.on_hover_text("Its mean colour instead").clicked() {
+            remove_image(session, index);
+        }
+        let name = match &session.document.parts.images[index] {
+            Some(ChosenImage::File(path, _)) => {
+                Path::new(path).file_name().unwrap_or_default().to_string_lossy()
+            }
+            Some(ChosenImage::Colour(_)) => "none".into(),
+            None if has_image => "the model's".into(),
+            None => "none".into(),
+        };
+        ui.add(egui::Label::new(name).truncate());
+    });
 }
 
 /// A colour as linear numbers, with a button that picks one.

@@ -76,6 +76,9 @@ fn words(reading: &Reading) -> String {
 /// Draws the numbers of the chosen meter. Light paths are traced anew once an edit ends.
 fn place(ui: &mut Ui, meter: &mut Meter, origin: Vec3) {
     match &mut meter.shape {
+        MeterShape::Region { points } => {
+            ui.small(format!("{} points", points.len()));
+        }
         MeterShape::Point { position, .. } => light::place(ui, "Position", position, origin),
         MeterShape::Plane { corner, edge_u, edge_v, .. } => {
             let before = (*edge_u, *edge_v);
@@ -100,7 +103,14 @@ fn adding(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
             button.on_hover_text(hint).on_disabled_hover_text("Click a surface first").clicked()
         };
         let plane = button("plane", "On the clicked surface, a metre wide at most");
-        (plane || button("point", "On the clicked surface")).then_some(plane)
+        let added = (plane || button("point", "On the clicked surface")).then_some(plane);
+        let paints = ui_state.meters.paints;
+        let brush = ui.selectable_label(paints, "region");
+        let hint = "Paint it: drag over surfaces, with Ctrl to erase; measured when you click here again";
+        if brush.on_hover_text(hint).clicked() {
+            ui_state.meters.paints = !paints;
+        }
+        added
     });
     if let (Some(is_plane), Some(place)) = (added.inner, ui_state.place) {
         let (low, high) = session.scene.bounds();

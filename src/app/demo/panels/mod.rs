@@ -69,7 +69,7 @@ pub(super) fn panels(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
         };
         section(ui, "Lights", true, &mut |ui| lights::lights(ui, session, ui_state));
         section(ui, "Material", true, &mut |ui| materials::materials(ui, session, ui_state));
-        let has_several = session.document.models.len() > 1;
+        let has_several = session.document.parts.models.len() > 1;
         section(ui, "Models", has_several, &mut |ui| models::models(ui, session, ui_state));
         section(ui, "View", true, &mut |ui| views::views(ui, session, ui_state));
         meters::section(ui, session, ui_state);

@@ -15,7 +15,7 @@ use crate::scene::save::SceneText;
 pub(super) fn models(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
     let (low, high) = session.scene.bounds();
     let speed = 0.002 * (high - low).length();
-    for model in &mut session.document.models {
+    for model in &mut session.document.parts.models {
         ui.horizontal(|ui| {
             let mut is_shown = !model.is_hidden;
             ui.checkbox(&mut is_shown, model.short_name()).on_hover_text("Shown or hidden");
@@ -41,7 +41,7 @@ pub(super) fn models(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
     });
     row(ui, "Sky", |ui| {
         let own = session.text.as_ref().ok().and_then(SceneText::sky_image);
-        let image = session.document.sky_image.clone().or(own);
+        let image = session.document.parts.sky_image.clone().or(own);
         let name = image.as_deref().map(Path::new).and_then(Path::file_name);
         let name = name.map_or("no image".into(), |name| name.to_string_lossy());
         if ui.small_button("…").on_hover_text("Choose an image, or drop an .hdr or .exr").clicked() {

@@ -1,15 +1,17 @@
 //! Other versions of the session's scene: changed files, presets, shaders and models. Edits stay.
 
+use std::collections::HashMap;
+
 use glam::Vec3;
 
 use super::{Session, Source, Stage};
-use crate::app::demo::document::Document;
+use crate::app::demo::document::{ChosenImage, Document, Parts};
 use crate::app::demo::rebase::Rebase;
 use crate::app::demo::watch::Watch;
 use crate::error::{Error, Result};
 use crate::renderer::{Renderer, Work};
-use crate::scene::save::{PlacedModel, SceneText, sky_change};
-use crate::scene::{Camera, LoadOptions, Scene};
+use crate::scene::save::{PlacedModel, SceneText, colour_change, image_changes, sky_change};
+use crate::scene::{Camera, LoadOptions, Material, Scene};
 
 impl Session {
     /// Takes lights, materials, models and camera of another scene file over, as one edit.
@@ -23,8 +25,11 @@ impl Session {
         let text = SceneText::new(spec, &options, &scene)?;
         let rebase = Rebase::new(&scene, &self.scene);
         self.document = rebase.document(&Document::from_scene(&scene, text.models()));
-        let own = self.text.as_ref().ok().and_then(SceneText::sky_image);
-        self.document.sky_image = text.sky_image().filter(|image| own.as_ref() != Some(image));
+        let own = self.text.as_ref().ok();
+        let sky = own.and_then(SceneText::sky_image);
+        self.document.parts.sky_image = text.sky_image().filter(|image| sky.as_ref() != Some(image));
+        let own = own.map(SceneText::material_images).unwrap_or_default();
+        self.document.parts.images = chosen_images((&self.scene, &own), (&scene, &text.material_images()));
         self.camera = Camera { size: self.camera.size, ..rebase.camera(&scene.cameras[0]) };
         self.history.settle(&self.document);
         Ok(())
@@ -49,7 +54,7 @@ impl Session {
         let own = self.models.clone();
         let rebased = |document: &Document| {
             let mut document = rebase.document(document);
-            document.models = models_of(&own, document.models.split_at(file_models));
+            document.parts.models = models_of(&own, document.parts.models.split_at(file_models));
             document
         };
         self.snapshots.rebase(rebased, |camera| rebase.camera(camera));
@@ -73,39 +78,47 @@ impl Session {
             return Err(Error::Usage(format!("{} {CHANGED}", self.source.spec)));
         }
         let before = self.source.options.preset.replace(preset.to_owned());
-        let done = self.load_models();
+        let done = self.load_parts();
         if done.is_err() {
             self.source.options.preset = before;
         }
         done
     }
 
-    /// The options of the scene with the models of the document.
+    /// The options of the scene with the parts of the document.
     fn options(&self) -> LoadOptions {
         let mut options = self.source.options.clone();
-        for (number, model) in self.document.models.iter().enumerate() {
+        let Parts { models, sky_image, images } = &self.document.parts;
+        for (number, model) in models.iter().enumerate() {
             options.set.extend(model.changes(number, self.models.get(number)));
         }
-        let image = self.document.sky_image.iter().map(|image| sky_change(image));
-        options.set.extend(image);
+        options.set.extend(sky_image.iter().map(|image| sky_change(image)));
+        for (material, image) in self.scene.materials.iter().zip(images) {
+            match image {
+                Some(ChosenImage::File(image, tint)) => {
+                    options.set.extend(image_changes(&material.name, image, *tint));
+                }
+                Some(ChosenImage::Colour(diffuse)) => {
+                    options.set.push(colour_change(&material.name, *diffuse));
+                }
+                None => (),
+            }
+        }
         options
     }
 
-    /// Loads the scene anew if its models or its sky's image differ from the document's, and
-    /// prepares it again if its meters do. Takes an edit back that cannot be loaded.
-    pub(super) fn follow_models(&mut self) {
-        let is_loaded =
-            self.document.models == self.loaded_models && self.document.sky_image == self.loaded_sky;
-        if self.is_held || is_loaded {
+    /// Loads the scene anew if its parts differ from the document's, and prepares it again if its
+    /// meters do. Takes an edit back that cannot be loaded.
+    pub(super) fn follow_parts(&mut self) {
+        if self.is_held || self.document.parts == self.loaded {
             return self.follow_meters();
         }
         let done = match self.is_asked || !self.watch.is_as_read() {
             true => Err(Error::Usage(format!("{} {CHANGED}", self.source.spec))),
-            false => self.load_models(),
+            false => self.load_parts(),
         };
         if let Err(error) = done {
-            self.document.models.clone_from(&self.loaded_models);
-            self.document.sky_image.clone_from(&self.loaded_sky);
+            self.document.parts.clone_from(&self.loaded);
             self.history.refuse(&self.document);
             self.has_gone_back = true;
             self.alarm(format!("taken back: {error}"));
@@ -114,7 +127,7 @@ impl Session {
 
     /// Traces light paths anew if the meters differ: each has gather rays of its own.
     fn follow_meters(&mut self) {
-        if self.is_held || self.document.meters == self.scene.meters {
+        if self.is_held || self.paints || self.document.meters == self.scene.meters {
             return;
         }
         if let Err(error) = self.prepare_open(self.scene.clone()) {
@@ -150,7 +163,7 @@ impl Session {
         }
     }
 
-    fn load_models(&mut self) -> Result<()> {
+    fn load_parts(&mut self) -> Result<()> {
         let (options, watch) = (self.options(), Watch::new(&self.source.spec));
         let mut scene = Scene::load(&self.source.spec, &options)?;
         let text = SceneText::new(&self.source.spec, &options, &scene).map_err(|error| error.to_string());
@@ -161,8 +174,7 @@ impl Session {
         }
         self.prepare_again(scene, watch)?;
         (self.text, self.models) = (text, models);
-        self.loaded_models.clone_from(&self.document.models);
-        self.loaded_sky.clone_from(&self.document.sky_image);
+        self.loaded.clone_from(&self.document.parts);
         Ok(())
     }
 
@@ -207,10 +219,9 @@ impl Session {
     /// Prepares another version of the open scene.
     pub(in crate::app::demo) fn prepare_open(&mut self, scene: Scene) -> Result<()> {
         let (watch, text, models) = (self.watch.clone(), self.text.clone(), self.models.clone());
-        let (loaded_models, loaded_sky) = (self.loaded_models.clone(), self.loaded_sky.clone());
+        let loaded = self.loaded.clone();
         self.prepare_again(scene, watch)?;
-        (self.text, self.models) = (text, models);
-        (self.loaded_models, self.loaded_sky) = (loaded_models, loaded_sky);
+        (self.text, self.models, self.loaded) = (text, models, loaded);
         Ok(())
     }
 
@@ -229,6 +240,26 @@ impl Session {
         self.said.extend(new.into_iter().filter(|line| !before.said.contains(line)));
         Ok(())
     }
+}
+
+/// What a user has chosen who turned the images of `own` into those of `edited`. Maps: images that
+/// the scene files state.
+fn chosen_images(
+    own: (&Scene, &HashMap<String, String>),
+    edited: (&Scene, &HashMap<String, String>),
+) -> Vec<Option<ChosenImage>> {
+    let chosen = |material: &Material| {
+        let counterpart = edited.0.materials.iter().find(|other| other.name == material.name)?;
+        let image = edited.1.get(&material.name);
+        match image.filter(|image| own.1.get(&material.name) != Some(image)) {
+            Some(image) => Some(ChosenImage::File(image.clone(), counterpart.diffuse)),
+            None if material.texture.is_some() && counterpart.texture.is_none() => {
+                Some(ChosenImage::Colour(counterpart.diffuse))
+            }
+            None => None,
+        }
+    };
+    own.0.materials.iter().map(chosen).collect()
 }
 
 /// The models of a scene file, each where the user had it `before`; then the `added` models.

@@ -5,9 +5,13 @@ use std::collections::HashSet;
 use glam::{DVec3, Vec3};
 
 use super::super::meters::fresh;
+use super::super::painting::paint;
+use super::super::recent::Recent;
 use super::super::session::Session;
+use super::super::ui_state::{Place, UiState};
 use super::{context, folder, open, picture, saved, settle};
 use crate::renderer::{Measured, Reading, Renderer, Silent};
+use crate::scene::meter::Meter;
 use crate::scene::{LoadOptions, Scene};
 
 /// Renders what is due once; false if nothing is.
@@ -108,4 +112,70 @@ fn meters_are_read_saved_and_given_what_they_want() {
     let panel: HashSet<u64> = session.document.lights[1..].iter().map(|entry| entry.id).collect();
     let said = session.find_powers(&[(0, 1e-3 * read[0].mean)], &panel).unwrap();
     assert!(said[0].contains("not reachable"), "{said:?}");
+}
+
+#[test]
+fn regions_are_painted_erased_saved_and_given_what_they_want() {
+    let (context, folder) = (context(), folder());
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    let first = picture(&mut session);
+    let mut ui_state = UiState::new("s.toml", Recent::none());
+    let origin = session.scene.origin;
+    let place = |x: f64, y: f64, z: f64, normal| Place {
+        position: (DVec3::new(x, y, z) - origin).as_vec3(),
+        normal,
+        material: 0,
+    };
+    // Across an edge: floor and wall. A second stroke over the first adds nothing.
+    let floor: Vec<Place> =
+        (0..20).map(|step| place(-0.9 + 0.05 * f64::from(step), 0.0, 0.2, Vec3::Y)).collect();
+    let wall: Vec<Place> = (0..20).map(|step| place(-1.0, 0.05 * f64::from(step), 0.2, Vec3::X)).collect();
+    session.paints = true;
+    for stroke in [&floor, &wall, &floor] {
+        paint(&mut session, &mut ui_state, stroke, false);
+        session.history.settle(&session.document);
+    }
+    let counts = |session: &Session| session.document.meters.iter().map(Meter::count).collect::<Vec<_>>();
+    let all = counts(&session);
+    assert!(all.len() == 1 && (20..=40).contains(&all[0]), "{all:?}");
+    assert_eq!(session.history.depths()[0], 2, "a stroke that adds nothing is no step");
+    let points = session.document.meters[0].points();
+    let nearest = |index: usize| {
+        let others = points.iter().enumerate().filter(|(other, _)| *other != index);
+        others.map(|(_, (at, _))| at.distance(points[index].0)).fold(f32::MAX, f32::min)
+    };
+    assert!((0..points.len()).all(|index| (0.05..0.15).contains(&nearest(index))), "evenly spaced");
+    paint(&mut session, &mut ui_state, &wall[10..], true);
+    session.history.settle(&session.document);
+    assert!(counts(&session)[0] < all[0], "erased");
+    let generation = session.generation;
+    assert!(picture(&mut session) == first && session.generation == generation, "not measured while painted");
+    session.paints = false;
+    assert!(picture(&mut session) == first && session.follow_readings().unwrap());
+    let read = session.readings().to_vec();
+    assert!(session.generation > generation && read[0].min > 0.0, "{read:?}");
+
+    let (text, _) = saved(&context, &mut session, folder.path());
+    assert!(text.contains("kind = \"region\""), "{text}");
+    let file = folder.path().join("saved.toml");
+    let scene = Scene::load(file.to_str().unwrap(), &LoadOptions::default()).unwrap();
+    assert_eq!(scene.meters, session.document.meters);
+    let mut cold = Renderer::new(&context, scene, &mut Silent).unwrap();
+    cold.frame().unwrap();
+    let points = cold.measured().unwrap();
+    let expected: Vec<Reading> =
+        Measured::by_meter(cold.scene(), &points).into_iter().map(Reading::new).collect();
+    assert_eq!(read, expected);
+
+    let wanted = [(0, 0.5 * read[0].mean)];
+    session.find_powers(&wanted, &HashSet::new()).unwrap();
+    settle(&mut session);
+    session.follow_readings().unwrap();
+    let found = session.readings()[0].mean / wanted[0].1;
+    assert!((found - 1.0).abs() < 0.02, "{found}");
+    // What is erased whole is gone.
+    paint(&mut session, &mut ui_state, &[&floor[..], &wall].concat(), true);
+    assert!(session.document.meters.is_empty() && ui_state.meters.chosen.is_none());
+    paint(&mut session, &mut ui_state, &[], false);
+    assert!(session.document.meters.is_empty(), "beside the scene");
 }

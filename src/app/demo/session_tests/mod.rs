@@ -1,5 +1,6 @@
 //! Sessions without a window: drafts, and edits of models.
 
+mod images;
 mod lights;
 
 use std::fs;
@@ -135,11 +136,11 @@ fn models_are_hidden_moved_and_added_like_a_cold_start() {
     };
     assert_eq!(names(&session), ["lamp", "glow"]);
     let edits: [Edit<'_>; 3] = [
-        (&|session| session.document.models[1].is_hidden = true, "hidden = true", &["lamp"]),
+        (&|session| session.document.parts.models[1].is_hidden = true, "hidden = true", &["lamp"]),
         (
             &|session| {
-                session.document.models[1].is_hidden = false;
-                session.document.models[1].translation = DVec3::new(-0.25, 0.5, 0.0);
+                session.document.parts.models[1].is_hidden = false;
+                session.document.parts.models[1].translation = DVec3::new(-0.25, 0.5, 0.0);
             },
             "translate = [-0.25, 0.5, 0.0]",
             &["lamp", "glow"],
@@ -147,7 +148,7 @@ fn models_are_hidden_moved_and_added_like_a_cold_start() {
         (
             &|session| {
                 actions::add_model(session, &folder.path().join("cube.obj"));
-                session.document.models[2].translation = DVec3::new(0.0, -1.5, -0.5);
+                session.document.parts.models[2].translation = DVec3::new(0.0, -1.5, -0.5);
             },
             "cube.obj",
             &["lamp", "glow"],
@@ -169,7 +170,7 @@ fn models_are_hidden_moved_and_added_like_a_cold_start() {
     actions::add_model(&mut session, Path::new("none.obj"));
     session.history.settle(&session.document);
     assert!(picture(&mut session) == shown[3]);
-    assert_eq!((session.document.models.len(), session.history.depths()), (3, steps));
+    assert_eq!((session.document.parts.models.len(), session.history.depths()), (3, steps));
     assert!(session.said.last().unwrap().starts_with("taken back: "), "{:?}", session.said);
     // Undo goes back to each picture.
     for expected in shown[..3].iter().rev() {
@@ -189,7 +190,7 @@ fn models_that_move_keep_edits_of_lights_and_materials() {
     session.history.settle(&session.document);
     settle(&mut session);
     session.is_held = true;
-    session.document.models[1].translation.x = -0.25;
+    session.document.parts.models[1].translation.x = -0.25;
     let generation = session.generation;
     settle(&mut session);
     assert_eq!(session.generation, generation, "a model that is held is not loaded");
@@ -203,7 +204,7 @@ fn models_that_move_keep_edits_of_lights_and_materials() {
     fs::write(folder.path().join("s.toml"), SCENE.replace("0.2, 0.2, 0.2", "0.3, 0.3, 0.3")).unwrap();
     session.reload().unwrap().unwrap();
     settle(&mut session);
-    assert_eq!(session.document.models[1].translation, DVec3::ZERO);
+    assert_eq!(session.document.parts.models[1].translation, DVec3::ZERO);
     session.history.undo(&mut session.document);
     assert!(picture(&mut session) == now);
 }
@@ -246,7 +247,7 @@ fn a_diffuse_material_becomes_glossy_like_a_cold_start() {
     assert!(picture(&mut session) == glossy && session.generation == generation);
 
     // A model moves: the material stays glossy.
-    session.document.models[1].translation = DVec3::new(-0.25, 0.5, 0.0);
+    session.document.parts.models[1].translation = DVec3::new(-0.25, 0.5, 0.0);
     session.history.settle(&session.document);
     let moved = picture(&mut session);
     let (_, expected) = saved(&context, &mut session, folder.path());
@@ -327,7 +328,7 @@ fn no_model_is_added_to_a_scene_whose_models_are_unknown() {
     let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
     session.text = Err("it cannot be saved".into());
     actions::add_model(&mut session, &folder.path().join("cube.obj"));
-    assert_eq!(session.document.models.len(), 2);
+    assert_eq!(session.document.parts.models.len(), 2);
     let (line, _) = session.alarm.as_ref().unwrap();
     assert_eq!(line, "not added: it cannot be saved");
 }

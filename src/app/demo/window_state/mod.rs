@@ -339,6 +339,7 @@ impl WindowState {
         self.tolerate(shown)?;
         self.is_held = egui.input(|input| input.pointer.any_down());
         self.session.is_held = self.is_held;
+        self.session.paints = self.ui_state.meters.paints;
         // The changes that a film makes are no edits.
         let is_settled = !self.is_held && !egui.egui_wants_keyboard_input() && self.player.is_none();
         if is_settled && self.session.history.settle(&self.session.document) {

@@ -30,7 +30,9 @@ impl WindowState {
             Request::Ask(purpose) => {
                 let file = match purpose {
                     Purpose::Save => self.ui_state.save_to.clone(),
-                    Purpose::Open | Purpose::Add | Purpose::Sky => self.session.source.spec.clone(),
+                    Purpose::Open | Purpose::Add | Purpose::Sky | Purpose::Image => {
+                        self.session.source.spec.clone()
+                    }
                 };
                 self.dialogs.ask(purpose, Path::new(&file));
             }
@@ -209,12 +211,13 @@ impl WindowState {
         if self.is_held || self.player.is_some() {
             return;
         }
-        match self.autosave.follow(&self.session) {
-            Ok(said) => {
-                self.ui_state.asks_to_restore &= said.is_none();
-                said.into_iter().for_each(|line| self.tell(line));
-            }
-            Err(error) => self.tell(format!("this edit is not kept in case of a crash: {error}")),
+        let done = self.autosave.follow(&self.session);
+        self.ui_state.asks_to_restore &= self.autosave.found().is_some();
+        if let Some(kept) = self.autosave.take_kept() {
+            self.tell(format!("the edits of the last time are in {}", kept.display()));
+        }
+        if let Err(error) = done {
+            self.tell(format!("this edit is not kept in case of a crash: {error}"));
         }
     }
 

@@ -102,8 +102,8 @@ const GROUP: Point = (830, 185);
 const CEILING: Point = (733, 90);
 const CEILING_PERCENT: Point = (871, 90);
 const KELVIN: Point = (848, 367);
-const METERS: Point = (700, 671);
-const ADD_PLANE: Point = (718, 692);
+const METERS: Point = (700, 692);
+const ADD_PLANE: Point = (718, 713);
 /// The desk and places on the ceiling in the picture.
 const DESK: Point = (320, 650);
 const PLACES: [Point; 6] = [(200, 40), (320, 40), (440, 40), (200, 20), (320, 20), (440, 20)];
@@ -162,7 +162,7 @@ impl Designer<'_> {
     }
 }
 
-fn open<'a>(display: &'a Display, folder: &Path, scene: &str) -> Demo<'a> {
+pub fn open<'a>(display: &'a Display, folder: &Path, scene: &str) -> Demo<'a> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
     command.args(["demo", scene, "--size", "640x800", "--preset", "draft", "--validation"]);
     for setting in ["entry_points=5000", "cache_points=500", "gather_rays=36", "cells=16", "edge_samples=0"] {

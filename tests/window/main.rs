@@ -24,6 +24,7 @@ mod manager;
 mod memory;
 mod monkey;
 mod opening;
+mod painting;
 mod photographs;
 mod picture;
 mod scenarios;

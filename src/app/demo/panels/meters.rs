@@ -49,6 +49,7 @@ fn meters(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
         });
         match readings.get(index) {
             Some(reading) => ui.label(words(reading)),
+            None if ui_state.meters.paints => ui.small("Measured when the painting ends."),
             None => ui.small("Measured when the light paths are traced."),
         };
         if is_chosen {

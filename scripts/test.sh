@@ -83,13 +83,17 @@ start=$SECONDS
 RUSTC_WORKSPACE_WRAPPER=$PWD/scripts/rustc_for_tests.sh $CARGO test --locked -p lightpaths -p lightpaths-models \
     --lib --example time_ratios --example relight --test '*' --no-run 2>&1 | tee "$DIR/cargo"
 built=$((SECONDS - start))
+status=0
+# The example on the library's page has to compile.
+if [ $# -eq 0 ]; then
+    RUSTC_WORKSPACE_WRAPPER=$PWD/scripts/rustc_for_tests.sh $CARGO test --locked -p lightpaths --doc || status=1
+fi
 
 # Processes inherit ignored signals from nohup and from background jobs. Tests of signals need the default
 # action, which GNU env restores and a shell cannot.
 usual=(env --default-signal=HUP,INT,TERM)
 "${usual[@]}" true 2>/dev/null || usual=()
 
-status=0
 # Pipelines that the driver has compiled stay with what cargo has.
 export CARGO_MANIFEST_DIR=$PWD RUST_TEST_THREADS=1 LIGHTPATHS_PIPELINES=$PWD/target/pipelines
 # Tests use the values of the device class, not those that the user has measured.

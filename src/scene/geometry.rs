@@ -27,8 +27,8 @@ pub(super) struct Mesh {
     pub(super) normals: Vec<DVec3>,
     /// Image coordinates, one per position; empty if the material has no image.
     pub(super) coordinates: Vec<DVec2>,
-    /// Size in metres of an image that is laid on faces without image coordinates. `None`: such faces
-    /// show one corner of it.
+    /// Size of an image that is laid on faces without image coordinates, metres. `None`: they show
+    /// one corner of the image.
     pub(super) laid_size: Option<DVec2>,
     /// Colours as sRGB codes, one per position; empty if the model has none.
     pub(super) colours: Vec<Codes>,

@@ -26,7 +26,7 @@ pub(super) struct Given {
 }
 
 impl Given {
-    /// Gives the image to the material. `meshes`: all that have it.
+    /// Gives the image to the material, which all of `meshes` have.
     pub(super) fn apply<'m>(&self, material: &mut Material, meshes: impl Iterator<Item = &'m mut Mesh>) {
         material.texture = Some(Texture { image: self.image.clone(), is_clamped: false, is_atlas: false });
         for mesh in meshes {

@@ -62,8 +62,8 @@ fn a_region_is_painted_and_a_material_gets_an_image() {
     assert!(of_floor > 3 && of_wall > 3 && of_floor + of_wall == points.len(), "{points:?}");
     assert!(painted.cameras[0].position.distance(camera.position) < 1e-4, "the brush does not turn the view");
 
-    // Ctrl erases. With it, no key tells that the window has answered, and a slow window may take the
-    // gesture for a click without it.
+    // Ctrl erases. With it, no key tells that the window has answered, and a slow window may take
+    // the gesture for a click without it.
     let mut left = points.clone();
     until("erased points", SOON, || {
         demo.client().key_down(keys::CONTROL);

@@ -163,6 +163,12 @@ impl History {
         }
     }
 
+    /// The state before the edit under way, the undone or the last one that satisfies `is_wanted`.
+    pub(super) fn nearest(&self, is_wanted: impl Fn(&Document) -> bool) -> Option<&Document> {
+        let states = [Some(&self.now), self.future.last(), self.past.last()];
+        states.into_iter().flatten().find(|document| is_wanted(document))
+    }
+
     /// Reverts the last step because the device refused it; `document` is the state before. An edit
     /// leaves no step, and an undone step is redone.
     pub(super) fn refuse(&mut self, document: &Document) {

@@ -46,8 +46,8 @@ pub(super) fn fresh(others: &[Meter], (place, normal): (Vec3, Vec3), size: f32, 
     Meter { name: free_name(others), shape }
 }
 
-/// A measuring point above a surface at this place and with this normal. `size`: diagonal of the
-/// scene, metres.
+/// A measuring point above a surface, at this place and with this normal. `size`: length of the
+/// scene's diagonal, metres.
 pub(super) fn raised((place, normal): MeterPoint, size: f32) -> MeterPoint {
     (place + RAISED * size * normal, normal)
 }

@@ -20,7 +20,7 @@ pub(super) struct Mixer {
     alone: Option<(Alone, HashMap<u64, bool>)>,
     /// Emission of each light at 100 % in a white group: as it was when the mixer first saw it.
     full: HashMap<u64, Vec3>,
-    /// Colour of each group. Its brightest channel is 1, unless its lights were coloured one by one.
+    /// Colour of each group. Its brightest channel is 1, unless it follows from its lights.
     colours: HashMap<String, Vec3>,
     /// Last percentage of each light whose emission does not tell it, because it is black.
     percents: HashMap<u64, f64>,

@@ -18,6 +18,8 @@ pub(super) fn section(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState
         .open(opens.then_some(true))
         .show(ui, |ui| meters(ui, session, ui_state));
     ui_state.meters.is_open = drawn.body_returned.is_some();
+    // Its button ends the painting.
+    ui_state.meters.paints &= ui_state.meters.is_open;
 }
 
 fn meters(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {

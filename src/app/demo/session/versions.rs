@@ -118,7 +118,10 @@ impl Session {
             false => self.load_parts(),
         };
         if let Err(error) = done {
-            self.document.parts.clone_from(&self.loaded);
+            match self.history.nearest(|document| document.parts == self.loaded) {
+                Some(before) => self.document = before.clone(),
+                None => self.document.parts.clone_from(&self.loaded),
+            }
             self.history.refuse(&self.document);
             self.has_gone_back = true;
             self.alarm(format!("taken back: {error}"));

@@ -2,8 +2,6 @@
 
 use std::fs;
 
-use glam::Vec3;
-
 use super::super::images::{choose_image, remove_image};
 use super::super::ui_state::Chosen;
 use super::{context, folder, open, picture, saved};
@@ -67,16 +65,20 @@ fn chosen_images_come_back_after_a_crash_or_are_refused() {
     other.restore(at("s.toml").to_str().unwrap()).unwrap();
     assert!(picture(&mut other) == first, "an image that is gone is a colour");
 
-    // A file that holds no image, and none that is chosen for nothing.
-    for (chosen, file, why) in
-        [(Chosen::Material(0), "broken.png", "broken.png"), (Chosen::Nothing, "a.png", "click a surface")]
-    {
-        choose_image(&mut session, &chosen, &at(file));
-        session.history.settle(&session.document);
-        assert!(picture(&mut session) == restored, "{file}");
-        let (said, _) = session.alarm.take().expect("an alarm");
-        assert!(said.contains(why), "{said}");
-        assert_eq!(session.history.depths(), [1, 0], "{file}");
+    // A file that holds no image, and one that is chosen for nothing; for a colour, then an image.
+    session.history.undo(&mut session.document);
+    for (steps, expected) in [([0, 1], first), ([1, 0], restored)] {
+        for (chosen, file, why) in
+            [(Chosen::Material(0), "broken.png", "broken.png"), (Chosen::Nothing, "a.png", "click a surface")]
+        {
+            let before = session.document.clone();
+            choose_image(&mut session, &chosen, &at(file));
+            session.history.settle(&session.document);
+            assert!(picture(&mut session) == expected && session.document == before, "{file}");
+            let (said, _) = session.alarm.take().expect("an alarm");
+            assert!(said.contains(why), "{said}");
+        }
+        assert_eq!(session.history.depths()[0], steps[0]);
+        session.restore(at("with.toml").to_str().unwrap()).unwrap();
     }
-    assert_ne!(session.document.materials[0].diffuse, Vec3::ZERO);
 }

@@ -71,6 +71,7 @@ fn chosen_images_come_back_after_a_crash_or_are_refused() {
         for (chosen, file, why) in
             [(Chosen::Material(0), "broken.png", "broken.png"), (Chosen::Nothing, "a.png", "click a surface")]
         {
+            assert!(picture(&mut session) == expected, "before {file}");
             let before = session.document.clone();
             choose_image(&mut session, &chosen, &at(file));
             session.history.settle(&session.document);

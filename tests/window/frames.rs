@@ -28,9 +28,9 @@ fn counted(demo: &Demo, act: impl FnOnce()) -> [u64; 2] {
 }
 
 /// Moves the pointer with a button down. Asserts that each frame is one submission: the passes of
-/// the renderer and the panels that show its picture. The first moves are not counted: a drag begins
-/// with a query of the surface under the pointer, and its first frames may make the picture coarser
-/// or lists longer.
+/// the renderer and the panels that show its picture. The first moves are not counted: a drag
+/// begins with a query of the surface under the pointer, and its first frames may make the picture
+/// coarser or lists longer.
 fn assert_one_submission(demo: &Demo, what: &str, button: u8, (x, y): Point) {
     demo.client().move_to((x, y));
     demo.wait_for_answer();

@@ -28,7 +28,8 @@ const PICTURE: Area = Area { x: 0, y: 20, width: 640, height: 500 };
 #[test]
 fn a_region_is_painted_and_a_material_gets_an_image() {
     let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
-    let checks = |x: u32, y: u32| Rgb(if (x / 8 + y / 8) % 2 == 0 { [230, 200, 120] } else { [60, 40, 20] });
+    let checks =
+        |x: u32, y: u32| Rgb(if (x / 8 + y / 8).is_multiple_of(2) { [230, 200, 120] } else { [60, 40, 20] });
     RgbImage::from_fn(64, 64, checks).save(folder.path().join("checks.png")).unwrap();
     let demo = open(&display, folder.path(), "box");
     let saved = || {

@@ -10,7 +10,8 @@ use super::{context, folder, open, picture, saved};
 fn images_are_chosen_and_removed_like_a_cold_start() {
     let (context, folder) = (context(), folder());
     let at = |name: &str| folder.path().join(name);
-    let checks = |x: u32, y: u32| image::Rgb(if (x + y) % 2 == 0 { [230, 60, 20] } else { [20, 60, 230] });
+    let checks =
+        |x: u32, y: u32| image::Rgb(if (x + y).is_multiple_of(2) { [230, 60, 20] } else { [20, 60, 230] });
     image::RgbImage::from_fn(8, 4, checks).save(at("checks.png")).unwrap();
     let mut session = open(&context, &at("s.toml"), |_| ());
     let first = picture(&mut session);

@@ -25,30 +25,43 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed. The lights are then on as before.
     pub fn light_pictures(&mut self) -> Result<Vec<LightPicture>> {
-        let lights: Vec<[bool; 2]> =
-            self.scene().lights.iter().map(|light| [light.is_on, light.is_active()]).collect();
         let whole = self.layer(Layer::Indirect)?;
-        let found = self.each_light_alone(&lights);
-        for (light, [is_on, _]) in lights.into_iter().enumerate() {
-            self.switch_light(light, is_on)?;
-        }
-        let mut found = found?;
-        self.frame()?;
+        let mut found = self.each_light_alone(|renderer, light| {
+            let [direct, indirect] = [renderer.layer(Layer::Direct)?, renderer.layer(Layer::Indirect)?];
+            Ok(LightPicture { light, direct, indirect })
+        })?;
         scale_to(&whole, found.iter_mut().map(|layers| &mut layers.indirect[..]).collect());
         Ok(found)
     }
 
-    /// Frames of single lights. `lights` has whether each is on and whether it is active.
-    fn each_light_alone(&mut self, lights: &[[bool; 2]]) -> Result<Vec<LightPicture>> {
-        let mut found = Vec::new();
-        for (light, _) in lights.iter().enumerate().filter(|(_, [_, is_active])| *is_active) {
+    /// Irradiance of each pixel by each active light, W/m² in linear Rec.709, with the light's index.
+    /// It is rendered as [`Self::light_pictures`] are.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed. The lights are then on as before.
+    pub fn light_irradiances(&mut self) -> Result<Vec<(usize, Vec<[f32; 3]>)>> {
+        self.each_light_alone(|renderer, light| Ok((light, renderer.layer(Layer::Irradiance)?)))
+    }
+
+    /// What `read` finds in a frame of each active light alone. Then the lights are on as before, and
+    /// a frame restores the picture.
+    fn each_light_alone<T>(&mut self, read: impl Fn(&Self, usize) -> Result<T>) -> Result<Vec<T>> {
+        let lights: Vec<[bool; 2]> =
+            self.scene().lights.iter().map(|light| [light.is_on, light.is_active()]).collect();
+        let active = (0..lights.len()).filter(|&light| lights[light][1]);
+        let alone = active.map(|light| {
             for other in 0..lights.len() {
                 self.switch_light(other, other == light)?;
             }
             self.frame()?;
-            let [direct, indirect] = [self.layer(Layer::Direct)?, self.layer(Layer::Indirect)?];
-            found.push(LightPicture { light, direct, indirect });
+            read(self, light)
+        });
+        let found = alone.collect::<Result<Vec<T>>>();
+        for (light, [is_on, _]) in lights.iter().enumerate() {
+            self.switch_light(light, *is_on)?;
         }
+        let found = found?;
+        self.frame()?;
         Ok(found)
     }
 }

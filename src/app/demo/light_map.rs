@@ -4,6 +4,7 @@
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Ui, pos2, vec2};
 
 use super::gizmos::Projection;
+use super::session::Contribution;
 use crate::app::false_colours::{Quantity, Scale, values};
 use crate::error::Result;
 use crate::renderer::{Layer, Renderer};
@@ -12,6 +13,8 @@ use glam::Vec2;
 /// Height of the legend's bar, points, and its number of colours.
 const BAR: f32 = 14.0;
 const COLOURS: usize = 64;
+/// Largest number of lines for lights at the pointer.
+const MAX_LINES: usize = 8;
 /// Distance of the values from the pointer, points.
 const BESIDE: egui::Vec2 = vec2(14.0, 10.0);
 
@@ -42,8 +45,14 @@ impl LightMap {
         }
     }
 
-    /// Draws both values of the pixel under the pointer.
-    pub(super) fn label(&self, painter: &Painter, projection: Projection, pointer: Pos2) {
+    /// Draws both values of the pixel under the pointer, and the lights that contribute most.
+    pub(super) fn label(
+        &self,
+        painter: &Painter,
+        projection: Projection,
+        pointer: Pos2,
+        contributions: &[Contribution],
+    ) {
         if !painter.clip_rect().contains(pointer) {
             return;
         }
@@ -53,13 +62,36 @@ impl LightMap {
         else {
             return;
         };
-        let text = format!("{} lx\n{} cd/m²", short(self.lux[pixel]), short(self.nits[pixel]));
+        let mut text = format!("{} lx\n{} cd/m²", short(self.lux[pixel]), short(self.nits[pixel]));
+        let of_lights = contributions.iter().map(|one| (one.light.as_str(), one.lux[pixel]));
+        for line in percentages(of_lights.collect()) {
+            text += &format!("\n{line}");
+        }
         let place = pointer + BESIDE;
         let galley = painter.layout_no_wrap(text, FontId::proportional(13.0), Color32::WHITE);
         let frame = Rect::from_min_size(place, galley.size()).expand(4.0);
         painter.rect_filled(frame, 3.0, Color32::from_black_alpha(200));
         painter.galley(place, galley, Color32::WHITE);
     }
+}
+
+/// Lines with the percentage of each light, the brightest first. Lights beyond [`MAX_LINES`] have one
+/// line together.
+fn percentages(mut lights: Vec<(&str, f32)>) -> Vec<String> {
+    let sum: f64 = lights.iter().map(|(_, lux)| f64::from(*lux)).sum();
+    if sum <= 0.0 {
+        return Vec::new();
+    }
+    lights.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let line = |lux: f64, name: &str| format!("{:.0} % {name}", 100.0 * lux / sum);
+    let shown = if lights.len() > MAX_LINES { MAX_LINES - 1 } else { lights.len() };
+    let (first, others) = lights.split_at(shown);
+    let mut lines: Vec<String> = first.iter().map(|(name, lux)| line(f64::from(*lux), name)).collect();
+    if !others.is_empty() {
+        let lux: f64 = others.iter().map(|(_, lux)| f64::from(*lux)).sum();
+        lines.push(line(lux, &format!("{} others", others.len())));
+    }
+    lines
 }
 
 /// A value with three digits.
@@ -94,6 +126,15 @@ pub(super) fn legend(ui: &mut Ui, scale: Scale, quantity: Quantity) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_brightest_lights_come_first_and_the_rest_together() {
+        assert_eq!(percentages(vec![("a", 1.0), ("b", 3.0)]), ["75 % b", "25 % a"]);
+        assert!(percentages(vec![("a", 0.0)]).is_empty() && percentages(Vec::new()).is_empty());
+        let lines = percentages(vec![("x", 1.0); 10]);
+        assert_eq!((lines.len(), lines[0].as_str(), lines[7].as_str()), (8, "10 % x", "30 % 3 others"));
+        assert_eq!(percentages(vec![("x", 1.0); 8]).len(), 8);
+    }
 
     #[test]
     fn values_have_three_digits() {

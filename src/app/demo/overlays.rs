@@ -74,7 +74,7 @@ impl Overlays {
             View::FalseColours(_) => {
                 let pointer = ui.input(|input| input.pointer.hover_pos());
                 if let (Some(light), Some(pointer)) = (&self.light, pointer) {
-                    light.label(&painter, projection, pointer);
+                    light.label(&painter, projection, pointer, session.contributions());
                 }
                 Ok(())
             }

@@ -1,5 +1,6 @@
 //! The session: the shown scene, its edits, and its picture.
 
+mod contributions;
 mod metering;
 mod meters;
 mod snapshots;
@@ -21,6 +22,7 @@ use crate::gpu::{Buffer, Context, InFlight, PassTiming, Recorder};
 use crate::renderer::{Columns, FrameReport, Layer, Preview, Reading, RecordedFrame, Renderer, Store};
 use crate::scene::save::{PlacedModel, SceneText};
 use crate::scene::{Camera, DisplayTransform, LoadOptions, Scene};
+pub(super) use contributions::Contribution;
 pub(super) use versions::CHANGED;
 
 /// Frames whose times are kept.
@@ -105,6 +107,8 @@ pub(super) struct Session {
     pub(super) last: Option<FrameReport>,
     /// Version of the picture that was measured last, and what the meters read.
     readings: Option<(u64, Vec<Reading>)>,
+    /// What each light contributes to a picture.
+    contributions: Option<(ViewRequest, Vec<Contribution>)>,
     /// A picture size that did not fit the device.
     pub(super) refused_size: Option<[u32; 2]>,
     /// The pointer is pressed: a model that it moves is loaded when it is released.
@@ -179,6 +183,7 @@ impl Session {
             frames: 0,
             last: None,
             readings: None,
+            contributions: None,
             refused_size: None,
             has_gone_back: false,
             is_held: false,

@@ -164,6 +164,8 @@ pub(super) struct UiState {
     pub(super) shows_histogram: bool,
     /// Stripes mark pixels without detail.
     pub(super) shows_zebra: bool,
+    /// Whether the pointer over false colours shows the percentage of each light.
+    pub(super) shows_contributions: bool,
     /// Levels of the picture, if the histogram is shown.
     pub(super) levels: Option<Levels>,
     /// The panel of snapshots opens.
@@ -240,6 +242,7 @@ impl UiState {
             difference: None,
             shows_histogram: false,
             shows_zebra: false,
+            shows_contributions: false,
             levels: None,
             opens_snapshots: false,
             light_range: None,
@@ -260,6 +263,7 @@ impl UiState {
             text_scale: self.text_scale,
             shows_histogram: self.shows_histogram,
             shows_zebra: self.shows_zebra,
+            shows_contributions: self.shows_contributions,
             ..Self::new(scene, recent)
         }
     }

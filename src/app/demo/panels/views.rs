@@ -47,6 +47,8 @@ pub(super) fn views(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) 
         range.high = range.high.max(1e-6);
         range.low = range.low.min(0.9 * range.high);
         ui.small("Logarithmic; linear from 0. The pointer shows values.");
+        let hint = "At the pointer; a frame for each light once nothing moves";
+        ui.checkbox(&mut ui_state.shows_contributions, "Percentage of each light").on_hover_text(hint);
         if fits {
             ui_state.light_range = None;
         }

@@ -10,7 +10,8 @@ use super::super::recent::Recent;
 use super::super::session::Session;
 use super::super::ui_state::{Place, UiState};
 use super::{context, folder, open, picture, saved, settle};
-use crate::renderer::{Measured, Reading, Renderer, Silent};
+use crate::app::false_colours::values;
+use crate::renderer::{Layer, Measured, Reading, Renderer, Silent};
 use crate::scene::meter::Meter;
 use crate::scene::{LoadOptions, Scene};
 
@@ -178,4 +179,35 @@ fn regions_are_painted_erased_saved_and_given_what_they_want() {
     assert!(session.document.meters.is_empty() && ui_state.meters.chosen.is_none());
     paint(&mut session, &mut ui_state, &[], false);
     assert!(session.document.meters.is_empty(), "beside the scene");
+}
+
+#[test]
+fn contributions_of_lights_add_up_to_the_illuminance_and_change_no_picture() {
+    let (context, folder) = (context(), folder());
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    assert!(!session.follow_contributions().unwrap(), "no light paths yet");
+    let first = picture(&mut session);
+    let whole = values(&session.renderer().unwrap().layer(Layer::Irradiance).unwrap());
+    assert!(session.contributions().is_empty());
+    assert!(session.follow_contributions().unwrap());
+    assert!(picture(&mut session) == first, "the picture is shown again");
+    assert!(!session.follow_contributions().unwrap(), "found once");
+    let names: Vec<&str> = session.contributions().iter().map(|one| one.light.as_str()).collect();
+    assert_eq!(names, ["lamp", "glow"]);
+    for (pixel, whole) in whole.iter().enumerate() {
+        let sum: f64 = session.contributions().iter().map(|one| f64::from(one.lux[pixel])).sum();
+        assert!((sum - whole).abs() < 2e-3 * whole.max(1.0), "{pixel}: {sum} of {whole} lx");
+    }
+    // A light that is off contributes nothing, and dimmed ones are those of the new picture.
+    session.document.lights[1].light.is_on = false;
+    session.history.settle(&session.document);
+    settle(&mut session);
+    assert!(session.contributions().is_empty(), "those of another picture");
+    assert!(session.follow_contributions().unwrap());
+    settle(&mut session);
+    assert_eq!(session.contributions().len(), 1);
+    session.is_held = true;
+    session.document.lights[1].light.is_on = true;
+    settle(&mut session);
+    assert!(!session.follow_contributions().unwrap(), "not while something moves");
 }

@@ -8,7 +8,7 @@ use crate::app::demo::reference::Reference;
 use crate::app::demo::ui_state::{Beside, Verdict, View};
 use crate::app::false_colours::Scale;
 use crate::app::heatmap;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::metrics::{NoisyError, half_noise};
 use crate::renderer::Layer;
 
@@ -108,6 +108,25 @@ impl WindowState {
         };
         self.over.show(&self.context, &mut self.painter, of, size, &pixels)?;
         self.window.request_redraw();
+        Ok(())
+    }
+
+    /// Finds what each light contributes, if the pointer shows it.
+    pub(super) fn follow_contributions(&mut self) -> Result<()> {
+        if !self.ui_state.shows_contributions || !matches!(self.ui_state.view, View::FalseColours(_)) {
+            return Ok(());
+        }
+        match self.session.follow_contributions() {
+            Ok(true) => self.window.request_redraw(),
+            Ok(false) => (),
+            Err(error) => {
+                self.ui_state.shows_contributions = false;
+                match error {
+                    Error::Usage(_) => self.tell_alarm(&error),
+                    error => return Err(error),
+                }
+            }
+        }
         Ok(())
     }
 

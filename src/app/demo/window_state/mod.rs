@@ -291,6 +291,8 @@ impl WindowState {
         self.tolerate(measured)?;
         let measured = self.follow_readings();
         self.tolerate(measured)?;
+        let found = self.follow_contributions();
+        self.tolerate(found)?;
         let shown = self.paint(output, commands)?;
         self.settle(shown == Shown::Yes && !is_new);
         if is_new {

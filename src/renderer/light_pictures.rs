@@ -34,7 +34,7 @@ impl Renderer {
         Ok(found)
     }
 
-    /// Irradiance of each pixel by each active light, W/m² in linear Rec.709, with the light's index.
+    /// Each active light's index and its irradiance of each pixel, W/m² in linear Rec.709.
     /// It is rendered as [`Self::light_pictures`] are.
     ///
     /// # Errors
@@ -43,8 +43,8 @@ impl Renderer {
         self.each_light_alone(|renderer, light| Ok((light, renderer.layer(Layer::Irradiance)?)))
     }
 
-    /// What `read` finds in a frame of each active light alone. Then the lights are on as before, and
-    /// a frame restores the picture.
+    /// What `read` finds in a frame of each active light alone. Then the lights are on as before,
+    /// and a frame restores the picture.
     fn each_light_alone<T>(&mut self, read: impl Fn(&Self, usize) -> Result<T>) -> Result<Vec<T>> {
         let lights: Vec<[bool; 2]> =
             self.scene().lights.iter().map(|light| [light.is_on, light.is_active()]).collect();

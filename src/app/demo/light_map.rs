@@ -67,16 +67,18 @@ impl LightMap {
         for line in percentages(of_lights.collect()) {
             text += &format!("\n{line}");
         }
-        let place = pointer + BESIDE;
         let galley = painter.layout_no_wrap(text, FontId::proportional(13.0), Color32::WHITE);
+        // Whole at the right and the lower edge.
+        let last = painter.clip_rect().max - galley.size() - vec2(4.0, 4.0);
+        let place = (pointer + BESIDE).min(last);
         let frame = Rect::from_min_size(place, galley.size()).expand(4.0);
         painter.rect_filled(frame, 3.0, Color32::from_black_alpha(200));
         painter.galley(place, galley, Color32::WHITE);
     }
 }
 
-/// Lines with the percentage of each light, the brightest first. Lights beyond [`MAX_LINES`] have one
-/// line together.
+/// Lines with the percentage of each light, the brightest first. The last of [`MAX_LINES`] lines
+/// has all other lights together.
 fn percentages(mut lights: Vec<(&str, f32)>) -> Vec<String> {
     let sum: f64 = lights.iter().map(|(_, lux)| f64::from(*lux)).sum();
     if sum <= 0.0 {

@@ -68,6 +68,7 @@ pub(super) fn standard_grid(lengths: [f64; 2]) -> [u32; 2] {
     lengths.map(|length| ((length / cell).round() as u32).clamp(*GRID.start(), *GRID.end()))
 }
 
+#[cfg(feature = "window")]
 impl MeterShape {
     /// A square plane that faces along the unit `normal`, with its middle at `middle`.
     pub(crate) fn on_surface(middle: Vec3, normal: Vec3, side: f32) -> Self {

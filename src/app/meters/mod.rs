@@ -5,6 +5,7 @@ pub(super) mod measure;
 mod search;
 pub(super) mod solve;
 
+#[cfg(feature = "window")]
 pub(in crate::app) use search::{Found, Goal, Wish};
 
 use super::args::{CacheArgs, DeviceArgs, SceneArgs};

@@ -4,7 +4,6 @@ use super::{active, least_squares, measure_with};
 use crate::error::Result;
 use crate::renderer::{Measured, Reading, Renderer};
 use crate::scene::LightKind;
-use crate::scene::meter::Meter;
 use glam::Vec3;
 
 /// Weight of a light's change beside the relative errors. It only chooses among powers that fit the
@@ -57,9 +56,10 @@ pub(super) fn is_reached(after: f64, wanted: f64) -> bool {
     (after / wanted - 1.0).abs() <= REACHED
 }
 
+#[cfg(feature = "window")]
 impl Goal {
     /// A line about its illuminance before and after, lx.
-    pub(in crate::app) fn said(&self, meters: &[Meter], [before, after]: [f64; 2]) -> String {
+    pub(in crate::app) fn said(&self, meters: &[crate::scene::Meter], [before, after]: [f64; 2]) -> String {
         let missed = if is_reached(after, self.lux) { "" } else { ", which is not reachable" };
         format!("{}: {before:.0} to {after:.0} lx of {:.0}{missed}", meters[self.meter].name, self.lux)
     }

@@ -1,6 +1,7 @@
 //! Lights that are dimmed, and measured.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
@@ -11,6 +12,7 @@ use super::super::session::Session;
 use super::super::ui_state::{Place, UiState};
 use super::{context, folder, open, picture, saved, settle};
 use crate::app::false_colours::values;
+use crate::gpu::Context;
 use crate::renderer::{Layer, Measured, Reading, Renderer, Silent};
 use crate::scene::meter::Meter;
 use crate::scene::{LoadOptions, Scene};
@@ -66,6 +68,14 @@ fn lights_that_a_drag_dims_are_mixed_until_it_ends() {
     assert!(picture(&mut session) == first);
 }
 
+/// What the meters of a scene read after a cold start.
+fn readings_of(context: &Arc<Context>, scene: Scene) -> Vec<Reading> {
+    let mut cold = Renderer::new(context, scene, &mut Silent).unwrap();
+    cold.frame().unwrap();
+    let points = cold.measured().unwrap();
+    Measured::by_meter(cold.scene(), &points).into_iter().map(Reading::new).collect()
+}
+
 #[test]
 fn meters_are_read_saved_and_given_what_they_want() {
     let (context, folder) = (context(), folder());
@@ -88,12 +98,7 @@ fn meters_are_read_saved_and_given_what_they_want() {
     let scene = Scene::load(folder.path().join("saved.toml").to_str().unwrap(), &LoadOptions::default());
     let scene = scene.unwrap();
     assert_eq!(scene.meters, session.document.meters);
-    let mut cold = Renderer::new(&context, scene, &mut Silent).unwrap();
-    cold.frame().unwrap();
-    let points = cold.measured().unwrap();
-    let expected: Vec<Reading> =
-        Measured::by_meter(cold.scene(), &points).into_iter().map(Reading::new).collect();
-    assert_eq!(read, expected);
+    assert_eq!(read, readings_of(&context, scene));
 
     // The lamp and the panel together give what is wanted, as one undo step.
     let (all, none) = (session.document.lights.iter().map(|entry| entry.id).collect(), HashSet::new());
@@ -161,12 +166,7 @@ fn regions_are_painted_erased_saved_and_given_what_they_want() {
     let file = folder.path().join("saved.toml");
     let scene = Scene::load(file.to_str().unwrap(), &LoadOptions::default()).unwrap();
     assert_eq!(scene.meters, session.document.meters);
-    let mut cold = Renderer::new(&context, scene, &mut Silent).unwrap();
-    cold.frame().unwrap();
-    let points = cold.measured().unwrap();
-    let expected: Vec<Reading> =
-        Measured::by_meter(cold.scene(), &points).into_iter().map(Reading::new).collect();
-    assert_eq!(read, expected);
+    assert_eq!(read, readings_of(&context, scene));
 
     let wanted = [(0, 0.5 * read[0].mean)];
     session.find_powers(&wanted, &HashSet::new()).unwrap();

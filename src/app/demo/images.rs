@@ -31,7 +31,7 @@ pub(super) fn choose_image(session: &mut Session, chosen: &Chosen, path: &Path) 
     }
 }
 
-/// Takes the image from a material, which then has the image's mean colour.
+/// Takes the image from a material, which then has the mean colour of the image.
 pub(super) fn remove_image(session: &mut Session, index: usize) {
     for other in of_same_name(session, index) {
         let edit = &mut session.document.materials[other];

@@ -15,13 +15,14 @@ pub(in crate::app::demo) struct Contribution {
 }
 
 impl Session {
-    /// Those of the shown picture. Empty until they are found.
+    /// Contributions to the shown picture. Empty until they are found.
     pub(in crate::app::demo) fn contributions(&self) -> &[Contribution] {
         let found = self.contributions.as_ref().filter(|(of, _)| self.shown.as_ref() == Some(of));
         found.map_or(&[], |(_, contributions)| contributions)
     }
 
-    /// Finds them once for a picture at rest, with a frame for each light. Returns whether it did.
+    /// Finds the contributions once for a picture at rest, with a frame for each light. Returns
+    /// whether it did.
     ///
     /// # Errors
     /// [`Error::Usage`] for too many lights or pixels; or the device failed.

@@ -33,22 +33,23 @@ impl Preview {
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub fn new(context: &Arc<Context>, mut scene: Scene) -> Result<Self> {
-        let bvh = Bvh::build(&scene.triangles)?;
-        scene.reorder(&bvh.order);
-        let surfaces: Vec<_> =
-            scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
-        let buffers = SceneBuffers::new(context, &bvh, &scene, &surfaces)?;
-        let (image, ambient) = images(context, &buffers, &scene.cameras[0])?;
+    pub fn new(context: &Arc<Context>, scene: Scene) -> Result<Self> {
+        let (camera, emission) = (scene.cameras[0].clone(), scene.emission.clone());
+        let buffers = scene_buffers(context, scene)?;
+        let (image, ambient) = images(context, &buffers, &camera)?;
         let ambient_irradiance = Vec3::ZERO;
-        Ok(Self {
-            context: context.clone(),
-            buffers,
-            emission: scene.emission,
-            image,
-            ambient,
-            ambient_irradiance,
-        })
+        Ok(Self { context: context.clone(), buffers, emission, image, ambient, ambient_irradiance })
+    }
+
+    /// Takes another surface of the same scene: models have moved. No frame may be under way.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn set_scene(&mut self, scene: Scene) -> Result<()> {
+        let emission = scene.emission.clone();
+        self.buffers = scene_buffers(&self.context, scene)?;
+        self.emission = emission;
+        Ok(())
     }
 
     /// Renders the view of a camera, with these lights and materials of the scene. The picture has
@@ -137,6 +138,15 @@ impl Preview {
     pub fn display(&self) -> &Buffer {
         &self.image.tonemap.display
     }
+}
+
+/// Builds the acceleration structure and uploads the scene.
+fn scene_buffers(context: &Arc<Context>, mut scene: Scene) -> Result<SceneBuffers> {
+    let bvh = Bvh::build(&scene.triangles)?;
+    scene.reorder(&bvh.order);
+    let surfaces: Vec<_> =
+        scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
+    SceneBuffers::new(context, &bvh, &scene, &surfaces)
 }
 
 /// The plan of a frame with direct light alone.

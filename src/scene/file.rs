@@ -13,8 +13,8 @@ use super::geometry::{Assembled, too_many};
 use super::keys;
 use super::load_options::LoadOptions;
 use super::models::{
-    Models, NOWHERE, Visible, built_in, counted, of_one_mesh, override_materials, read_gltf, read_obj,
-    refuse_repeated, refuse_triangles, visible,
+    Models, NOWHERE, Visible, box_of, built_in, counted, of_one_mesh, override_materials, read_gltf,
+    read_obj, refuse_repeated, refuse_triangles, visible,
 };
 use super::objects::Objects;
 use super::reading::Reading;
@@ -106,6 +106,7 @@ impl Scene {
             true => coordinates,
             false => Vec::new(),
         };
+        let recentred = |corners: [DVec3; 2]| corners.map(|corner| (corner - origin).as_vec3());
         let mut scene = Self {
             name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             triangles,
@@ -115,6 +116,8 @@ impl Scene {
             cell_sizes,
             materials,
             objects: objects.into_names(),
+            model_objects: models.of_models,
+            model_boxes: models.boxes.into_iter().map(|corners| corners.map(recentred)).collect(),
             lights,
             emission: Arc::new(emission),
             meters: meter::read_all(&file, root, origin)?,
@@ -256,6 +259,7 @@ impl Source {
                 mut undefined,
                 cameras,
                 lights,
+                ..
             } = match section.text("built_in")? {
                 Some(name) => built_in(section, name, reading)?,
                 None => self.load_model(section, reading, &transform)?,
@@ -272,7 +276,7 @@ impl Source {
                 meshes.clear();
                 objects.clear();
             } else if objects.is_empty() {
-                objects.push(model_keys::object_name(section)?);
+                objects.push(model_keys::name(section)?);
             }
             all.cameras.extend(cameras);
             all.lights.extend(lights);
@@ -294,12 +298,14 @@ impl Source {
             for name in &objects {
                 all_objects.add(name);
             }
-            all.meshes.extend(meshes.into_iter().map(|mut mesh| {
+            for mesh in &mut meshes {
                 mesh.offset_objects(first_object);
                 mesh.transform(&transform);
                 mesh.material += first as u32;
-                mesh
-            }));
+            }
+            all.of_models.push(first_object..all_objects.len() as u32);
+            all.boxes.push(box_of(&meshes));
+            all.meshes.extend(meshes);
         }
         Ok((all, all_objects))
     }

@@ -61,6 +61,7 @@ keys! {
     "model" "" {
         file: "text", "", "needed, or built_in", "Path of a model (`.glb`, `.gltf`, `.obj`, `.ply`, `.stl`), relative to the scene file", "\"m.obj\"", "";
         built_in: "text", "box, atrium, room", "none", "A model of the program instead of a file", "\"room\"", "\"house\"";
+        name: "text", "", "its file's without the ending", "Name for --set model.NAME.KEY and for films", "\"chair\"", "\"\"";
         triangles: "integer", "10 000 to 20 000 000", "the model's", "Triangles of atrium or room, approximately", "10000", "9";
         translate: "3 numbers, m", "±1e12", "[0, 0, 0]", "Offset, applied last", "[1.0, 0.0, 0.0]", "[1e13, 0.0, 0.0]";
         rotate: "3 numbers, degrees", "±360", "[0, 0, 0]", "Rotation about x, then y, then z", "[0.0, 90.0, 0.0]", "[0.0, 400.0, 0.0]";

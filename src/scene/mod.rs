@@ -5,6 +5,7 @@
 //! in `origin`. So f32 coordinates keep their precision for models far from the world's origin.
 
 use glam::{DVec3, Vec2, Vec3};
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -175,6 +176,10 @@ pub struct Scene {
     /// Names of the objects that triangles belong to, each once: nodes of a glTF model, `o` of an
     /// OBJ model, other models by their files, and visible lights.
     pub objects: Vec<String>,
+    /// Indices of the objects of each model of the scene file; none if it is hidden.
+    pub model_objects: Vec<Range<u32>>,
+    /// Smallest and largest corner of each model of the scene file, recentred. `None`: it is hidden.
+    pub model_boxes: Vec<Option<[Vec3; 2]>>,
     /// Lights, recentred; empty only if a command allows it. Emitting materials and the sky follow
     /// the lights of the scene file.
     pub lights: Vec<Light>,

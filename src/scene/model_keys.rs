@@ -24,8 +24,7 @@ pub(super) fn transform(section: &Section) -> Result<DAffine3> {
         return affine(rows).map_err(|message| section.fault_at("matrix", message));
     }
     let translate = section.vector("translate", COORDINATE)?.unwrap_or_default();
-    let [x, y, z] =
-        section.vector("rotate", -360.0..=360.0)?.unwrap_or_default().to_array().map(f64::to_radians);
+    let rotate = section.vector("rotate", -360.0..=360.0)?.unwrap_or_default();
     let (least, most) = (*SCALE.start(), *SCALE.end());
     let scale = match section.get("scale") {
         Some(Node { kind: Kind::Array(_), .. }) => section.vector("scale", -most..=most)?,
@@ -35,8 +34,13 @@ pub(super) fn transform(section: &Section) -> Result<DAffine3> {
     if scale.abs().min_element() < least {
         return Err(section.fault_at("scale", "must not be smaller than 1e-9 along any axis"));
     }
-    let rotate = DQuat::from_euler(EulerRot::ZYX, z, y, x);
-    Ok(DAffine3::from_scale_rotation_translation(scale, rotate, translate))
+    Ok(DAffine3::from_scale_rotation_translation(scale, euler(rotate), translate))
+}
+
+/// Rotation about x, then y, then z, by these angles in degrees.
+pub(super) fn euler(degrees: DVec3) -> DQuat {
+    let [x, y, z] = degrees.to_array().map(f64::to_radians);
+    DQuat::from_euler(EulerRot::ZYX, z, y, x)
 }
 
 /// Fails with a reason if the matrix is no invertible transform of points.
@@ -54,9 +58,12 @@ fn affine(rows: [[f64; 4]; 4]) -> std::result::Result<DAffine3, String> {
     Ok(affine)
 }
 
-/// Name of a model that states none for its objects: that of its file without the ending, or of
-/// the built-in model.
-pub(super) fn object_name(section: &Section) -> Result<String> {
+/// Name of a model: its own, or that of its file without the ending, or of the built-in model.
+/// Objects have it if the file names none.
+pub(super) fn name(section: &Section) -> Result<String> {
+    if let Some(name) = section.text("name")? {
+        return Ok(name.to_owned());
+    }
     let file = section.text("file")?.map(|file| Path::new(file).file_stem().unwrap_or_default());
     let named = file.map(|stem| printable(&stem.to_string_lossy()));
     Ok(named.or(section.text("built_in")?.map(str::to_owned)).unwrap_or_default())

@@ -1,9 +1,10 @@
 //! The models of a scene file, and the materials that the file changes.
 
 use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 use std::path::Path;
 
-use glam::{DAffine3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 use super::builtin::{self, Files};
 use super::cutouts::{self, Coverage};
@@ -34,6 +35,17 @@ pub(super) struct Models {
     /// Cameras and lights of the models' files, as nodes of the scene file.
     pub(super) cameras: Vec<Node>,
     pub(super) lights: Vec<Node>,
+    /// Objects of each model; none if it is hidden.
+    pub(super) of_models: Vec<Range<u32>>,
+    /// Smallest and largest corner of each model, world space, metres. `None`: it is hidden.
+    pub(super) boxes: Vec<Option<[DVec3; 2]>>,
+}
+
+/// Smallest and largest corner of meshes. `None` if they have no position.
+pub(super) fn box_of(meshes: &[Mesh]) -> Option<[DVec3; 2]> {
+    let mut positions = meshes.iter().flat_map(|mesh| &mesh.positions).copied();
+    let first = positions.next()?;
+    Some(positions.fold([first, first], |[low, high], place| [low.min(place), high.max(place)]))
 }
 
 pub(super) fn read_gltf(
@@ -53,6 +65,8 @@ pub(super) fn read_gltf(
         undefined: Vec::new(),
         cameras: cameras.iter().map(fit::file_camera_node).collect(),
         lights: lights.iter().map(fit::file_light_node).collect(),
+        of_models: Vec::new(),
+        boxes: Vec::new(),
     })
 }
 

@@ -44,7 +44,7 @@ impl Setting {
             "light" => (2..=2, "light.NAME.KEY or light.NUMBER.KEY"),
             "material" => (2..=2, "material.NAME.KEY"),
             "meter" => (2..=2, "meter.NAME.KEY or meter.NUMBER.KEY"),
-            _ => (2..=2, "model.NUMBER.KEY"),
+            _ => (2..=2, "model.NAME.KEY or model.NUMBER.KEY"),
         };
         if !lengths.contains(&keys.len()) {
             return Err(usage(format!("{form} was expected")));

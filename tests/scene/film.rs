@@ -189,3 +189,61 @@ fn what_is_wrong_is_named_with_its_line() {
     let error = Film::load("bax", &LoadOptions::default()).unwrap_err().to_string();
     assert!(error.contains("unknown built-in film `bax`: did you mean `box`?"), "{error}");
 }
+
+const TURNING: &str = "[[model]]\nname = \"m\"\ntime = 0.25\nrotate = [0, 0, 0]\n\
+                       [[model]]\nname = \"m\"\ntime = 0.5\nrotate = [0, 0, 370]\n\
+                       [[model]]\nname = \"m\"\ntime = 0.75\nhidden = false\ntranslate = [0, 0, 1]\n";
+
+#[test]
+fn models_are_where_their_keys_put_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!("{HEAD}{TURNING}");
+    for (name, text) in [("s.toml", good_toml().as_str()), ("m.obj", SQUARE), ("f.toml", &text)] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let at = |frame| Film::load_at(&path("f.toml"), &LoadOptions::default(), frame).unwrap();
+    let cold = |set: &[&str]| {
+        let set = set.iter().map(|change| (*change).to_owned()).collect();
+        Scene::load(&path("s.toml"), &LoadOptions { set, ..LoadOptions::default() }).unwrap()
+    };
+    let corners = |scene: &Scene| -> Vec<_> {
+        let world = |place: Vec3| place.as_dvec3() + scene.origin;
+        scene.triangles.iter().map(|triangle| triangle.positions.map(world)).collect()
+    };
+    let turned = ["model.0.translate=[0.0, 0.0, 1.0]", "model.0.rotate=[0.0, 0.0, 10.0]"];
+    for (frame, set) in [(0, &["model.0.translate=[0.0, 0.0, 1.0]"][..]), (2, &turned), (3, &turned)] {
+        assert_eq!(corners(&at(frame).1), corners(&cold(set)), "frame {frame}");
+    }
+    let film = at(0).0;
+    assert!(film.moves_models());
+    assert_eq!([0, 1, 2, 3].map(|frame| film.first_with_models_of(frame)), [0, 0, 2, 2]);
+    let (still, _) = load(HEAD).unwrap();
+    assert!(!still.moves_models() && still.first_with_models_of(3) == 0);
+}
+
+#[test]
+fn models_are_named_by_key_or_file_and_faults_say_where() {
+    let model = |lines: &str| format!("{HEAD}[[model]]\ntime = 0\n{lines}\n");
+    load(&model("name = \"m\"\nhidden = false")).unwrap();
+    refuses(&model("name = \"n\"\nhidden = true"), "unknown model `n`: did you mean `m`?");
+    refuses(&model("name = \"m\"\nscale = 2"), "scale");
+    refuses(&model("name = \"m\"\nrotate = [0, 0, 1e6]"), "rotate");
+    refuses(&model("name = \"m\"\nhidden = true"), "no triangle is left");
+    let twice = model("name = \"m\"\nhidden = false");
+    let folder = tempfile::tempdir().unwrap();
+    let scene = format!("{}\n[[model]]\nfile = \"m.obj\"\n", good_toml());
+    for (name, text) in [("s.toml", &*scene), ("m.obj", SQUARE), ("f.toml", &*twice)] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let load = || Film::load(folder.path().join("f.toml").to_str().unwrap(), &LoadOptions::default());
+    assert!(load().unwrap_err().to_string().contains("several models of the scene are called \"m\""));
+    let named = scene.replacen("[[model]]", "[[model]]\nname = \"other\"", 1);
+    std::fs::write(folder.path().join("s.toml"), named).unwrap();
+    load().unwrap();
+    let matrix = "matrix = [[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]";
+    let scene = good_toml().replacen("[[model]]", &format!("[[model]]\n{matrix}"), 1);
+    std::fs::write(folder.path().join("s.toml"), scene).unwrap();
+    std::fs::write(folder.path().join("f.toml"), model("name = \"m\"\nrotate = [0, 0, 1]")).unwrap();
+    assert!(load().unwrap_err().to_string().contains("states a matrix"));
+}

@@ -41,6 +41,11 @@ impl Player {
         let allow_outside = session.source.options.allow_outside || recorded.is_some();
         let options = LoadOptions { allow_outside, ..session.source.options.clone() };
         let (film, scene) = Film::load(&spec, &options)?;
+        if film.moves_models() {
+            let message =
+                "the film moves models, which the window does not play: `lightpaths film` renders it";
+            return Err(Error::Usage(message.to_owned()));
+        }
         let player = Self {
             film,
             lights: scene.lights.clone(),

@@ -22,6 +22,7 @@ mod light_map;
 mod meter_marks;
 mod meters;
 mod mixer;
+mod model_gizmo;
 mod navigate;
 mod overlays;
 mod painting;

@@ -2,10 +2,12 @@
 
 use glam::{Vec2, Vec3};
 
+use super::gizmos::Projection;
 use super::meters::{free_name, raised};
-use super::placing::scene_size;
+use super::placing::{scene_size, surface};
 use super::session::Session;
 use super::ui_state::{Place, UiState};
+use crate::error::Result;
 use crate::scene::meter::{Meter, MeterShape};
 
 /// Radius of the brush, points of the window.
@@ -18,9 +20,25 @@ const MAX_POINTS: usize = 512;
 /// Largest number of places of the brush in one movement.
 const MAX_PLACES: f32 = 32.0;
 
+/// Paints the surface that the brush passes on its way in the picture's area, or erases it.
+pub(super) fn brush(
+    (from, to): (Vec2, Vec2),
+    (area, projection): (egui::Rect, Projection),
+    erases: bool,
+    session: &mut Session,
+    ui_state: &mut UiState,
+) -> Result<()> {
+    let mut places = Vec::new();
+    for probe in probes(from, to).into_iter().filter(|probe| area.contains(egui::pos2(probe.x, probe.y))) {
+        places.extend(surface(session, projection, probe)?);
+    }
+    paint(session, ui_state, &places, erases);
+    Ok(())
+}
+
 /// Where the brush looks for surfaces while the pointer moves: in each of its places the middle and
 /// six points around it.
-pub(super) fn probes(from: Vec2, to: Vec2) -> Vec<Vec2> {
+fn probes(from: Vec2, to: Vec2) -> Vec<Vec2> {
     let count = (from.distance(to) / BRUSH).ceil().clamp(1.0, MAX_PLACES) as u32;
     let places = (1..=count).map(|number| from.lerp(to, number as f32 / count as f32));
     let around = |turn: u32| 0.9 * BRUSH * Vec2::from_angle(turn as f32 * std::f32::consts::FRAC_PI_3);

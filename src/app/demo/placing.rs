@@ -1,11 +1,12 @@
 //! Placing the chosen lights: copies, aims at a point, and positions on a surface.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::document::Document;
-use super::gizmos::turn_area;
+use super::gizmos::{Projection, turn_area};
 use super::session::Session;
 use super::ui_state::{Chosen, Place, UiState};
+use crate::error::Result;
 use crate::scene::LightKind;
 
 /// Offset of a copy from its light, in scene sizes.
@@ -116,6 +117,15 @@ pub(super) fn snap(session: &mut Session, ui_state: &UiState, place: Option<Plac
             session.alarm(line);
         }
     }
+}
+
+/// The surface under the pointer. `None` until the light paths are traced.
+pub(super) fn surface(session: &Session, projection: Projection, pointer: Vec2) -> Result<Option<Place>> {
+    let Some(renderer) = session.renderer() else { return Ok(None) };
+    let size = renderer.size();
+    let pixel = projection.pixel(pointer, size);
+    let found = renderer.surface_at(pixel)?;
+    Ok(found.map(|found| Place { position: found.position, normal: found.normal, material: found.material }))
 }
 
 /// What the user must do first to place a light.

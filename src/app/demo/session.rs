@@ -3,6 +3,7 @@
 mod contributions;
 mod metering;
 mod meters;
+mod models;
 mod snapshots;
 mod versions;
 
@@ -23,6 +24,7 @@ use crate::renderer::{Columns, FrameReport, Layer, Preview, Reading, RecordedFra
 use crate::scene::save::{PlacedModel, SceneText};
 use crate::scene::{Camera, DisplayTransform, LoadOptions, Scene};
 pub(super) use contributions::Contribution;
+use models::Moving;
 pub(super) use versions::CHANGED;
 
 /// Frames whose times are kept.
@@ -122,6 +124,8 @@ pub(super) struct Session {
     /// The last frame needs the light paths of an enclosure.
     needs_precompute: bool,
     stage: Stage,
+    /// Direct light of models that the pointer moves, instead of the stage's picture.
+    moving: Option<Moving>,
     /// Number of renderers that the stage has had.
     pub(super) generation: u64,
     /// The picture of a new renderer has not been metered.
@@ -191,6 +195,7 @@ impl Session {
             may_mix: false,
             needs_precompute: false,
             stage: Stage::Preview(Box::new(Preview::new(context, scene.clone())?)),
+            moving: None,
             generation: 0,
             is_unmetered: false,
             worker: Some(Worker::start(context, &scene, source.store.clone(), &wake)?),
@@ -222,10 +227,12 @@ impl Session {
     /// The picture as sRGB codes R, G, B, 255, row by row from the top; and its size.
     pub(super) fn picture(&self) -> (&Buffer, [u32; 2]) {
         let size = self.shown.as_ref().map_or(self.camera.size, |shown| shown.camera.size);
-        match &self.stage {
-            Stage::Preview(preview) => (preview.display(), size),
-            Stage::Ready(ready) => (ready.renderer.display_buffer(), size),
-        }
+        let buffer = match (&self.moving, &self.stage) {
+            (Some(moving), _) => moving.preview.display(),
+            (None, Stage::Preview(preview)) => preview.display(),
+            (None, Stage::Ready(ready)) => ready.renderer.display_buffer(),
+        };
+        (buffer, size)
     }
 
     /// Records the current document and camera, as a new version of the picture. `None` if the
@@ -237,6 +244,7 @@ impl Session {
         self.follow_parts();
         self.follow_editable();
         self.take_renderer()?;
+        self.follow_moving()?;
         let requested = self.requested();
         if self.shown.as_ref() == Some(&requested) && (self.mixes() || !self.is_mixed()) {
             return Ok(None);
@@ -302,6 +310,11 @@ impl Session {
     /// Records the requested picture.
     fn record(&mut self, requested: &ViewRequest) -> Result<Recorder> {
         let (before, mixes) = (self.shown.clone(), self.mixes());
+        if let Some(moving) = &mut self.moving {
+            let recorder = record_preview(&mut moving.preview, requested, &self.scene.materials)?;
+            self.recorded = Some(Recorded { frame: None, before });
+            return Ok(recorder);
+        }
         match &mut self.stage {
             Stage::Preview(preview) => {
                 let recorder = record_preview(preview, requested, &self.scene.materials)?;
@@ -376,6 +389,9 @@ impl Session {
     }
 
     fn end_frame(&mut self, frame: Option<RecordedFrame>, timings: Vec<PassTiming>) -> Result<()> {
+        if let (Some(moving), None) = (&self.moving, &frame) {
+            return moving.preview.end_frame();
+        }
         match (&mut self.stage, frame) {
             (Stage::Preview(preview), None) => {
                 preview.end_frame()?;

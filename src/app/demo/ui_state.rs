@@ -17,6 +17,8 @@ pub(super) enum Chosen {
     Light(u64),
     /// By its index in the scene.
     Material(usize),
+    /// By its index in the document.
+    Model(usize),
 }
 
 /// The content of the picture.

@@ -8,15 +8,16 @@ use glam::{Vec2, Vec3};
 use super::canvas::{Textures, draw, framed};
 use super::choice::released;
 use super::coarse::{Coarse, Motion};
-use super::gizmos::{Drag, Part, Projection, hit, of_light};
+use super::gizmos::{Drag, Part, Projection, TOLERANCE, hit, of_light};
 use super::meter_marks;
+use super::model_gizmo::{self, ModelDrag};
 use super::navigate::{self, Held};
 use super::overlays;
 use super::painting;
 use super::panels::PALETTE;
-use super::placing::{self, scene_size as size};
+use super::placing::{self, scene_size as size, surface};
 use super::session::Session;
-use super::ui_state::{Chosen, Place, UiState, View};
+use super::ui_state::{Chosen, UiState, View};
 use crate::error::Result;
 use crate::scene::{Camera, LightKind};
 
@@ -25,8 +26,6 @@ use crate::scene::{Camera, LightKind};
 const PATIENCE_S: f64 = 0.15;
 /// Range of a picture's width and height, pixels.
 const SIDES: [u32; 2] = [16, 8192];
-/// Largest distance between the pointer and a gizmo that it takes, points.
-const TOLERANCE: f32 = 6.0;
 /// Largest distance between a click and a light's mark, points.
 const MARK: f32 = 10.0;
 /// Camera turn per point of pointer movement, radians.
@@ -62,6 +61,7 @@ enum Hold {
     Wipe,
     /// The brush of a light meter's region.
     Brush,
+    Model(ModelDrag),
 }
 
 impl Viewport {
@@ -243,7 +243,8 @@ impl Viewport {
         {
             if ui_state.meters.paints {
                 let area = framed(response.rect, session.picture().1);
-                brush((vec(pointer), vec(pointer)), (area, modifiers), session, ui_state)?;
+                let (way, seen) = ((vec(pointer), vec(pointer)), self::projection(&session.camera, area));
+                painting::brush(way, (area, seen), modifiers.command, session, ui_state)?;
             } else if modifiers.command && modifiers.shift {
                 let place = surface(session, projection, vec(pointer))?;
                 placing::aim(session, ui_state, place, self.anchor);
@@ -268,6 +269,13 @@ impl Viewport {
         let on_wipe = ui_state.split.is_some_and(|wipe| {
             (response.rect.left() + wipe * response.rect.width() - start.x).abs() < TOLERANCE
         });
+        if is_primary
+            && !ui_state.meters.paints
+            && let Some(drag) = model_gizmo::begin(&projection, session, ui_state.chosen, start)
+        {
+            self.hold = Some(Hold::Model(drag));
+            return Ok(());
+        }
         let part = self.part_at(start, projection, session, ui_state).filter(|_| !ui_state.meters.paints);
         self.hold = Some(match part {
             Some((part, id)) if is_primary => {
@@ -319,6 +327,9 @@ impl Viewport {
                 let kind = drag.to(&projection(camera, area), vec(pointer), snap);
                 placing::drag(&mut session.document, (*id, kind), others, drag.offset(&kind));
             }
+            Some(Hold::Model(drag)) => {
+                drag.to(&projection(camera, area), vec(pointer), snap, &mut session.document);
+            }
             Some(Hold::Wipe) => {
                 ui_state.split = Some(((pointer.x - area.left()) / area.width().max(1.0)).clamp(0.0, 1.0));
             }
@@ -326,7 +337,8 @@ impl Viewport {
             Some(Hold::Pan(depth)) => navigate::pan(camera, moved, area.height(), *depth),
             Some(Hold::Look) => navigate::look(camera, -TURN * moved),
             Some(Hold::Brush) => {
-                brush((before, vec(pointer)), (area, modifiers), session, ui_state)?;
+                let (way, seen) = ((before, vec(pointer)), projection(camera, area));
+                painting::brush(way, (area, seen), modifiers.command, session, ui_state)?;
             }
             None => (),
         }
@@ -410,6 +422,12 @@ impl Viewport {
             self.anchor = projection.eye() + 0.15 * size(session) * projection.forward();
         }
         let pointer = response.hover_pos().map(vec);
+        let held = match &self.hold {
+            Some(Hold::Model(drag)) => Some(drag.part()),
+            Some(_) => None,
+            None => pointer.and_then(|at| model_gizmo::part_at(&projection, session, ui_state.chosen, at)),
+        };
+        model_gizmo::paint(&painter, &projection, session, ui_state.chosen, held);
         for entry in &session.document.lights {
             let is_chosen = ui_state.chosen == Chosen::Light(entry.id);
             if let Some((mark, _)) = entry.light.kind.position().and_then(|place| projection.project(place)) {
@@ -434,32 +452,6 @@ impl Viewport {
 /// The projection of the picture's area.
 fn projection(camera: &Camera, area: Rect) -> Projection {
     Projection::new(camera, vec(area.min), Vec2::new(area.width(), area.height()))
-}
-
-/// Paints the surface that the brush passes on its way in the picture's area, or erases with Ctrl.
-fn brush(
-    (from, to): (Vec2, Vec2),
-    (area, modifiers): (Rect, Modifiers),
-    session: &mut Session,
-    ui_state: &mut UiState,
-) -> Result<()> {
-    let projection = projection(&session.camera, area);
-    let mut places = Vec::new();
-    let is_in_picture = |probe: &Vec2| area.contains(egui::pos2(probe.x, probe.y));
-    for probe in painting::probes(from, to).into_iter().filter(is_in_picture) {
-        places.extend(surface(session, projection, probe)?);
-    }
-    painting::paint(session, ui_state, &places, modifiers.command);
-    Ok(())
-}
-
-/// The surface under the pointer. `None` until the light paths are traced.
-fn surface(session: &Session, projection: Projection, pointer: Vec2) -> Result<Option<Place>> {
-    let Some(renderer) = session.renderer() else { return Ok(None) };
-    let size = renderer.size();
-    let pixel = projection.pixel(pointer, size);
-    let found = renderer.surface_at(pixel)?;
-    Ok(found.map(|found| Place { position: found.position, normal: found.normal, material: found.material }))
 }
 
 fn vec(point: egui::Pos2) -> Vec2 {

@@ -75,8 +75,10 @@ impl Film {
             let message = "--video needs --format png; an EXR is not ready to be looked at";
             return Err(Error::Usage(message.to_owned()));
         }
-        let store = self.cache_args.store()?;
-        let (film, scene) = film::Film::load(&self.film, &self.scene_args.options())?;
+        let options = self.scene_args.options();
+        let (mut film, mut scene) = film::Film::load(&self.film, &options)?;
+        // Light paths of every place of a model would push all others out of the folder.
+        let store = self.cache_args.store()?.filter(|_| !film.moves_models());
         let range = self.frames.unwrap_or_default().of(film.frame_count)?;
         self.refuse_inputs(&film, &scene, &range)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
@@ -84,17 +86,31 @@ impl Film {
         create_folder(&self.output)?;
         OutputFile::check(&self.frame_path(range.start, &film))?;
 
-        let picture_keys = scene.picture;
+        let stops = self.exposure.or(scene.picture.exposure).unwrap_or(0.0);
+        let transform = self.display_args.transform(stops, &scene.picture);
+        // Earlier frames may have opened enclosures, which then stay open until a model moves.
+        let first = film.first_with_models_of(range.start);
+        if film.moves_models() {
+            (film, scene) = film::Film::load_at(&self.film, &options, first)?;
+        }
         let mut renderer = self.device_args.renderer_from(store.as_ref(), &context, scene)?;
-        let stops = self.exposure.or(picture_keys.exposure).unwrap_or(0.0);
-        renderer.set_display_transform(self.display_args.transform(stops, &picture_keys));
+        renderer.set_display_transform(transform);
         renderer.set_serialised(false);
         let start = Instant::now();
-        let mut times_ms = Vec::new();
+        let (mut times_ms, mut precompute_s) = (Vec::new(), renderer.precompute_s());
         let mut progress = self.device_args.progress();
         progress.stage("frames", u64::from(range.end - range.start));
-        // Earlier frames may have opened enclosures, which then stay open.
-        for frame in 0..range.end {
+        for frame in first..range.end {
+            if frame > first && film.first_with_models_of(frame) == frame {
+                let scene;
+                (film, scene) = film::Film::load_at(&self.film, &options, frame)?;
+                // Two renderers may not fit the device.
+                drop(renderer);
+                renderer = Renderer::new(&context, scene, &mut Silent)?;
+                renderer.set_display_transform(transform);
+                renderer.set_serialised(false);
+                precompute_s += renderer.precompute_s();
+            }
             renderer.set_state(&film.state(frame))?;
             renderer.open_enclosures(&mut Silent)?;
             if frame < range.start {
@@ -113,7 +129,7 @@ impl Film {
             range.start,
             range.end - 1,
             film.frame_count,
-            renderer.precompute_s(),
+            precompute_s,
             summary(times_ms),
             start.elapsed().as_secs_f64(),
             device_label(&context),

@@ -83,6 +83,8 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
         name: _,
         inputs: _,
         warnings: _,
+        model_objects: _,
+        model_boxes: _,
     } = scene;
     let shader = Shader::named("path_trace");
     write!(key, "{FORMAT} {} {} {budget} {}", shader.source_hash, fnv1a(&shader.bytes), quality.seed)

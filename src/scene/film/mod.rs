@@ -16,7 +16,7 @@ use super::{Camera, LightKind, LoadOptions, Scene};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 use std::path::PathBuf;
-use tracks::{CameraTrack, LightTrack, MaterialTrack};
+use tracks::{CameraTrack, LightTrack, MaterialTrack, ModelTrack};
 pub use write::{Recording, Reflectance, Snapshot};
 
 /// A timeline of a scene.
@@ -34,6 +34,7 @@ pub struct Film {
     camera: CameraTrack,
     lights: Vec<LightTrack>,
     materials: Vec<MaterialTrack>,
+    models: Vec<ModelTrack>,
 }
 
 /// The state of a scene's animated properties at some time.
@@ -51,14 +52,43 @@ impl Film {
     /// Loads a film, by the path of its `.toml` or its built-in name, and its scene, prepared
     /// for all frames. Lights that the film adds are in the scene (a [`State`] has whether they
     /// are on), and animated materials are editable. So light paths are the same for every
-    /// range of frames.
+    /// range of frames, as long as no model moves.
     ///
     /// # Errors
     /// As [`Scene::load`]; [`Error::Input`] with file, line and key for each fault in the film.
     pub fn load(spec: &str, options: &LoadOptions) -> Result<(Self, Scene)> {
-        let (film, scene) = read::load(spec, options)?;
+        Self::load_at(spec, options, 0)
+    }
+
+    /// The same with the models where they are at frame `frame`.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_at(spec: &str, options: &LoadOptions, frame: u32) -> Result<(Self, Scene)> {
+        let (film, scene) = read::load(spec, options, frame)?;
         film.check(&scene)?;
         Ok((film, scene))
+    }
+
+    /// Whether frames differ in where models are. Then light paths are traced for each place.
+    pub fn moves_models(&self) -> bool {
+        !self.models.is_empty()
+    }
+
+    /// The first of the frames before `frame` and itself in which all models are where they are at
+    /// `frame`, without a movement between.
+    pub fn first_with_models_of(&self, frame: u32) -> u32 {
+        if !self.moves_models() {
+            return 0;
+        }
+        let models = self.model_changes(frame);
+        (0..frame).rev().find(|earlier| self.model_changes(*earlier) != models).map_or(0, |other| other + 1)
+    }
+
+    /// What the models of frame `frame` change in the scene file, as `KEY=VALUE`.
+    fn model_changes(&self, frame: u32) -> Vec<String> {
+        let time = f64::from(frame) / self.fps;
+        self.models.iter().flat_map(|track| track.changes_at(time)).collect()
     }
 
     /// The state of frame `frame`, a function of that number alone.

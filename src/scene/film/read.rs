@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::curve::{Curve, Fades};
-use super::tracks::{CameraTrack, LightTrack, MaterialTrack};
+use super::tracks::{CameraTrack, LightTrack, MaterialTrack, ModelTrack};
 use super::{Film, builtin};
 use crate::scene::builtin::{self as scenes, Files, utf8};
+use crate::scene::file::Source;
 use crate::scene::luminaire::Luminaire;
-use crate::scene::value::{COORDINATE, Node, POWER, Section, unknown};
+use crate::scene::save::PlacedModel;
+use crate::scene::value::{COORDINATE, Kind, Node, POWER, Section, unknown};
 use crate::scene::{Camera, Light, LightKind, LoadOptions, Material, Scene, camera, limits};
 use crate::{Error, Result};
 
@@ -28,20 +30,28 @@ struct Key<'a> {
     section: Section<'a>,
 }
 
-/// Loads the film and its scene, without the check between keys.
-pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
+/// Angles that a key of a model may state, degrees: a hundred turns either way.
+const TURNS: std::ops::RangeInclusive<f64> = -36_000.0..=36_000.0;
+
+/// Loads the film, and its scene with the models of a frame, without the check between keys.
+pub(super) fn load(spec: &str, options: &LoadOptions, frame: u32) -> Result<(Film, Scene)> {
     let (file, text) = open(spec, options)?;
     let root = Node::parse(&file, &text)?;
     let top = Section::new(&file, "", &root)?;
-    top.only(&["scene", "fps", "duration", "size", "camera", "light", "material"])?;
+    top.only(&["scene", "fps", "duration", "size", "camera", "light", "material", "model"])?;
     let missing = |key, what: &str| top.fault_at(key, format!("the key is missing ({what})"));
     let name =
         top.text("scene")?.ok_or_else(|| missing("scene", "a built-in scene or the path of a file"))?;
     let fps = top.number("fps", 0.001..=1000.0)?.unwrap_or(24.0);
     let size = options.size.or(top.size("size", camera::SIZE)?);
     let files = Files::from_options(&file, options);
-    let mut scene =
-        Scene::load(&scene_spec(&top, &files, &file, name)?, &LoadOptions { size, ..options.clone() })?;
+    let scene_spec = scene_spec(&top, &files, &file, name)?;
+    let mut options = LoadOptions { size, ..options.clone() };
+    let model_keys = keys(&file, &root, "model")?;
+    let models = read_models(&model_keys, &scene_spec, &options)?;
+    let time = f64::from(frame) / fps;
+    options.set.extend(models.iter().flat_map(|track| track.changes_at(time)));
+    let mut scene = Scene::load(&scene_spec, &options)?;
 
     let origin = scene.origin;
     let (cameras, mut last) = (keys(&file, &root, "camera")?, 0.0_f64);
@@ -57,7 +67,7 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
     let materials = by_name(&changes)?.into_iter();
     let materials = materials.map(|(name, keys)| read_material(name, &keys, &named, &mut scene));
     let materials = materials.collect::<Result<Vec<_>>>()?;
-    for Key { time, section } in cameras.iter().chain(&light_keys).chain(&changes) {
+    for Key { time, section } in cameras.iter().chain(&light_keys).chain(&changes).chain(&model_keys) {
         last = last.max(time + section.number("fade", TIME)?.unwrap_or(0.0));
     }
     let duration = top.number("duration", TIME)?.unwrap_or(last);
@@ -77,6 +87,7 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
         camera,
         lights,
         materials: materials.into_iter().flatten().collect(),
+        models,
     };
     let seen = places(&film).map(|place| (place - origin).as_vec3());
     // Cameras at these positions make their surroundings take part in the precomputation.
@@ -184,6 +195,57 @@ fn read_camera(keys: &[Key], base: &Camera) -> Result<CameraTrack> {
         position: place("position")?,
         target: place("target")?,
         fov_y: fov_y.map(|keys| Curve::amounts(&keys)),
+    })
+}
+
+/// Reads the tracks of the scene's models.
+fn read_models(keys: &[Key], scene: &str, options: &LoadOptions) -> Result<Vec<ModelTrack>> {
+    let named = by_name(keys)?;
+    if named.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (source, _) = Source::prepare(scene, options)?;
+    let models: Vec<PlacedModel> = match source.root.get("model") {
+        Some(Node { kind: Kind::Array(models), .. }) => models.iter().map(PlacedModel::read).collect(),
+        _ => Vec::new(),
+    };
+    let names: Vec<String> = models.iter().map(PlacedModel::key_name).collect();
+    named.into_iter().map(|(name, keys)| read_model(name, &keys, &models, &names)).collect()
+}
+
+fn read_model(name: &str, keys: &[&Key], models: &[PlacedModel], names: &[String]) -> Result<ModelTrack> {
+    let first = &keys[0].section;
+    let mut found = (0..models.len()).filter(|index| names[*index] == name);
+    let Some(model) = found.next() else {
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        return Err(first.fault_at("name", unknown("model", &names, name)));
+    };
+    if found.next().is_some() {
+        let message =
+            format!("several models of the scene are called {name:?}: give this one a `name` there");
+        return Err(first.fault_at("name", message));
+    }
+    let base = models[model].clone();
+    let mut hidden = Fades::new(DVec3::splat(f64::from(u8::from(base.is_hidden))));
+    for Key { time, section } in keys {
+        section.only(&["time", "name", "translate", "rotate", "hidden"])?;
+        if base.matrix.is_some() && section.get("rotate").is_some() {
+            let message = "the scene file states a matrix of this model: state `rotate` and `scale` there";
+            return Err(section.fault_at("rotate", message));
+        }
+        if let Some(is_hidden) = section.flag("hidden")? {
+            hidden.change(*time, 0.0, DVec3::splat(f64::from(u8::from(is_hidden))));
+        }
+    }
+    let read = |key: &'static str, range: std::ops::RangeInclusive<f64>| {
+        values(keys.iter().copied(), key, |section| section.vector(key, range.clone()))
+    };
+    Ok(ModelTrack {
+        model,
+        base,
+        translate: read("translate", COORDINATE)?.map(|keys| Curve::path(&keys)),
+        rotate: read("rotate", TURNS)?.map(|keys| Curve::amounts(&keys)),
+        hidden,
     })
 }
 

@@ -2,6 +2,7 @@
 
 use super::curve::{Curve, Fades};
 use super::material_state::MaterialState;
+use crate::scene::save::PlacedModel;
 use crate::scene::{Camera, LightKind};
 use glam::{DVec3, Vec3};
 
@@ -116,6 +117,35 @@ impl MaterialTrack {
             specular: self.specular.at(time).as_vec3(),
             exponent: self.ln_exponent.at(time).x.exp() as f32,
         }
+    }
+}
+
+/// A model's track; values without keys stay as in the scene.
+#[derive(Clone, Debug)]
+pub(super) struct ModelTrack {
+    /// Its index in the scene file.
+    pub(super) model: usize,
+    /// The model in the scene.
+    pub(super) base: PlacedModel,
+    /// World space, metres.
+    pub(super) translate: Option<Curve>,
+    /// Angles about x, y and z, degrees.
+    pub(super) rotate: Option<Curve>,
+    /// 1 while it is hidden, else 0, in every component.
+    pub(super) hidden: Fades,
+}
+
+impl ModelTrack {
+    /// The model at a time in seconds, as `KEY=VALUE` changes of the scene file.
+    pub(super) fn changes_at(&self, time: f64) -> Vec<String> {
+        let at = |curve: &Option<Curve>, base| curve.as_ref().map_or(base, |curve| curve.at(time));
+        let model = PlacedModel {
+            translation: at(&self.translate, self.base.translation),
+            rotation: at(&self.rotate, self.base.rotation),
+            is_hidden: self.hidden.at(time).x > 0.5,
+            ..self.base.clone()
+        };
+        model.changes(self.model, Some(&self.base))
     }
 }
 

@@ -4,43 +4,81 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use crate::scene::model_keys::euler;
 use crate::scene::value::{Kind, Node};
 
 /// Where a model is, and whether it takes part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedModel {
     /// Its file as the scene file names it, or the name of a built-in model.
-    pub name: String,
+    pub file: String,
+    /// The name that the scene file gives it.
+    pub name: Option<String>,
     /// Its surface is left out.
     pub is_hidden: bool,
     /// Offset in world space, metres.
     pub translation: DVec3,
+    /// Angles about the axes x, y and z, in this order, degrees. Zero if there is a matrix.
+    pub rotation: DVec3,
     /// The rows of its transform, if the scene file states a matrix.
     pub matrix: Option<[[f64; 4]; 4]>,
 }
 
 impl PlacedModel {
     /// A model where its file puts it.
-    pub fn of_file(name: &str) -> Self {
-        Self { name: name.to_owned(), is_hidden: false, translation: DVec3::ZERO, matrix: None }
+    pub fn of_file(file: &str) -> Self {
+        Self {
+            file: file.to_owned(),
+            name: None,
+            is_hidden: false,
+            translation: DVec3::ZERO,
+            rotation: DVec3::ZERO,
+            matrix: None,
+        }
     }
 
     /// Reads a `[[model]]` of a scene that was loaded.
-    pub(super) fn read(table: &Node) -> Self {
-        let name = ["file", "built_in"].into_iter().find_map(|key| table.get(key)?.as_text());
+    pub(in crate::scene) fn read(table: &Node) -> Self {
+        let text = |key: &str| table.get(key)?.as_text().map(str::to_owned);
+        let vector =
+            |key: &str| table.get(key).and_then(Node::as_numbers).map_or(DVec3::ZERO, DVec3::from_array);
         let matrix: Option<[[f64; 4]; 4]> =
             table.get("matrix").and_then(|rows| rows.as_list(Node::as_numbers));
         let translation = match matrix {
             Some([x, y, z, _]) => DVec3::new(x[3], y[3], z[3]),
-            None => table.get("translate").and_then(Node::as_numbers).map_or(DVec3::ZERO, DVec3::from_array),
+            None => vector("translate"),
         };
         let is_hidden = matches!(table.get("hidden"), Some(Node { kind: Kind::Bool(true), .. }));
-        Self { name: name.unwrap_or_default().to_owned(), is_hidden, translation, matrix }
+        let file = text("file").or(text("built_in")).unwrap_or_default();
+        Self { file, name: text("name"), is_hidden, translation, rotation: vector("rotate"), matrix }
     }
 
-    /// The name without folders.
-    pub fn short_name(&self) -> String {
-        Path::new(&self.name).file_name().unwrap_or_default().to_string_lossy().into_owned()
+    /// Its name, or that of its file without folders.
+    pub fn shown_name(&self) -> String {
+        let file = || Path::new(&self.file).file_name().unwrap_or_default().to_string_lossy().into_owned();
+        self.name.clone().unwrap_or_else(file)
+    }
+
+    /// Its name, or that of its file without folders and ending.
+    pub(in crate::scene) fn key_name(&self) -> String {
+        let stem = || Path::new(&self.file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        self.name.clone().unwrap_or_else(stem)
+    }
+
+    /// Turns the model to these angles, degrees, about a point of the world that stays. A model with a
+    /// matrix does not turn.
+    pub fn turn_about(&mut self, point: DVec3, rotation: DVec3) {
+        if self.matrix.is_none() {
+            let turn = euler(rotation) * euler(self.rotation).inverse();
+            self.translation = point + turn * (self.translation - point);
+            self.rotation = rotation;
+        }
+    }
+
+    /// Where a point of the world is after the model and all that is fixed to it was placed as
+    /// `to`.
+    pub fn carried(&self, point: DVec3, to: &Self) -> DVec3 {
+        euler(to.rotation) * (euler(self.rotation).inverse() * (point - self.translation)) + to.translation
     }
 
     /// `KEY=VALUE` changes ([`LoadOptions::set`](crate::scene::LoadOptions::set)) that turn model
@@ -48,13 +86,16 @@ impl PlacedModel {
     pub fn changes(&self, number: usize, before: Option<&Self>) -> Vec<String> {
         let mut changes = Vec::new();
         let mut change = |key: &str, value: String| changes.push(format!("model.{number}.{key}={value}"));
-        let own = Self::of_file(&self.name);
+        let own = Self::of_file(&self.file);
         let before = before.unwrap_or_else(|| {
-            change("file", toml_edit::Value::from(self.name.as_str()).to_string());
+            change("file", toml_edit::Value::from(self.file.as_str()).to_string());
             &own
         });
         if self.is_hidden != before.is_hidden {
             change("hidden", self.is_hidden.to_string());
+        }
+        if self.rotation != before.rotation {
+            change("rotate", format!("{:?}", self.rotation.to_array().map(|angle| angle % 360.0)));
         }
         if self.translation != before.translation {
             let DVec3 { x, y, z } = self.translation;
@@ -96,6 +137,7 @@ mod tests {
         assert!((area - 2.5).abs() < 1e-6);
         let mut after = before.clone();
         after[0].is_hidden = true;
+        after[0].rotation = DVec3::new(10.0, -200.5, 0.1);
         after[1].translation = DVec3::new(-1e-7, 0.1, 1e3);
         after.push(PlacedModel { translation: DVec3::X, ..PlacedModel::of_file("m.obj") });
         let changes = |from: &[PlacedModel], to: &[PlacedModel]| {
@@ -107,5 +149,28 @@ mod tests {
         assert_eq!(found, [after[0].clone(), moved, after[2].clone()]);
         assert!((area - 2.5).abs() < 1e-6, "one hidden, one added: {area}");
         assert!(changes(&before, &before).is_empty());
+    }
+
+    #[test]
+    fn models_turn_about_a_point_that_stays() {
+        let placed =
+            |translation, rotation| PlacedModel { translation, rotation, ..PlacedModel::of_file("m.obj") };
+        let before = placed(DVec3::new(1.0, -2.0, 0.5), DVec3::new(10.0, 20.0, 30.0));
+        let (point, beside) = (DVec3::new(4.0, 5.0, -6.0), DVec3::new(4.0, 5.0, -5.0));
+        let mut after = before.clone();
+        after.turn_about(point, DVec3::new(10.0, 110.0, 30.0));
+        assert!(before.carried(point, &after).distance(point) < 1e-12);
+        let carried = before.carried(beside, &after);
+        assert!((carried.distance(point) - 1.0).abs() < 1e-12 && carried.distance(beside) > 1.0);
+        // A quarter turn about y, since it is the second angle of three.
+        let upright = placed(DVec3::ZERO, DVec3::ZERO);
+        let mut turned = upright.clone();
+        turned.turn_about(DVec3::X, DVec3::new(0.0, 90.0, 0.0));
+        assert!(
+            upright.carried(DVec3::new(1.0, 3.0, 2.0), &turned).distance(DVec3::new(3.0, 3.0, 0.0)) < 1e-12
+        );
+        let mut fixed = PlacedModel { matrix: Some([[0.0; 4]; 4]), ..before.clone() };
+        fixed.turn_about(point, DVec3::X);
+        assert_eq!(fixed.rotation, before.rotation);
     }
 }

@@ -24,6 +24,8 @@ const RIM: f32 = 84.0;
 const MIDDLE_RADIUS: f32 = 9.0;
 /// Radius of the other discs, points.
 const KNOB_RADIUS: f32 = 6.0;
+/// Largest distance between the pointer and a gizmo that it takes, points.
+pub(super) const TOLERANCE: f32 = 6.0;
 /// Sine of the angle to the line of sight below which an axis or a plane has no gizmo.
 const EDGE_ON: f32 = 0.15;
 /// Edges shorter than this have no gizmos, points: they would overlap the middle disc.

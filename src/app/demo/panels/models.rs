@@ -1,31 +1,45 @@
-//! The list of models: shown or hidden, moved, added.
+//! The list of models: shown or hidden, moved, turned, added, removed.
 
 use std::path::Path;
 
 use egui::{DragValue, TextEdit, Ui};
+use glam::{DVec3, Vec3};
 
 use super::row;
 use crate::app::demo::actions;
 use crate::app::demo::dialogs::Purpose;
 use crate::app::demo::session::Session;
-use crate::app::demo::ui_state::{Request, UiState};
+use crate::app::demo::ui_state::{Chosen, Request, UiState};
 use crate::scene::save::SceneText;
 
 /// Draws a row for each model. Light paths are traced anew once an edit ends.
 pub(super) fn models(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
     let (low, high) = session.scene.bounds();
     let speed = 0.002 * (high - low).length();
-    for model in &mut session.document.parts.models {
+    let mut removed = None;
+    for index in 0..session.document.parts.models.len() {
+        let is_added = session.is_added(index);
+        let model = &mut session.document.parts.models[index];
+        let is_chosen = ui_state.chosen == Chosen::Model(index);
         ui.horizontal(|ui| {
             let mut is_shown = !model.is_hidden;
-            ui.checkbox(&mut is_shown, model.short_name()).on_hover_text("Shown or hidden");
+            ui.checkbox(&mut is_shown, "").on_hover_text("Shown or hidden");
             model.is_hidden = !is_shown;
-        });
-        row(ui, "Offset", |ui| {
-            for number in model.translation.as_mut() {
-                ui.add(DragValue::new(number).speed(speed).max_decimals(3).update_while_editing(false));
+            let name = ui.selectable_label(is_chosen, model.shown_name());
+            if name.on_hover_text("Move and turn it").clicked() {
+                ui_state.choose(if is_chosen { Chosen::Nothing } else { Chosen::Model(index) });
+            }
+            if is_added && ui.small_button("Remove").clicked() {
+                removed = Some(index);
             }
         });
+        if is_chosen {
+            place(ui, session, index, speed);
+        }
+    }
+    if let Some(index) = removed {
+        session.document.parts.models.remove(index);
+        ui_state.choose(Chosen::Nothing);
     }
     row(ui, "Add", |ui| {
         let path = TextEdit::singleline(&mut ui_state.model_to_add).desired_width(118.0);
@@ -50,4 +64,28 @@ pub(super) fn models(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
         ui.add(egui::Label::new(name).truncate());
     });
     ui.small("Light paths are traced anew when one of these changes.");
+}
+
+/// Offset and angles of a model; it turns about the middle of its box. `speed`: metres for each point
+/// that the pointer moves.
+fn place(ui: &mut Ui, session: &mut Session, index: usize, speed: f32) {
+    let middle = session.model_corners(index).map(|corners| corners.iter().sum::<Vec3>() / 8.0);
+    let middle = middle.map(|middle| middle.as_dvec3() + session.scene.origin);
+    let model = &mut session.document.parts.models[index];
+    row(ui, "Offset", |ui| numbers(ui, &mut model.translation, speed, 3));
+    if model.matrix.is_some() {
+        ui.small("The scene file states a matrix: its angles stay.");
+        return;
+    }
+    let mut rotation = model.rotation;
+    row(ui, "Turn", |ui| numbers(ui, &mut rotation, 0.5, 2));
+    if rotation != model.rotation {
+        model.turn_about(middle.unwrap_or(model.translation), rotation);
+    }
+}
+
+fn numbers(ui: &mut Ui, vector: &mut DVec3, speed: f32, decimals: usize) {
+    for number in vector.as_mut() {
+        ui.add(DragValue::new(number).speed(speed).max_decimals(decimals).update_while_editing(false));
+    }
 }

@@ -269,7 +269,7 @@ fn chosen_images(
 fn models_of(own: &[PlacedModel], (before, added): (&[PlacedModel], &[PlacedModel])) -> Vec<PlacedModel> {
     let mut before = before.to_vec();
     let mut place = |model: &PlacedModel| {
-        let found = before.iter().position(|old| old.name == model.name && old.matrix == model.matrix);
+        let found = before.iter().position(|old| old.file == model.file && old.matrix == model.matrix);
         found.map_or_else(|| model.clone(), |place| before.remove(place))
     };
     let mut models: Vec<PlacedModel> = own.iter().map(&mut place).collect();

@@ -1,7 +1,8 @@
-//! Sessions without a window: drafts, and edits of models.
+//! Sessions without a window: drafts, edits of materials, snapshots, documents on disk.
 
 mod images;
 mod lights;
+mod models;
 
 use std::fs;
 use std::path::Path;
@@ -122,93 +123,6 @@ fn saved(context: &Arc<Context>, session: &mut Session, folder: &Path) -> (Strin
     (fs::read_to_string(&file).unwrap(), cold_start(context, scene))
 }
 
-/// An edit, a line of the scene file that it makes, and the lights afterwards.
-type Edit<'a> = (&'a dyn Fn(&mut Session), &'a str, &'a [&'a str]);
-
-#[test]
-fn models_are_hidden_moved_and_added_like_a_cold_start() {
-    let (context, folder) = (context(), folder());
-    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
-    let first = picture(&mut session);
-    let mut shown = vec![first.clone()];
-    let names = |session: &Session| {
-        session.document.lights.iter().map(|entry| entry.light.name.clone()).collect::<Vec<_>>()
-    };
-    assert_eq!(names(&session), ["lamp", "glow"]);
-    let edits: [Edit<'_>; 3] = [
-        (&|session| session.document.parts.models[1].is_hidden = true, "hidden = true", &["lamp"]),
-        (
-            &|session| {
-                session.document.parts.models[1].is_hidden = false;
-                session.document.parts.models[1].translation = DVec3::new(-0.25, 0.5, 0.0);
-            },
-            "translate = [-0.25, 0.5, 0.0]",
-            &["lamp", "glow"],
-        ),
-        (
-            &|session| {
-                actions::add_model(session, &folder.path().join("cube.obj"));
-                session.document.parts.models[2].translation = DVec3::new(0.0, -1.5, -0.5);
-            },
-            "cube.obj",
-            &["lamp", "glow"],
-        ),
-    ];
-    for (edit, line, lights) in edits {
-        edit(&mut session);
-        session.history.settle(&session.document);
-        let now = picture(&mut session);
-        assert_eq!(names(&session), lights, "{line}");
-        let (text, expected) = saved(&context, &mut session, folder.path());
-        assert!(text.contains(line), "{text}");
-        assert!(now == expected, "{line}: not the picture of the saved scene");
-        assert!(!shown.contains(&now), "{line}: nothing changes");
-        shown.push(now);
-    }
-    // A model that cannot be read is taken back, and leaves no step.
-    let steps = session.history.depths();
-    actions::add_model(&mut session, Path::new("none.obj"));
-    session.history.settle(&session.document);
-    assert!(picture(&mut session) == shown[3]);
-    assert_eq!((session.document.parts.models.len(), session.history.depths()), (3, steps));
-    assert!(session.said.last().unwrap().starts_with("taken back: "), "{:?}", session.said);
-    // Undo goes back to each picture.
-    for expected in shown[..3].iter().rev() {
-        session.history.undo(&mut session.document);
-        assert!(picture(&mut session) == *expected);
-    }
-    assert_eq!(names(&session), ["lamp", "glow"]);
-}
-
-#[test]
-fn models_that_move_keep_edits_of_lights_and_materials() {
-    let (context, folder) = (context(), folder());
-    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
-    settle(&mut session);
-    session.document.lights[0].light.is_on = false;
-    session.document.materials[0].diffuse = Vec3::new(0.7, 0.2, 0.2);
-    session.history.settle(&session.document);
-    settle(&mut session);
-    session.is_held = true;
-    session.document.parts.models[1].translation.x = -0.25;
-    let generation = session.generation;
-    settle(&mut session);
-    assert_eq!(session.generation, generation, "a model that is held is not loaded");
-    session.is_held = false;
-    session.history.settle(&session.document);
-    let now = picture(&mut session);
-    assert!(!session.document.lights[0].light.is_on && session.document.materials[0].diffuse.x == 0.7);
-    let (_, expected) = saved(&context, &mut session, folder.path());
-    assert!(now == expected, "not the picture of the saved scene");
-    // The file changes under it: the moved model is one step back.
-    fs::write(folder.path().join("s.toml"), SCENE.replace("0.2, 0.2, 0.2", "0.3, 0.3, 0.3")).unwrap();
-    session.reload().unwrap().unwrap();
-    settle(&mut session);
-    assert_eq!(session.document.parts.models[1].translation, DVec3::ZERO);
-    session.history.undo(&mut session.document);
-    assert!(picture(&mut session) == now);
-}
-
 #[test]
 fn a_diffuse_material_becomes_glossy_like_a_cold_start() {
     let (context, folder) = (context(), folder());
@@ -320,17 +234,6 @@ fn lights_that_cannot_be_placed_are_named() {
     placing::duplicate(&mut session, &mut ui_state, &[]);
     assert!(alarm(&mut session).starts_with("no light is chosen"));
     assert!(session.document == before);
-}
-
-#[test]
-fn no_model_is_added_to_a_scene_whose_models_are_unknown() {
-    let (context, folder) = (context(), folder());
-    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
-    session.text = Err("it cannot be saved".into());
-    actions::add_model(&mut session, &folder.path().join("cube.obj"));
-    assert_eq!(session.document.parts.models.len(), 2);
-    let (line, _) = session.alarm.as_ref().unwrap();
-    assert_eq!(line, "not added: it cannot be saved");
 }
 
 #[test]

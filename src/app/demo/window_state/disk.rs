@@ -139,6 +139,7 @@ impl WindowState {
         self.ui_state.chosen = match self.ui_state.chosen {
             Chosen::Light(id) => Chosen::Light(rebase.light(id)),
             Chosen::Material(index) => rebase.material(index).map_or(Chosen::Nothing, Chosen::Material),
+            Chosen::Model(index) => Chosen::Model(index),
             Chosen::Nothing => Chosen::Nothing,
         };
         self.restart_reference();

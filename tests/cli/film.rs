@@ -203,3 +203,70 @@ fn what_cannot_be_filmed_is_refused() {
     assert_refused(&hidden.output().unwrap(), 3, &["Vulkan"]);
     assert_eq!(listing(&folder), before);
 }
+
+/// A slab that rises, rests for two frames and turns.
+const MOVES: &str = r#"
+scene = "slab.toml"
+fps = 2
+duration = 2.5
+[[model]]
+name = "slab"
+time = 0.0
+translate = [0.0, 0.2, -0.3]
+[[model]]
+name = "slab"
+time = 0.5
+translate = [0.0, 0.5, -0.3]
+rotate = [0.0, 0.0, 0.0]
+[[model]]
+name = "slab"
+time = 1.0
+rotate = [0.0, 0.0, 0.0]
+[[model]]
+name = "slab"
+time = 1.5
+rotate = [0.0, 40.0, 0.0]
+[[model]]
+name = "slab"
+time = 2.0
+hidden = true
+"#;
+
+#[test]
+fn moved_models_make_the_pictures_of_cold_starts_whatever_the_range() {
+    let slab = "v -0.4 0 -0.4\nv 0.4 0 -0.4\nv 0.4 0 0.2\nv -0.4 0 0.2\nf 4 3 2 1\nf 1 2 3 4\n";
+    let scene = format!("{CUBE_SCENE}[[model]]\nfile = \"slab.obj\"\n");
+    let folder =
+        folder_with(&[("cube.obj", CUBE), ("slab.obj", slab), ("slab.toml", &scene), ("walk.toml", MOVES)]);
+    fs::create_dir(folder.path().join("bin")).unwrap();
+    let output = film(&folder, &["-o", "whole", "--video", "none"]);
+    assert!(stdout(&output).contains("frames 0 to 4 of 5, 8x8"), "{}", stdout(&output));
+    film(&folder, &["-o", "shares", "--frames", "2..5", "--cache", "kept"]);
+    film(&folder, &["-o", "shares", "--frames", "..2"]);
+    let pictures = |name: &str| -> Vec<_> {
+        files(&folder.path().join(name))
+            .into_iter()
+            .map(|(_, bytes)| image::load_from_memory(&bytes).unwrap())
+            .collect()
+    };
+    let whole = pictures("whole");
+    assert!(whole == pictures("shares"));
+    let kept = folder.path().join("kept");
+    assert!(!kept.exists() || files(&kept).is_empty(), "no place of a model takes the folder");
+    let places: [&[&str]; 5] = [
+        &["model.1.translate=[0, 0.2, -0.3]"],
+        &["model.1.translate=[0, 0.5, -0.3]"],
+        &["model.1.translate=[0, 0.5, -0.3]"],
+        &["model.1.translate=[0, 0.5, -0.3]", "model.1.rotate=[0, 40, 0]"],
+        &["model.1.hidden=true"],
+    ];
+    for (frame, (found, changes)) in whole.iter().zip(places).enumerate() {
+        let changes = changes.iter().flat_map(|change| ["--set", change]);
+        let arguments: Vec<&str> =
+            ["render", "slab.toml", "-o", "cold.png"].into_iter().chain(SMALL).chain(changes).collect();
+        let output = lightpaths(&folder, &arguments).output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert!(*found == image::open(folder.path().join("cold.png")).unwrap(), "frame {frame}");
+    }
+    assert!(whole[0] != whole[1] && whole[1] == whole[2] && whole[2] != whole[3] && whole[3] != whole[4]);
+}

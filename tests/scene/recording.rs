@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use lightpaths::scene::film::{Film, Recording, Snapshot, State};
+use lightpaths::scene::save::SceneText;
 use lightpaths::scene::{Camera, Light, LightKind, LoadOptions, Scene};
 
 use super::save::Dice;
@@ -241,4 +242,49 @@ fn holds_do_not_move_and_drags_take_few_keys() {
     let lists = ["camera", "light", "material"].map(|list| text.matches(&format!("[[{list}]]")).count());
     println!("{lists:?}");
     assert!(lists[0] <= 30 && lists[1] <= 30 && lists[2] <= 60, "{lists:?}");
+}
+
+#[test]
+fn models_move_as_they_were_recorded() {
+    let (folder, spec, scene) = scene(0.0);
+    let own = SceneText::new(&spec, &LoadOptions::default(), &scene).unwrap().models();
+    let first = Snapshot { models: own.clone(), ..Snapshot::from_scene(&scene) };
+    let mut samples = vec![first; 40];
+    for (frame, sample) in samples.iter_mut().enumerate() {
+        let x = (frame as f64 - 10.0).clamp(0.0, 15.0);
+        sample.models[0].translation = DVec3::new(0.02 * x, 0.0, 0.001 * x * x);
+        sample.models[0].rotation = DVec3::new(0.0, if frame < 20 { 0.0 } else { 35.0 }, 0.0);
+        sample.models[0].is_hidden = false;
+    }
+    let mut recording = Recording::new(&spec, &samples[0], scene.origin, FPS);
+    for (frame, sample) in samples.iter().enumerate() {
+        recording.add(frame as f64 / FPS, sample);
+    }
+    let file = folder.path().join("f.toml");
+    let text = recording.finish(&file).unwrap();
+    std::fs::write(&file, &text).unwrap();
+    assert!(text.matches("[[model]]").count() < 15, "keys, not samples: {text}");
+    for (frame, sample) in samples.iter().enumerate().step_by(3) {
+        let (_, found) =
+            Film::load_at(file.to_str().unwrap(), &LoadOptions::default(), frame as u32).unwrap();
+        let set = sample.models[0].changes(0, Some(&own[0]));
+        let wanted = Scene::load(&spec, &LoadOptions { set, ..LoadOptions::default() }).unwrap();
+        for (wanted_corner, found_corner) in wanted
+            .triangles
+            .iter()
+            .zip(&found.triangles)
+            .flat_map(|(a, b)| a.positions.into_iter().zip(b.positions))
+        {
+            let [a, b] = [(wanted_corner, &wanted), (found_corner, &found)]
+                .map(|(corner, scene)| corner.as_dvec3() + scene.origin);
+            assert!(a.distance(b) < 4e-3, "frame {frame}: {a} was recorded, {b} is shown\n{text}");
+        }
+    }
+    // A second model of the file could not be told from the first.
+    let mut twice = samples.clone();
+    twice.iter_mut().for_each(|sample| sample.models.push(own[0].clone()));
+    let mut recording = Recording::new(&spec, &twice[0], scene.origin, FPS);
+    twice.iter().enumerate().for_each(|(frame, sample)| recording.add(frame as f64 / FPS, sample));
+    let error = recording.finish(&file).unwrap_err();
+    assert!(error.to_string().contains("several models are called \"m\""), "{error}");
 }

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use glam::{DVec3, Vec3};
+
 use super::document::{Document, MaterialEdit};
 use super::session::Session;
 use crate::app::output::OutputFile;
@@ -103,15 +105,20 @@ impl Player {
 /// Records the user's edits as a film.
 pub(super) struct FilmRecorder {
     recording: Recording,
+    /// Of the scene at the start; models that move may shift it.
+    origin: DVec3,
     start: Instant,
     version: u64,
 }
 
 impl FilmRecorder {
     pub(super) fn begin(session: &Session) -> Self {
-        let first = Snapshot::from_scene(&session.scene);
+        // The film names the scene file, which lacks the session's edits of models.
+        let models = session.file_models().to_vec();
+        let first = Snapshot { models, ..Snapshot::from_scene(&session.scene) };
         let recording = Recording::new(&session.source.spec, &first, session.scene.origin, FPS);
-        let mut recorder = Self { recording, start: Instant::now(), version: u64::MAX };
+        let origin = session.scene.origin;
+        let mut recorder = Self { recording, origin, start: Instant::now(), version: u64::MAX };
         recorder.note(session);
         recorder
     }
@@ -124,12 +131,12 @@ impl FilmRecorder {
         let is_first = self.version == u64::MAX;
         self.version = session.version;
         let seconds = if is_first { 0.0 } else { self.start.elapsed().as_secs_f64() };
-        self.recording.add(seconds, &snapshot(session));
+        self.recording.add(seconds, &snapshot(session, self.origin));
     }
 
     /// Saves the film beside the scene; returns its path.
     pub(super) fn end(mut self, session: &Session, scene_to: &str) -> Result<PathBuf> {
-        self.recording.add(self.start.elapsed().as_secs_f64(), &snapshot(session));
+        self.recording.add(self.start.elapsed().as_secs_f64(), &snapshot(session, self.origin));
         let path = PathBuf::from(format!("{}-film.toml", Path::new(scene_to).with_extension("").display()));
         let output = OutputFile::check(&path)?;
         let text = self.recording.finish(&path)?;
@@ -138,7 +145,20 @@ impl FilmRecorder {
     }
 }
 
-fn snapshot(session: &Session) -> Snapshot {
+/// The state of the session, recentred about `origin`.
+fn snapshot(session: &Session, origin: DVec3) -> Snapshot {
+    let shift = (session.scene.origin - origin).as_vec3();
+    let camera = Camera {
+        position: session.camera.position + shift,
+        target: session.camera.target + shift,
+        ..session.camera.clone()
+    };
+    let moved = |light: &Light| match light.kind.position() {
+        Some(place) if shift != Vec3::ZERO => {
+            Light { kind: light.kind.moved_to(place + shift), ..light.clone() }
+        }
+        _ => light.clone(),
+    };
     let materials = session.scene.materials.iter().zip(&session.document.materials);
     let materials = materials.map(|(material, edit)| Reflectance {
         name: material.name.clone(),
@@ -147,8 +167,9 @@ fn snapshot(session: &Session) -> Snapshot {
         exponent: edit.exponent,
     });
     Snapshot {
-        camera: session.camera.clone(),
-        lights: session.document.lights.iter().map(|entry| entry.light.clone()).collect(),
+        camera,
+        lights: session.document.lights.iter().map(|entry| moved(&entry.light)).collect(),
         materials: materials.collect(),
+        models: session.document.parts.models.clone(),
     }
 }

@@ -24,6 +24,8 @@ use crate::scene::{Camera, LightKind};
 /// Time of constant window size after which the picture is resized, seconds: a new size
 /// renders from scratch.
 const PATIENCE_S: f64 = 0.15;
+/// Time without movement after which a large scene shows moved models, seconds.
+const REST_S: f32 = 0.1;
 /// Range of a picture's width and height, pixels.
 const SIDES: [u32; 2] = [16, 8192];
 /// Largest distance between a click and a light's mark, points.
@@ -329,6 +331,9 @@ impl Viewport {
             }
             Some(Hold::Model(drag)) => {
                 drag.to(&projection(camera, area), vec(pointer), snap, &mut session.document);
+                if session.awaits_rest() {
+                    ui.ctx().request_repaint_after_secs(REST_S);
+                }
             }
             Some(Hold::Wipe) => {
                 ui_state.split = Some(((pointer.x - area.left()) / area.width().max(1.0)).clamp(0.0, 1.0));

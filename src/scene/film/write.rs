@@ -12,10 +12,15 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use super::channels::{Form, channels, place_tolerance_m, vector_line};
+use super::curve::Curve;
 use super::thin::{self, Look};
-use crate::Result;
 use crate::scene::luminaire::Luminaire;
+use crate::scene::save::PlacedModel;
 use crate::scene::{Camera, Light, LightKind, Material, Scene, builtin, numbers, save};
+use crate::{Error, Result};
+
+/// Tolerance of the angles of models, degrees.
+const ANGLE_TOLERANCE_DEGREES: f64 = 0.05;
 
 /// The animated properties of a scene at some time.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +31,8 @@ pub struct Snapshot {
     pub lights: Vec<Light>,
     /// The reflectance of each material, in the scene's order.
     pub materials: Vec<Reflectance>,
+    /// The models of the scene file, in its order. Others are ignored.
+    pub models: Vec<PlacedModel>,
 }
 
 /// The reflectance of a material at some time.
@@ -42,7 +49,7 @@ pub struct Reflectance {
 }
 
 impl Snapshot {
-    /// The state of a scene, seen by its first camera.
+    /// The state of a scene, seen by its first camera, without its models.
     pub fn from_scene(scene: &Scene) -> Self {
         let reflectance = |material: &Material| Reflectance {
             name: material.name.clone(),
@@ -54,6 +61,7 @@ impl Snapshot {
             camera: scene.cameras[0].clone(),
             lights: scene.lights.clone(),
             materials: scene.materials.iter().map(reflectance).collect(),
+            models: Vec::new(),
         }
     }
 }
@@ -71,7 +79,12 @@ pub struct Recording {
     lights: Vec<RecordedLight>,
     /// One series per material of the scene.
     materials: Vec<Series<Look>>,
+    /// One series per model of the scene.
+    models: Vec<Series<ModelPlace>>,
 }
+
+/// Offset, angles in degrees, and whether a model is hidden.
+type ModelPlace = (DVec3, DVec3, bool);
 
 /// A light of one kind. A light that changes its kind becomes two lights in the film.
 #[derive(Clone, Debug)]
@@ -134,6 +147,7 @@ impl Recording {
             camera: Series::new(),
             lights: Vec::new(),
             materials: vec![Series::new(); first.materials.len()],
+            models: vec![Series::new(); first.models.len()],
         };
         for light in &first.lights {
             recording.add_light(light, Some(light.clone()));
@@ -153,6 +167,9 @@ impl Recording {
         self.camera.record(sample, (camera.position, camera.target, camera.fov_y_degrees));
         for (series, it) in self.materials.iter_mut().zip(&now.materials) {
             series.record(sample, look(it));
+        }
+        for (series, model) in self.models.iter_mut().zip(&now.models) {
+            series.record(sample, (model.translation, model.rotation, model.is_hidden));
         }
         let mut is_there = vec![false; self.lights.len()];
         for light in &now.lights {
@@ -186,7 +203,8 @@ impl Recording {
     /// changes applies to all.
     ///
     /// # Errors
-    /// [`crate::Error::Output`] if the scene cannot be named in that file.
+    /// [`crate::Error::Output`] if the scene cannot be named in that file, [`crate::Error::Usage`] if
+    /// a model that moves has the name of another one.
     pub fn finish(&self, to: &Path) -> Result<String> {
         let is_built_in = builtin::NAMES.contains(&self.scene.as_str());
         let scene = match is_built_in {
@@ -201,6 +219,10 @@ impl Recording {
             for light in &self.lights {
                 let keys = self.timed(self.light_keys(light, to)?);
                 write_keys(&mut film, "light", Some(&light.film_name), keys);
+            }
+            for (model, series) in self.first.models.iter().zip(&self.models) {
+                let keys = self.timed(self.model_keys(model, series)?);
+                write_keys(&mut film, "model", Some(&model.key_name()), keys);
             }
             let mut said: Vec<&str> = Vec::new();
             for (material, series) in self.first.materials.iter().zip(&self.materials) {
@@ -289,6 +311,43 @@ impl Recording {
         for index in found {
             keys.entry(samples[index].0).or_default().push(form.line(values[index].1));
         }
+    }
+
+    fn model_keys(&self, base: &PlacedModel, series: &Series<ModelPlace>) -> Result<Keys> {
+        let mut keys = Keys::new();
+        let all: Vec<_> = series.all(self.times.len()).collect();
+        let camera = &self.first.camera;
+        let place_m = place_tolerance_m(camera.position.distance(camera.target));
+        let tolerances = [place_m, ANGLE_TOLERANCE_DEGREES];
+        let lists = [("translate", base.translation), ("rotate", base.rotation)];
+        for (which, (key, own)) in lists.into_iter().enumerate() {
+            let value = |place: ModelPlace| if which == 0 { place.0 } else { place.1 };
+            let values: Vec<_> =
+                all.iter().map(|&(sample, place)| (self.times[sample], value(place))).collect();
+            if values.iter().all(|(_, value)| *value == own) {
+                continue;
+            }
+            let excess =
+                |wanted: DVec3, found: DVec3| (wanted - found).abs().max_element() / tolerances[which];
+            let curve = if which == 0 { Curve::path } else { Curve::amounts };
+            for index in thin::keys(&values, curve, &excess) {
+                keys.entry(all[index].0).or_default().push(vector_line(key, values[index].1));
+            }
+        }
+        let mut is_hidden = base.is_hidden;
+        for (sample, place) in all {
+            if std::mem::replace(&mut is_hidden, place.2) != place.2 {
+                keys.entry(sample).or_default().push(format!("hidden = {}", place.2));
+            }
+        }
+        let name = base.key_name();
+        if !keys.is_empty() && self.first.models.iter().filter(|model| model.key_name() == name).count() > 1 {
+            let message = format!(
+                "several models are called {name:?}: a film needs a `name` in the scene file to move one"
+            );
+            return Err(Error::Usage(message));
+        }
+        Ok(keys)
     }
 
     fn material_keys(&self, series: &Series<Look>, base: Look) -> Timed {

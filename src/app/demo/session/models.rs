@@ -12,14 +12,16 @@ use crate::renderer::Preview;
 use crate::scene::save::PlacedModel;
 use crate::scene::{Emission, Scene};
 
-/// Longest time that a step of a drag may take: the window waits for it.
-const PATIENCE: Duration = Duration::from_millis(400);
+/// Longest step of a drag that follows the pointer; the window waits for each.
+const PATIENCE: Duration = Duration::from_millis(150);
 
 /// Direct light of models that the pointer moves.
 pub(super) struct Moving {
     pub(super) preview: Box<Preview>,
     /// Where its models are.
     parts: Parts,
+    /// Where the document had them last.
+    asked: Parts,
     /// Time of the last step.
     took: Duration,
 }
@@ -34,6 +36,11 @@ impl Session {
             let is_high = [0, 1, 2].map(|axis| corner >> axis & 1 == 1);
             carried((from, to), self.scene.origin, Vec3::select(is_high.into(), high, low))
         }))
+    }
+
+    /// The models of the scene file, without the user's edits.
+    pub(in crate::app::demo) fn file_models(&self) -> &[PlacedModel] {
+        &self.models
     }
 
     /// Whether the user has added the model, so that the scene file lacks it.
@@ -53,8 +60,14 @@ impl Session {
         }
         let parts = &self.document.parts;
         let shown = self.moving.as_ref().map_or(&self.loaded, |moving| &moving.parts);
-        let is_slow = self.moving.as_ref().is_some_and(|moving| moving.took > PATIENCE);
-        if parts == shown || is_slow || !differ_in_place(&self.loaded.models, &parts.models) {
+        if parts == shown || !differ_in_place(&self.loaded.models, &parts.models) {
+            return Ok(());
+        }
+        if let Some(moving) = self.moving.as_mut().filter(|moving| moving.took > PATIENCE)
+            && moving.asked != *parts
+        {
+            // A slow step waits until the pointer rests.
+            moving.asked.clone_from(parts);
             return Ok(());
         }
         let (start, parts) = (Instant::now(), parts.clone());
@@ -66,12 +79,20 @@ impl Session {
             None => Preview::new(&self.context, scene).map(Box::new),
         };
         match preview {
-            Ok(preview) => self.moving = Some(Moving { preview, parts, took: start.elapsed() }),
+            Ok(preview) => {
+                let (asked, took) = (parts.clone(), start.elapsed());
+                self.moving = Some(Moving { preview, parts, asked, took });
+            }
             // The box around the model still shows where it goes.
             Err(error) if error.is_out_of_memory() => self.shown = None,
             Err(error) => return Err(error),
         }
         Ok(())
+    }
+
+    /// Whether the picture waits until the pointer rests to show moved models.
+    pub(in crate::app::demo) fn awaits_rest(&self) -> bool {
+        self.moving.as_ref().is_some_and(|moving| moving.parts != self.document.parts)
     }
 
     /// The scene with its models where the document has them. Panes stay.

@@ -22,6 +22,7 @@ mod layer;
 mod lights;
 mod manager;
 mod memory;
+mod models;
 mod monkey;
 mod opening;
 mod painting;

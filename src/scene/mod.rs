@@ -178,7 +178,8 @@ pub struct Scene {
     pub objects: Vec<String>,
     /// Indices of the objects of each model of the scene file; none if it is hidden.
     pub model_objects: Vec<Range<u32>>,
-    /// Smallest and largest corner of each model of the scene file, recentred. `None`: it is hidden.
+    /// Smallest and largest corner of each model of the scene file, recentred. `None`: it is
+    /// hidden, or has no vertex.
     pub model_boxes: Vec<Option<[Vec3; 2]>>,
     /// Lights, recentred; empty only if a command allows it. Emitting materials and the sky follow
     /// the lights of the scene file.

@@ -1,6 +1,7 @@
 //! The session: the shown scene, its edits, and its picture.
 
 mod contributions;
+mod memory;
 mod metering;
 mod meters;
 mod models;
@@ -24,6 +25,7 @@ use crate::renderer::{Columns, FrameReport, Layer, Preview, Reading, RecordedFra
 use crate::scene::save::{PlacedModel, SceneText};
 use crate::scene::{Camera, DisplayTransform, LoadOptions, Scene};
 pub(super) use contributions::Contribution;
+use memory::Goal;
 use models::Moving;
 pub(super) use versions::CHANGED;
 
@@ -126,6 +128,7 @@ pub(super) struct Session {
     stage: Stage,
     /// Direct light of models that the pointer moves, instead of the stage's picture.
     moving: Option<Moving>,
+    goal: Goal,
     /// Number of renderers that the stage has had.
     pub(super) generation: u64,
     /// The picture of a new renderer has not been metered.
@@ -196,6 +199,7 @@ impl Session {
             needs_precompute: false,
             stage: Stage::Preview(Box::new(Preview::new(context, scene.clone())?)),
             moving: None,
+            goal: Goal::DraftFirst,
             generation: 0,
             is_unmetered: false,
             worker: Some(Worker::start(context, &scene, source.store.clone(), &wake)?),
@@ -284,11 +288,7 @@ impl Session {
             return Ok(());
         }
         match self.worker.take().map_or(Ok(()), Worker::end) {
-            Err(error) if error.is_out_of_memory() => {
-                let light = if self.renderer().is_some() { "a draft" } else { "direct light" };
-                self.alarm(format!("{light} only: {error}"));
-                Ok(())
-            }
+            Err(error) if error.is_out_of_memory() => self.make_room(&error),
             ended => ended,
         }
     }

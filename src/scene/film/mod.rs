@@ -63,7 +63,7 @@ impl Film {
     /// The same with the models where they are at frame `frame`.
     ///
     /// # Errors
-    /// As [`Self::load`].
+    /// As [`Self::load`], and a model of that frame is not valid.
     pub fn load_at(spec: &str, options: &LoadOptions, frame: u32) -> Result<(Self, Scene)> {
         let (film, scene) = read::load(spec, options, frame)?;
         film.check(&scene)?;

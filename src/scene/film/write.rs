@@ -203,8 +203,8 @@ impl Recording {
     /// changes applies to all.
     ///
     /// # Errors
-    /// [`crate::Error::Output`] if the scene cannot be named in that file, [`crate::Error::Usage`] if
-    /// a model that moves has the name of another one.
+    /// [`crate::Error::Output`] if the scene cannot be named in that file, [`crate::Error::Usage`]
+    /// if a model that moves has the name of another one.
     pub fn finish(&self, to: &Path) -> Result<String> {
         let is_built_in = builtin::NAMES.contains(&self.scene.as_str());
         let scene = match is_built_in {

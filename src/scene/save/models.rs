@@ -65,8 +65,8 @@ impl PlacedModel {
         self.name.clone().unwrap_or_else(stem)
     }
 
-    /// Turns the model to these angles, degrees, about a point of the world that stays. A model with a
-    /// matrix does not turn.
+    /// Turns the model to these angles, degrees, about a point of the world that stays. A model with
+    /// a matrix does not turn.
     pub fn turn_about(&mut self, point: DVec3, rotation: DVec3) {
         if self.matrix.is_none() {
             let turn = euler(rotation) * euler(self.rotation).inverse();
@@ -75,8 +75,7 @@ impl PlacedModel {
         }
     }
 
-    /// Where a point of the world is after the model and all that is fixed to it was placed as
-    /// `to`.
+    /// Where a point that is fixed to the model is after the model was placed as `to`.
     pub fn carried(&self, point: DVec3, to: &Self) -> DVec3 {
         euler(to.rotation) * (euler(self.rotation).inverse() * (point - self.translation)) + to.translation
     }

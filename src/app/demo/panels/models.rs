@@ -66,8 +66,8 @@ pub(super) fn models(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState)
     ui.small("Light paths are traced anew when one of these changes.");
 }
 
-/// Offset and angles of a model; it turns about the middle of its box. `speed`: metres for each point
-/// that the pointer moves.
+/// Offset and angles of a model; it turns about the middle of its box. `speed`: metres for each
+/// point that the pointer moves.
 fn place(ui: &mut Ui, session: &mut Session, index: usize, speed: f32) {
     let middle = session.model_corners(index).map(|corners| corners.iter().sum::<Vec3>() / 8.0);
     let middle = middle.map(|middle| middle.as_dvec3() + session.scene.origin);

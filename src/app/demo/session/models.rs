@@ -48,8 +48,8 @@ impl Session {
         model >= self.models.len()
     }
 
-    /// Shows the direct light of models that the pointer moves. Once it is released, the stage's own
-    /// picture comes back, or that of light paths that are traced anew.
+    /// Shows the direct light of models that the pointer moves. Once it is released, the stage's
+    /// own picture comes back, or that of light paths that are traced anew.
     pub(super) fn follow_moving(&mut self) -> Result<()> {
         if !self.is_held {
             if self.moving.is_some() {

@@ -20,6 +20,7 @@ use super::session::{Session, Source};
 use super::ui_state::{Chosen, Place, Request, UiState};
 use super::watch::Watch;
 use crate::app::exposure::Exposure;
+use crate::error::Error;
 use crate::gpu::{Context, ContextOptions};
 use crate::image::{self, ExrLayer, automatic_stops};
 use crate::renderer::{Layer, Renderer, Silent};
@@ -113,6 +114,26 @@ fn a_draft_comes_before_the_picture_and_each_is_that_of_its_settings() {
     let expected = [coarse, scene].map(|scene| cold_start(&context, scene));
     assert!(expected[0] != expected[1], "a draft differs");
     assert!(pictures == expected, "{} pictures", pictures.len());
+}
+
+#[test]
+fn a_draft_makes_room_and_comes_back_where_the_light_paths_do_not_fit() {
+    let (context, folder) = (context(), folder());
+    let file = folder.path().join("s.toml");
+    let draft = |scene: &Scene| Quality { entry_points: 500, cache_points: 50, ..scene.quality.clone() };
+    let mut session = open(&context, &file, |scene| scene.draft = draft(scene));
+    let own = settle(&mut session);
+    // As if the device had refused the light paths that it took.
+    let full = || Error::OutOfMemory("too small".into());
+    session.make_room(&full()).unwrap();
+    assert!(session.renderer().is_none(), "nothing but direct light is held");
+    let again = settle(&mut session);
+    assert!(again == own[1..] && session.alarm.is_none(), "{:?}", session.said);
+    session.make_room(&full()).unwrap();
+    assert!(settle(&mut session) == own[..1], "the draft");
+    assert_eq!(session.alarm.as_ref().unwrap().0, format!("a draft only: {}", full()));
+    session.make_room(&full()).unwrap();
+    assert_eq!(session.alarm.as_ref().unwrap().0, format!("direct light only: {}", full()));
 }
 
 /// The picture of what the session would save.

@@ -7,10 +7,12 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::super::actions;
+use super::super::films::FilmRecorder;
 use super::super::session::Session;
 use super::{SCENE, context, folder, open, picture, saved, settle};
 use crate::gpu::Context;
 use crate::renderer::Preview;
+use crate::scene::film::Film;
 use crate::scene::{LoadOptions, Scene};
 
 /// An edit, a line of the scene file that it makes, and the lights afterwards.
@@ -157,4 +159,27 @@ fn no_model_is_added_to_a_scene_whose_models_are_unknown() {
     assert_eq!(session.document.parts.models.len(), 2);
     let (line, _) = session.alarm.as_ref().unwrap();
     assert_eq!(line, "not added: it cannot be saved");
+}
+
+#[test]
+fn models_that_move_while_a_film_is_recorded_move_in_it() {
+    let (context, folder) = (context(), folder());
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    settle(&mut session);
+    let mut recorder = FilmRecorder::begin(&session);
+    // The second one leaves the room: the scene has another origin then.
+    for place in [DVec3::new(-0.25, 0.5, 0.0), DVec3::new(3.0, 0.0, 0.5)] {
+        session.document.parts.models[1].translation = place;
+        session.history.settle(&session.document);
+        settle(&mut session);
+        recorder.note(&session);
+    }
+    assert!(session.scene.origin.x > 0.5, "{}", session.scene.origin);
+    let path = recorder.end(&session, folder.path().join("s.toml").to_str().unwrap()).unwrap();
+    let (film, _) = Film::load(path.to_str().unwrap(), &LoadOptions::default()).unwrap();
+    let last = film.frame_count - 1;
+    let (film, scene) = Film::load_at(path.to_str().unwrap(), &LoadOptions::default(), last).unwrap();
+    assert_eq!((scene.origin, &scene.triangles), (session.scene.origin, &session.scene.triangles));
+    let state = film.state(last);
+    assert!(state.camera.position.distance(session.camera.position) < 2e-3, "{:?}", state.camera);
 }

@@ -1,0 +1,62 @@
+//! Light paths that do not fit the device beside a draft.
+
+use super::{Session, Stage};
+use crate::app::demo::stage::Worker;
+use crate::error::{Error, Result};
+use crate::renderer::Preview;
+use crate::scene::Scene;
+
+/// The light paths that the worker traces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Goal {
+    /// Those of a draft, then the scene's own.
+    DraftFirst,
+    /// The scene's own: they do not fit beside a draft.
+    OwnAlone,
+    /// Those of a draft: the scene's own do not fit the device.
+    DraftAlone,
+}
+
+impl Session {
+    /// After the scene's own light paths did not fit beside a draft, traces them without one. If they
+    /// do not fit then, either, the draft comes back, and an alarm says why.
+    pub(in crate::app::demo) fn make_room(&mut self, error: &Error) -> Result<()> {
+        let goal = match self.goal {
+            Goal::DraftFirst if self.renderer().is_some() => Goal::OwnAlone,
+            Goal::OwnAlone => Goal::DraftAlone,
+            Goal::DraftFirst | Goal::DraftAlone => {
+                self.alarm(format!("direct light only: {error}"));
+                return Ok(());
+            }
+        };
+        match goal {
+            Goal::OwnAlone => {
+                self.said.push("the draft leaves, because the light paths do not fit beside it".into())
+            }
+            _ => self.alarm(format!("a draft only: {error}")),
+        }
+        self.end_frames(0)?;
+        let preview = match Preview::new(&self.context, self.scene.clone()) {
+            Err(error) if error.is_out_of_memory() => {
+                self.alarm(format!("a draft only: {error}"));
+                return Ok(());
+            }
+            preview => Box::new(preview?),
+        };
+        let mut scene = self.scene.clone();
+        match goal {
+            Goal::DraftAlone => scene.quality.clone_from(&self.scene.draft),
+            _ => scene.draft.clone_from(&self.scene.quality),
+        }
+        (self.recorded, self.shown, self.is_unmetered) = (None, None, true);
+        self.stage = Stage::Preview(preview);
+        self.generation += 1;
+        self.goal = goal;
+        self.start_worker(&scene)
+    }
+
+    fn start_worker(&mut self, scene: &Scene) -> Result<()> {
+        self.worker = Some(Worker::start(&self.context, scene, self.source.store.clone(), &self.wake)?);
+        Ok(())
+    }
+}

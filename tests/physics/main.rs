@@ -7,6 +7,7 @@ mod common;
 mod corner;
 mod cutouts;
 mod direct;
+mod door;
 mod emission;
 mod energy;
 mod facets;

@@ -53,7 +53,7 @@ fn a_model_is_dragged_turned_and_put_back() {
         let line = demo.wait_for_line_since(mark, "lightpaths: saved ", SOON);
         load(line.trim_start_matches("lightpaths: saved "))
     };
-    let [low, high] = |scene: &Scene| -> [Vec3; 2] { scene.model_boxes[1].unwrap() }(&load("s.toml"));
+    let [low, high] = load("s.toml").model_boxes[1].unwrap();
     let middle = 0.5 * (low + high);
 
     demo.click(1, NAME);

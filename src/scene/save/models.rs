@@ -65,8 +65,8 @@ impl PlacedModel {
         self.name.clone().unwrap_or_else(stem)
     }
 
-    /// Turns the model to these angles, degrees, about a point of the world that stays. A model with
-    /// a matrix does not turn.
+    /// Turns the model to these angles, degrees, about a point of the world that stays. A model
+    /// with a matrix does not turn.
     pub fn turn_about(&mut self, point: DVec3, rotation: DVec3) {
         if self.matrix.is_none() {
             let turn = euler(rotation) * euler(self.rotation).inverse();

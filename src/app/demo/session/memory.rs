@@ -18,8 +18,8 @@ pub(super) enum Goal {
 }
 
 impl Session {
-    /// After the scene's own light paths did not fit beside a draft, traces them without one. If they
-    /// do not fit then, either, the draft comes back, and an alarm says why.
+    /// After the scene's own light paths did not fit beside a draft, traces them without one. If
+    /// they do not fit then, either, the draft comes back, and an alarm says why.
     pub(in crate::app::demo) fn make_room(&mut self, error: &Error) -> Result<()> {
         let goal = match self.goal {
             Goal::DraftFirst if self.renderer().is_some() => Goal::OwnAlone,
@@ -29,11 +29,10 @@ impl Session {
                 return Ok(());
             }
         };
-        match goal {
-            Goal::OwnAlone => {
-                self.said.push("the draft leaves, because the light paths do not fit beside it".into())
-            }
-            _ => self.alarm(format!("a draft only: {error}")),
+        if goal == Goal::OwnAlone {
+            self.said.push("the draft leaves, because the light paths do not fit beside it".into());
+        } else {
+            self.alarm(format!("a draft only: {error}"));
         }
         self.end_frames(0)?;
         let preview = match Preview::new(&self.context, self.scene.clone()) {

@@ -73,7 +73,7 @@ impl Sight {
     }
 
     /// Length in metres of `points` points at a position.
-    fn metres(&self, at: Vec3, points: f32) -> f32 {
+    pub fn metres(&self, at: Vec3, points: f32) -> f32 {
         let depth = (at - self.view.position).dot(self.view.forward);
         points * (2.0 * self.view.up.length() * depth / self.side).min(0.5 * depth / AIM)
     }

@@ -88,7 +88,25 @@ fn a_model_is_dragged_turned_and_put_back() {
     let size = (turned[1] - turned[0]).distance(Vec3::new(0.2, 0.1, 0.3));
     assert!(size < 1e-5, "a quarter turn about y: {turned:?}");
 
-    for _ in 0..2 {
+    // The ring about y is seen from above: from its nearest point, 92 points before the middle.
+    let scene = load("s.toml");
+    let sight = Sight::from_scene(&scene);
+    let middle = middle + offset;
+    let ring = |angle: f32| {
+        let seen = sight.seen(middle + sight.metres(middle, 92.0) * Vec3::new(angle.sin(), 0.0, angle.cos()));
+        (seen.x.round() as i32, seen.y.round() as i32)
+    };
+    let mark = demo.mark();
+    demo.drag(1, ring(0.0), ring(0.5), 6);
+    demo.wait_for_line_since(mark, "lightpaths: ready", READY);
+    let again = saved().model_boxes[1].unwrap();
+    let extent = again[1] - again[0];
+    // The lengths of the shadow of a rectangle of 0.2 by 0.3 m that has turned by half a radian.
+    let (sin, cos) = 0.5_f32.sin_cos();
+    let wanted = Vec3::new(0.2 * cos + 0.3 * sin, 0.1, 0.2 * sin + 0.3 * cos);
+    assert!(extent.distance(wanted) < 0.02, "{extent} {wanted}");
+
+    for _ in 0..3 {
         let mark = demo.mark();
         demo.client().tap(&[keys::CONTROL], keys::of('z'));
         demo.wait_for_line_since(mark, "lightpaths: ready", READY);

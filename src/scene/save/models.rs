@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3, EulerRot};
 
 use crate::scene::model_keys::euler;
 use crate::scene::value::{Kind, Node};
@@ -73,6 +73,20 @@ impl PlacedModel {
             self.translation = point + turn * (self.translation - point);
             self.rotation = rotation;
         }
+    }
+
+    /// Angles after a further turn about an axis of the world, to a thousandth of a degree. Of those
+    /// that mean the same, the ones nearest to the present ones.
+    pub fn angles_after(&self, axis: DVec3, degrees: f64) -> DVec3 {
+        let turn = DQuat::from_axis_angle(axis, degrees.to_radians()) * euler(self.rotation);
+        let (z, y, x) = turn.to_euler(EulerRot::ZYX);
+        let first = DVec3::new(x, y, z).map(f64::to_degrees);
+        let same = [first, DVec3::new(first.x + 180.0, 180.0 - first.y, first.z + 180.0)];
+        let [a, b] = same.map(|angles| angles - 360.0 * ((angles - self.rotation) / 360.0).round());
+        let distance = |angles: DVec3| (angles - self.rotation).abs().element_sum();
+        let nearest = if distance(a) <= distance(b) { a } else { b };
+        // Without the sign of a zero.
+        nearest.map(|angle| (1e3 * angle).round() / 1e3 + 0.0)
     }
 
     /// Where a point that is fixed to the model is after the model was placed as `to`.
@@ -168,6 +182,22 @@ mod tests {
         assert!(
             upright.carried(DVec3::new(1.0, 3.0, 2.0), &turned).distance(DVec3::new(3.0, 3.0, 0.0)) < 1e-12
         );
+        // A whole turn about one axis in steps of 30 degrees, by one angle as far as that suffices.
+        for axis in DVec3::AXES {
+            let mut model = placed(DVec3::ZERO, DVec3::ZERO);
+            for step in 1..=12 {
+                model.rotation = model.angles_after(axis, 30.0);
+                let wanted = DQuat::from_axis_angle(axis, (30.0 * f64::from(step)).to_radians());
+                let off = wanted.angle_between(euler(model.rotation));
+                assert!(off.min(std::f64::consts::TAU - off) < 1e-4, "{axis}, {step}: {}", model.rotation);
+            }
+            assert!(model.rotation.distance(360.0 * axis) < 0.1, "{}", model.rotation);
+        }
+        let leaning = placed(DVec3::ZERO, DVec3::new(20.0, 130.0, -70.0));
+        let turned = PlacedModel { rotation: leaning.angles_after(DVec3::Y, 25.0), ..leaning.clone() };
+        let found = leaning.carried(DVec3::X, &turned);
+        let wanted = DQuat::from_rotation_y(25.0_f64.to_radians()) * DVec3::X;
+        assert!(found.distance(wanted) < 1e-4, "{found}");
         let mut fixed = PlacedModel { matrix: Some([[0.0; 4]; 4]), ..before.clone() };
         fixed.turn_about(point, DVec3::X);
         assert_eq!(fixed.rotation, before.rotation);

@@ -20,6 +20,8 @@ const SQUARE: [f32; 2] = [24.0, 40.0];
 const AIM: f32 = 110.0;
 /// Distance of the drawn cone rim from the light, points.
 const RIM: f32 = 84.0;
+/// Radius of the rings that turn a model, points.
+const RING: f32 = 92.0;
 /// Radius of the middle disc, points.
 const MIDDLE_RADIUS: f32 = 9.0;
 /// Radius of the other discs, points.
@@ -42,7 +44,7 @@ pub(super) enum Axis {
 impl Axis {
     const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    fn unit(self) -> Vec3 {
+    pub(super) fn unit(self) -> Vec3 {
         Vec3::AXES[self as usize]
     }
 
@@ -69,6 +71,8 @@ pub(super) enum Part {
     EdgeU,
     /// Lengthens and shortens an area's second edge.
     EdgeV,
+    /// Turns a model about an axis.
+    Turn(Axis),
 }
 
 /// A drawn shape; points of the screen.
@@ -128,6 +132,37 @@ fn gizmos(projection: &Projection, kind: &LightKind, anchor: Vec3) -> Vec<Gizmo>
         gizmos.push(Gizmo { part: Part::Aim, axis: None, shapes });
     }
     gizmos
+}
+
+/// Rings about the axes, which turn a model.
+pub(super) fn rings(projection: &Projection, origin: Vec3) -> Vec<Gizmo> {
+    const CORNERS: u16 = 64;
+    let Some((_, metres)) = scale(projection, origin) else { return Vec::new() };
+    let sight = (origin - projection.eye()).normalize_or_zero();
+    let seen = Axis::ALL.into_iter().filter(|axis| sight.dot(axis.unit()).abs() >= EDGE_ON);
+    let ring = |axis: Axis| {
+        let [u, v] = axis.others().map(|axis| RING * metres * axis.unit());
+        let turns = (0..=CORNERS).map(|i| f32::from(i) * std::f32::consts::TAU / f32::from(CORNERS));
+        let at = |turn: f32| Some(projection.project(origin + turn.cos() * u + turn.sin() * v)?.0);
+        let shapes = vec![Shape::Line(turns.map(at).collect::<Option<_>>()?)];
+        Some(Gizmo { part: Part::Turn(axis), axis: Some(axis), shapes })
+    };
+    seen.filter_map(ring).collect()
+}
+
+/// Angle about an axis through `origin` from one pointer position to another, radians. Zero if a
+/// pointer does not meet the plane across the axis.
+pub(super) fn turn(projection: &Projection, origin: Vec3, axis: Axis, [from, to]: [Vec2; 2]) -> f64 {
+    let [u, v] = axis.others().map(|axis| axis.unit().as_dvec3());
+    let angle = |pointer: Vec2| {
+        let (eye, ray) = projection.ray(pointer);
+        let [eye, ray, origin] = [eye, ray, origin].map(Vec3::as_dvec3);
+        let normal = axis.unit().as_dvec3();
+        let depth = (origin - eye).dot(normal) / ray.dot(normal);
+        let away = eye + depth * ray - origin;
+        (depth > 0.0 && away.is_finite()).then(|| away.dot(v).atan2(away.dot(u)))
+    };
+    angle(from).zip(angle(to)).map_or(0.0, |(from, to)| to - from)
 }
 
 /// The part under the pointer, the smallest of several. Otherwise the nearest part

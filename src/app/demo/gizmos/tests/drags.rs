@@ -1,5 +1,6 @@
 use super::*;
 use crate::cpu::sampling::hash;
+use glam::DQuat;
 
 #[test]
 fn the_middle_stays_under_the_pointer() {
@@ -289,4 +290,30 @@ fn snaps() {
             }
         }
     }
+}
+
+#[test]
+fn rings_turn_by_the_angle_that_the_pointer_goes_along_them() {
+    let mut count = 0;
+    for seed in 0..300 {
+        let (projection, kind, _) = case(seed, seed % 3);
+        let origin = kind.position().unwrap();
+        let metres = scale(&projection, origin).unwrap().1;
+        for gizmo in rings(&projection, origin) {
+            let Part::Turn(axis) = gizmo.part else { panic!("{:?}", gizmo.part) };
+            let [u, v] = axis.others().map(|axis| axis.unit());
+            let at =
+                |angle: f32| seen(&projection, origin + RING * metres * (angle.cos() * u + angle.sin() * v));
+            assert_eq!(hit(&[gizmo.clone()], at(0.7), TOLERANCE), Some(gizmo.part));
+            for (from, to) in [(0.3_f32, 0.4_f32), (0.7, 2.5), (1.0, -1.5)] {
+                let found = turn(&projection, origin, axis, [at(from), at(to)]);
+                assert!((found - f64::from(to - from)).abs() < 2e-3, "{seed} {axis:?}: {found}");
+                count += 1;
+            }
+            // From both sides, the thumb of the right hand points along the axis.
+            let quarter = DQuat::from_axis_angle(axis.unit().as_dvec3(), 0.5) * u.as_dvec3();
+            assert!(quarter.distance((0.5_f32.cos() * u + 0.5_f32.sin() * v).as_dvec3()) < 1e-6);
+        }
+    }
+    assert!(count > 1500, "{count}");
 }

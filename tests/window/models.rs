@@ -1,5 +1,7 @@
 //! A model that is dragged by its gizmo, turned, and put back.
 
+use std::path::Path;
+
 use glam::Vec3;
 use lightpaths::scene::{LoadOptions, Scene};
 
@@ -36,12 +38,16 @@ f 1 2 3 4\nf 8 7 6 5\nf 5 6 2 1\nf 7 8 4 3\nf 8 5 1 4\nf 6 7 3 2\n";
 const NAME: Point = (SIDE as i32 + 67, 333);
 const TURN: Point = (SIDE as i32 + 179, 259);
 
+/// Writes the scene `s.toml` of the Box with a brick.
+pub fn write_scene(folder: &Path) {
+    std::fs::write(folder.join("s.toml"), SCENE).unwrap();
+    std::fs::write(folder.join("brick.obj"), BRICK).unwrap();
+}
+
 #[test]
 fn a_model_is_dragged_turned_and_put_back() {
     let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
-    let file = folder.path().join("s.toml");
-    std::fs::write(&file, SCENE).unwrap();
-    std::fs::write(folder.path().join("brick.obj"), BRICK).unwrap();
+    write_scene(folder.path());
     let load = |name: &str| {
         let options = LoadOptions { size: Some([SIDE; 2]), ..LoadOptions::default() };
         Scene::load(folder.path().join(name).to_str().unwrap(), &options).unwrap()

@@ -8,6 +8,7 @@ use crate::client::Point;
 use crate::demo::Demo;
 use crate::display::Display;
 use crate::keys;
+use crate::models;
 use crate::scenarios::{READY, close};
 
 /// A step from one picture of the documentation to the next.
@@ -64,10 +65,14 @@ fn photograph(demo: &Demo, shots: &[(&[Act], &str)]) {
 #[test]
 #[ignore = "writes docs/images"]
 fn screenshots() {
-    let display = Display::start();
+    let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
+    models::write_scene(folder.path());
+    let brick = folder.path().join("s.toml");
+    let chosen: (&[Act], &str) = (&[Act::Click((512 + 67, 333))], "window-models.png");
     for (args, shots) in [
         (["room", "--preset", "draft", "--size", "640x480"], &[(&[] as &[Act], "window.png")][..]),
         (["box", "--preset", "draft", "--size", "512x512"], &SHOTS[..]),
+        ([brick.to_str().unwrap(), "--preset", "draft", "--size", "512x512"], &[chosen]),
     ] {
         let demo = Demo::start(&display, &args);
         demo.wait_for_line("lightpaths: ready", READY);

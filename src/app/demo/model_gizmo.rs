@@ -1,5 +1,6 @@
 //! The gizmo of the chosen model: a box around it, rings that turn it, and the parts of a point
-//! light's gizmo in its middle. Light paths are traced anew once a drag ends; until then the box shows where it goes.
+//! light's gizmo in its middle. Light paths are traced anew once a drag ends; until then the box
+//! shows where the model goes.
 
 use egui::Painter;
 use glam::{DVec3, Vec2, Vec3};

@@ -1,10 +1,10 @@
 //! The session: the shown scene, its edits, and its picture.
 
 mod contributions;
-mod memory;
 mod metering;
 mod meters;
 mod models;
+mod renderers;
 mod snapshots;
 mod versions;
 
@@ -25,8 +25,6 @@ use crate::renderer::{Columns, FrameReport, Layer, Preview, Reading, RecordedFra
 use crate::scene::save::{PlacedModel, SceneText};
 use crate::scene::{Camera, DisplayTransform, LoadOptions, Scene};
 pub(super) use contributions::Contribution;
-use memory::Goal;
-use models::Moving;
 pub(super) use versions::CHANGED;
 
 /// Frames whose times are kept.
@@ -127,8 +125,8 @@ pub(super) struct Session {
     needs_precompute: bool,
     stage: Stage,
     /// Direct light of models that the pointer moves, instead of the stage's picture.
-    moving: Option<Moving>,
-    goal: Goal,
+    moving: Option<models::Moving>,
+    goal: renderers::Goal,
     /// Number of renderers that the stage has had.
     pub(super) generation: u64,
     /// The picture of a new renderer has not been metered.
@@ -199,7 +197,7 @@ impl Session {
             needs_precompute: false,
             stage: Stage::Preview(Box::new(Preview::new(context, scene.clone())?)),
             moving: None,
-            goal: Goal::DraftFirst,
+            goal: renderers::Goal::DraftFirst,
             generation: 0,
             is_unmetered: false,
             worker: Some(Worker::start(context, &scene, source.store.clone(), &wake)?),
@@ -265,32 +263,6 @@ impl Session {
         self.shown = Some(self.requested());
         self.version += 1;
         Ok(Some(recorder))
-    }
-
-    /// Takes the worker's next renderer, if it is ready.
-    fn take_renderer(&mut self) -> Result<()> {
-        let Some(worker) = &mut self.worker else { return Ok(()) };
-        // Asked first: a thread that has ended has sent all renderers.
-        let has_ended = worker.has_ended();
-        if let Some(ready) = worker.next(self.scene.lights.len()) {
-            self.said.append(&mut worker.said());
-            // Frames of the renderer before.
-            self.end_frames(0)?;
-            self.recorded = None;
-            let new = ready.renderer.scene().warnings.iter().filter(|line| !self.said.contains(line));
-            let new: Vec<String> = new.cloned().collect();
-            self.said.extend(new);
-            self.stage = Stage::Ready(Box::new(ready));
-            (self.shown, self.is_unmetered) = (None, true);
-            self.generation += 1;
-        }
-        if !has_ended {
-            return Ok(());
-        }
-        match self.worker.take().map_or(Ok(()), Worker::end) {
-            Err(error) if error.is_out_of_memory() => self.make_room(&error),
-            ended => ended,
-        }
     }
 
     /// Whether lights that are dimmed may be mixed: in a drag, if the last recording was submitted.

@@ -63,7 +63,7 @@ enum Hold {
     Wipe,
     /// The brush of a light meter's region.
     Brush,
-    Model(ModelDrag),
+    Model(Box<ModelDrag>),
 }
 
 impl Viewport {
@@ -275,7 +275,7 @@ impl Viewport {
             && !ui_state.meters.paints
             && let Some(drag) = model_gizmo::begin(&projection, session, ui_state.chosen, start)
         {
-            self.hold = Some(Hold::Model(drag));
+            self.hold = Some(Hold::Model(Box::new(drag)));
             return Ok(());
         }
         let part = self.part_at(start, projection, session, ui_state).filter(|_| !ui_state.meters.paints);

@@ -75,8 +75,8 @@ impl PlacedModel {
         }
     }
 
-    /// Angles after a further turn about an axis of the world, to a thousandth of a degree. Of those
-    /// that mean the same, the ones nearest to the present ones.
+    /// Angles after a further turn about an axis of the world, to a thousandth of a degree. Several
+    /// angles are the same turn: it returns those nearest to the present ones.
     pub fn angles_after(&self, axis: DVec3, degrees: f64) -> DVec3 {
         let turn = DQuat::from_axis_angle(axis, degrees.to_radians()) * euler(self.rotation);
         let (z, y, x) = turn.to_euler(EulerRot::ZYX);

@@ -304,7 +304,7 @@ fn rings_turn_by_the_angle_that_the_pointer_goes_along_them() {
             let [u, v] = axis.others().map(|axis| axis.unit());
             let at =
                 |angle: f32| seen(&projection, origin + RING * metres * (angle.cos() * u + angle.sin() * v));
-            assert_eq!(hit(&[gizmo.clone()], at(0.7), TOLERANCE), Some(gizmo.part));
+            assert_eq!(hit(std::slice::from_ref(&gizmo), at(0.7), TOLERANCE), Some(gizmo.part));
             for (from, to) in [(0.3_f32, 0.4_f32), (0.7, 2.5), (1.0, -1.5)] {
                 let found = turn(&projection, origin, axis, [at(from), at(to)]);
                 assert!((found - f64::from(to - from)).abs() < 2e-3, "{seed} {axis:?}: {found}");

@@ -1,4 +1,5 @@
-//! Light paths that do not fit the device beside a draft.
+//! The renderers that a session gets from its worker. If they do not fit the device together, the
+//! draft makes room.
 
 use super::{Session, Stage};
 use crate::app::demo::stage::Worker;
@@ -18,6 +19,32 @@ pub(super) enum Goal {
 }
 
 impl Session {
+    /// Takes the worker's next renderer, if it is ready.
+    pub(super) fn take_renderer(&mut self) -> Result<()> {
+        let Some(worker) = &mut self.worker else { return Ok(()) };
+        // Asked first: a thread that has ended has sent all renderers.
+        let has_ended = worker.has_ended();
+        if let Some(ready) = worker.next(self.scene.lights.len()) {
+            self.said.append(&mut worker.said());
+            // Frames of the renderer before.
+            self.end_frames(0)?;
+            self.recorded = None;
+            let new = ready.renderer.scene().warnings.iter().filter(|line| !self.said.contains(line));
+            let new: Vec<String> = new.cloned().collect();
+            self.said.extend(new);
+            self.stage = Stage::Ready(Box::new(ready));
+            (self.shown, self.is_unmetered) = (None, true);
+            self.generation += 1;
+        }
+        if !has_ended {
+            return Ok(());
+        }
+        match self.worker.take().map_or(Ok(()), Worker::end) {
+            Err(error) if error.is_out_of_memory() => self.make_room(&error),
+            ended => ended,
+        }
+    }
+
     /// After the scene's own light paths did not fit beside a draft, traces them without one. If
     /// they do not fit then, either, the draft comes back, and an alarm says why.
     pub(in crate::app::demo) fn make_room(&mut self, error: &Error) -> Result<()> {

@@ -10,6 +10,7 @@ use super::super::actions;
 use super::super::films::FilmRecorder;
 use super::super::session::Session;
 use super::{SCENE, context, folder, open, picture, saved, settle};
+use crate::cpu::sampling::hash;
 use crate::gpu::Context;
 use crate::renderer::Preview;
 use crate::scene::film::Film;
@@ -182,4 +183,54 @@ fn models_that_move_while_a_film_is_recorded_move_in_it() {
     assert_eq!((scene.origin, &scene.triangles), (session.scene.origin, &session.scene.triangles));
     let state = film.state(last);
     assert!(state.camera.position.distance(session.camera.position) < 2e-3, "{:?}", state.camera);
+}
+
+/// `LIGHTPATHS_MOVES` sets the number of steps.
+#[test]
+fn random_moves_and_edits_end_like_a_cold_start() {
+    let steps: u32 = std::env::var("LIGHTPATHS_MOVES").map_or(32, |steps| steps.parse().unwrap());
+    let (context, folder) = (context(), folder());
+    let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
+    // The paths of other materials depend on their albedo at load, which a saved scene has edited.
+    session.document.materials[0].editable = true;
+    session.history.settle(&session.document);
+    let mut checked = 0;
+    for step in 0..steps {
+        let dice = hash(step ^ 0x30_7e5);
+        let unit = |salt: u32| f64::from(hash(dice ^ salt) >> 8) / f64::from(1 << 24);
+        // Some drags show direct light on the way.
+        session.is_held = dice.is_multiple_of(3);
+        let panel = &mut session.document.parts.models[1];
+        match hash(dice) % 8 {
+            0..=2 => panel.translation = DVec3::new(unit(1) - 0.75, 1.4 * unit(2) - 0.9, unit(3) - 0.75),
+            3 => panel.turn_about(panel.translation, 360.0 * DVec3::new(unit(1), unit(2), unit(3))),
+            4 => panel.is_hidden = !panel.is_hidden,
+            // The bounds of the scene move with the room.
+            5 => session.document.parts.models[0].translation.y = -0.1 * unit(1),
+            6 => {
+                let lamp =
+                    session.document.lights.iter_mut().find(|entry| entry.light.name == "lamp").unwrap();
+                lamp.light.kind = lamp.light.kind.with_emission(Vec3::splat(0.1 + unit(1) as f32));
+            }
+            _ => session.document.materials[0].diffuse = Vec3::splat(0.2 + 0.6 * unit(1) as f32),
+        }
+        if dice.is_multiple_of(5) {
+            session.history.settle(&session.document);
+            session.history.undo(&mut session.document);
+        }
+        // Most edits do not wait for the picture of the one before.
+        if let Some(commands) = session.update().unwrap() {
+            session.check(&commands.submit().unwrap()).unwrap();
+        }
+        session.is_held = false;
+        session.history.settle(&session.document);
+        if step % 8 == 7 || step + 1 == steps {
+            let now = picture(&mut session);
+            assert!(session.alarm.is_none(), "step {step}: {:?}", session.said);
+            let (text, expected) = saved(&context, &mut session, folder.path());
+            assert!(now == expected, "step {step}: not the picture of\n{text}");
+            checked += 1;
+        }
+    }
+    assert!(checked >= steps / 8);
 }

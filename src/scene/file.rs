@@ -248,7 +248,7 @@ impl Source {
         let mut triangles = 0;
         for section in &sections {
             section.only(&keys::names("model", None))?;
-            let transform = model_keys::transform(section)?;
+            let (transform, name) = (model_keys::transform(section)?, model_keys::name(section)?);
             let material = section.text("material")?;
             reading.of_all_faces = material.map(str::to_owned);
             let Models {
@@ -276,7 +276,7 @@ impl Source {
                 meshes.clear();
                 objects.clear();
             } else if objects.is_empty() {
-                objects.push(model_keys::name(section)?);
+                objects.push(name);
             }
             all.cameras.extend(cameras);
             all.lights.extend(lights);
@@ -295,8 +295,8 @@ impl Source {
             all.coverages.extend(coverages);
             all.materials.extend(materials);
             let first_object = all_objects.len() as u32;
-            for name in &objects {
-                all_objects.add(name);
+            for object in &objects {
+                all_objects.add(object);
             }
             for mesh in &mut meshes {
                 mesh.offset_objects(first_object);

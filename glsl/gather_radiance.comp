@@ -8,19 +8,23 @@
 #include "include/types.glsl"
 #include "include/texels.glsl"
 #include "include/dispatch.glsl"
+#include "include/quirks.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
 #include "include/gloss.glsl"
 #include "include/colour.glsl"
+#include "include/hvds.glsl"
+#include "include/bright.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: cluster fields beyond cluster_count are gloss bins
 
 struct GatherRadiancePush {
     uint target_count;
-    uint cluster_bits;   // width of the cluster field in a target
+    uint cluster_bits;   // width of the number in a target
     uint cluster_count;  // near-field patches included
+    uint base_count;     // clusters of the base; 0: bright clusters are not sampled apart
     uint first_sky;      // number of the target of the sky's first cell
     uint has_sky;        // 0: the sky is black
 };
@@ -31,10 +35,28 @@ layout(binding = 2) uniform usamplerBuffer Irradiance;  // three floats each
 layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
 layout(scalar, binding = 4) readonly buffer GlossBins { GlossBin gloss_bins[]; };
 layout(scalar, binding = 5) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };     // of gloss bins, W
-layout(scalar, binding = 6) writeonly buffer Radiances { vec4 radiances[]; };  // radiance, in scenes with images the diffuse part without their colour; whether it is the sky's; texels
+layout(scalar, binding = 6) writeonly buffer Radiances { vec4 radiances[]; };  // all radiance, in scenes with images the diffuse part without their colour; whether it is the sky's; texels; only in glossy scenes
 layout(scalar, binding = 7) writeonly buffer LobeRadiances { vec3 lobe_radiances[]; };        // of Phong lobes; only in scenes with images
 layout(scalar, binding = 8) readonly buffer SkyRadiance { vec3 sky_radiance[]; };
+layout(binding = 9) uniform usamplerBuffer ClusterFluxes;
+layout(scalar, binding = 10) readonly buffer WatchedOf { uint watched_of[]; };  // of each cluster
+layout(scalar, binding = 11) readonly buffer BrightOffsets { uint bright_offsets[]; };  // of watched clusters
+layout(scalar, binding = 12) readonly buffer BrightFlux { vec3 bright_flux[]; };  // of each cluster above the base
+layout(scalar, binding = 13) readonly buffer BrightStates { BrightState bright_state[]; };
+layout(scalar, binding = 14) writeonly buffer GatheredRadiances { vec4 gathered_radiances[]; };  // the same for gather rays: without the light of bright clusters that are far away
 layout(scalar, push_constant) uniform Push { GatherRadiancePush push; };
+
+// The part of a cluster's irradiance that bright_rays.comp samples.
+vec3 bright_irradiance(uint cluster) {
+    uint watched = watched_of[cluster];
+    vec3 flux = vec3(0.0);
+    if (watched == NOT_WATCHED) {
+        if (cluster >= push.base_count) flux = bright_flux[cluster - push.base_count];
+    } else if (bright_offsets[watched] != bright_offsets[watched + 1u]) {
+        flux = cluster_flux_at(ClusterFluxes, cluster).direct;
+    }
+    return flux * inverse_areas[cluster];
+}
 
 void main() {
     uint index = flat_invocation();
@@ -43,7 +65,9 @@ void main() {
     uint cluster = target & ((1u << push.cluster_bits) - 1u);
     if (cluster >= push.first_sky) {
         if (IS_GLOSSY == 1u && HAS_TEXTURES != 0u) lobe_radiances[index] = vec3(0.0);
-        radiances[index] = vec4(push.has_sky != 0u ? sky_radiance[cluster - push.first_sky] : vec3(0.0), IS_SKY_CELL);
+        vec4 sky = vec4(push.has_sky != 0u ? sky_radiance[cluster - push.first_sky] : vec3(0.0), IS_SKY_CELL);
+        gathered_radiances[index] = sky;
+        if (IS_GLOSSY == 1u) radiances[index] = sky;
         return;
     }
     vec3 gloss = vec3(0.0);
@@ -52,9 +76,15 @@ void main() {
         cluster = gloss_bins[gloss_bin].cluster;
         gloss = gloss_fluxes[gloss_bin] * inverse_areas[cluster] * (1.0 / PI);
     }
-    vec3 radiance = reflectance_at(Materials, target >> push.cluster_bits).diffuse * uintBitsToFloat(triple_at(Irradiance, cluster)) * (1.0 / PI);
+    uint met = target >> push.cluster_bits;  // 2·material + (1 if far away)
+    vec3 reflected = reflectance_at(Materials, met >> 1).diffuse * (1.0 / PI);
+    vec3 radiance = reflected * uintBitsToFloat(triple_at(Irradiance, cluster));
+    vec3 apart = vec3(0.0);
+    if_any ((met & 1u) != 0u && push.base_count != 0u && bright_state[0].is_on != 0u) apart = reflected * bright_irradiance(cluster);
     // Images colour the diffuse part alone.
     if (HAS_TEXTURES == 0u) radiance += gloss;
     else if (IS_GLOSSY == 1u) lobe_radiances[index] = gloss;
-    radiances[index] = vec4(radiance, 0.0);
+    // Below zero only by rounding.
+    gathered_radiances[index] = vec4(max(radiance - apart, vec3(0.0)), 0.0);
+    if (IS_GLOSSY == 1u) radiances[index] = vec4(radiance, 0.0);
 }

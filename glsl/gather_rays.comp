@@ -26,10 +26,11 @@ struct GatherRaysPush {
     uint first_row;       // of this chunk, in the bound buffer of the split table
     uint point_count;
     uint seed;
-    uint cluster_bits;    // width of the cluster field in GatherRay.target
+    uint cluster_bits;    // width of the number in GatherRay.target
     uint first_sky;       // number of the target of the sky's first cell
     float min_entry_points;  // minimum sample count of a cluster
     float min_distance; // lower bound of distances in gradients, metres
+    float far_cells;      // least distance at which bright clusters are sampled apart, in base cells there
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -125,9 +126,10 @@ void main() {
             distance = hit.t;
             // The solid angle of one stratum.
             float footprint = SHARE * sqrt(PI / (float(RINGS * SECTORS) * local.z)) * hit.t;
-            uint cluster = cluster_for(hit, direction, footprint);
+            float cells;
+            uint cluster = cluster_for(hit, direction, footprint, cells);
             uint material = surface_at(hit.triangle).material;
-            if (cluster != NO_CLUSTER) target = cluster | (material << push.cluster_bits);
+            if (cluster != NO_CLUSTER) target = cluster | ((material << 1 | uint(cells > push.far_cells)) << push.cluster_bits);
             if (HAS_TEXTURES != 0u) ray_colours[first + ray] = pack_colour(passed_by_panes(Ray(origin, direction, hit.t)) * image_at(material, hit.triangle, hit.barycentric));
         } else if (SKY_SIDE != 0u && is_outside) {
             target = push.first_sky + octahedral_cell(direction, SKY_SIDE);

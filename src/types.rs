@@ -208,7 +208,8 @@ gpu_struct! {
 gpu_struct! {
     /// One final gather ray, as frames read it.
     pub struct GatherRay {
-        /// `cluster | material << cluster_bits`; [`NO_TARGET`] where the ray left the scene.
+        /// `number | (2·material + is_far) << cluster_bits`; [`NO_TARGET`] where the ray left the
+        /// scene. See [`Met`](crate::passes::gather_targets::Met).
         pub target: u32,
         /// Two half floats: the ray's weight in the translational gradient along tangent and
         /// bitangent, in units of 1/minimum distance.

@@ -109,7 +109,7 @@ struct ClusterLink {
 
 // A final gather ray as frames read it.
 struct GatherRay {
-    uint target;    // cluster | material << cluster_bits; NO_TARGET where the ray left the scene
+    uint target;    // number of what it reads | (2·material + (1 if far away)) << cluster_bits; NO_TARGET where the ray left the scene
     uint gradient;  // two halves: its weight in the translational gradient along tangent and bitangent, 1/min_distance
 };
 

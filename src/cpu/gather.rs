@@ -28,7 +28,7 @@ pub struct Sources<'a> {
     pub targets: &'a [u32],
     /// Bits of the gather target in a merged ray.
     pub target_bits: u32,
-    /// Bits of the cluster in a target.
+    /// Bits of the cluster's number in a target.
     pub cluster_bits: u32,
     /// Unit of the rays' gradients, metres.
     pub min_distance: f32,
@@ -56,7 +56,8 @@ pub fn gather(
         let target_index = merged_ray.target_index & ((1 << sources.target_bits) - 1);
         let rays = f64::from(merged_ray.target_index >> sources.target_bits) + 1.0;
         let target = sources.targets[target_index as usize];
-        let material = target >> sources.cluster_bits;
+        // Above a bit that tells whether the hit is far away.
+        let material = target >> (sources.cluster_bits + 1);
         let read = (target & ((1 << sources.cluster_bits) - 1)) as usize;
         let (cluster, gloss) = match sources.irradiance.len() {
             clusters if read < clusters => (read, DVec3::ZERO),

@@ -8,6 +8,7 @@ pub mod accessibility;
 pub mod antialias;
 pub mod blend;
 pub mod brdf;
+pub mod bright;
 pub mod compose;
 pub mod direct;
 pub mod emission;

@@ -19,6 +19,26 @@ pub enum GatherTarget {
     Sky(u32),
 }
 
+/// What a gather ray met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Met {
+    /// Index of the material; 0 in the sky.
+    pub material: u32,
+    /// The hit is so far away that bright clusters are sampled apart.
+    pub is_far: bool,
+}
+
+impl Met {
+    /// A material that is not far away.
+    pub fn near(material: u32) -> Self {
+        Self { material, is_far: false }
+    }
+
+    fn bits(self) -> u32 {
+        2 * self.material + u32::from(self.is_far)
+    }
+}
+
 /// A kind of target: makes the target of an index.
 pub type TargetKind = fn(u32) -> GatherTarget;
 
@@ -35,14 +55,14 @@ pub struct TargetCounts {
     pub sky_side: u32,
 }
 
-/// Packing of a gather ray's target and material in one word, and the unit of its gradient.
+/// Packing of a gather ray's target and of what it met in one word, and the unit of its gradient.
 /// Clusters, patches, gloss bins and cells of the sky are numbered in this order, so that the first
 /// two share one list of irradiances.
 #[derive(Clone, Copy, Debug)]
 pub struct GatherTargetPacking {
     counts: TargetCounts,
     materials: usize,
-    /// Bits of the target's number; the material index takes the rest.
+    /// Bits of the target's number; the distance takes one and the material index the rest.
     pub cluster_bits: u32,
     /// Unit of the gradient, metres.
     pub min_distance: f32,
@@ -73,7 +93,7 @@ impl GatherTargetPacking {
         let total = counts.total();
         let cluster_bits = (total + 1).next_power_of_two().ilog2().max(1);
         // One packing is `NO_TARGET`: the topmost material index stays unused.
-        if cluster_bits > 31 || materials as u64 >= 1 << (32 - cluster_bits) {
+        if cluster_bits > 30 || materials as u64 >= 1 << (31 - cluster_bits) {
             return Err(Error::OutOfMemory(format!(
                 "{total} clusters and {materials} materials do not fit the 32 bits of a gather ray; lower quality.cells"
             )));
@@ -86,15 +106,15 @@ impl GatherTargetPacking {
         self.counts.sky_side
     }
 
-    /// Number of targets with each material.
+    /// Number of targets with each material, near and far away.
     pub fn max_targets(&self) -> u64 {
-        self.counts.total() * self.materials as u64
+        2 * self.counts.total() * self.materials as u64
     }
 
     /// Maximum number of clusters that [`Self::new`] accepts with `materials` materials.
     pub fn max_clusters(materials: usize) -> u64 {
         let material_bits = (materials as u64 + 1).next_power_of_two().ilog2();
-        (1 << (32 - material_bits)) - 1
+        (1 << (31 - material_bits)) - 1
     }
 
     /// Number of a target: for clusters and patches, its place in the list of irradiances.
@@ -108,13 +128,13 @@ impl GatherTargetPacking {
         }
     }
 
-    /// Packs a target and the material at the hit.
-    pub fn pack(&self, target: GatherTarget, material: u32) -> u32 {
-        self.number(target) | material << self.cluster_bits
+    /// Packs a target and what the ray met.
+    pub fn pack(&self, target: GatherTarget, met: Met) -> u32 {
+        self.number(target) | met.bits() << self.cluster_bits
     }
 
-    /// Target and material of a word. `None` for [`NO_TARGET`] and for a number beyond all targets.
-    pub fn unpack(&self, word: u32) -> Option<(GatherTarget, u32)> {
+    /// Target of a word, and what the ray met. `None` for [`NO_TARGET`] and for a number beyond all targets.
+    pub fn unpack(&self, word: u32) -> Option<(GatherTarget, Met)> {
         if word == NO_TARGET {
             return None;
         }
@@ -128,7 +148,8 @@ impl GatherTargetPacking {
         ];
         for (count, kind) in kinds {
             if number < count {
-                return Some((kind(number), word >> self.cluster_bits));
+                let bits = word >> self.cluster_bits;
+                return Some((kind(number), Met { material: bits / 2, is_far: bits % 2 == 1 }));
             }
             number -= count;
         }
@@ -166,15 +187,15 @@ impl GatherTargets {
         self
     }
 
-    /// Target and material of consecutive rays of the table, from ray `first` on. `None` for a ray
-    /// without a hit.
-    pub fn of_rays(&self, first: usize, rays: &[GatherRay]) -> Vec<Option<(GatherTarget, u32)>> {
+    /// Target of consecutive rays of the table, from ray `first` on, and what they met. `None` for a
+    /// ray without a hit.
+    pub fn of_rays(&self, first: usize, rays: &[GatherRay]) -> Vec<Option<(GatherTarget, Met)>> {
         let mut targets: Vec<_> = rays.iter().map(|ray| self.hits.unpack(ray.target)).collect();
         for (kind, readers) in &self.readers {
             let start = readers.partition_point(|reader| (reader.ray as usize) < first);
             for reader in &readers[start..] {
                 let Some(target) = targets.get_mut(reader.ray as usize - first) else { break };
-                *target = target.map(|(_, material)| (kind(reader.index), material));
+                *target = target.map(|(_, met)| (kind(reader.index), met));
             }
         }
         targets
@@ -195,8 +216,8 @@ impl GatherTargets {
         if self.are_packed(packing) {
             return rays.into();
         }
-        let pack = |(ray, target): (&GatherRay, Option<(GatherTarget, u32)>)| GatherRay {
-            target: target.map_or(NO_TARGET, |(target, material)| packing.pack(target, material)),
+        let pack = |(ray, target): (&GatherRay, Option<(GatherTarget, Met)>)| GatherRay {
+            target: target.map_or(NO_TARGET, |(target, met)| packing.pack(target, met)),
             ..*ray
         };
         rays.iter().zip(self.of_rays(first, rays)).map(pack).collect::<Vec<_>>().into()
@@ -213,7 +234,8 @@ mod tests {
             let most = GatherTargetPacking::max_clusters(materials) as u32;
             let packing = GatherTargetPacking::new(most, materials, 1.0).unwrap();
             // The packed last cluster and last material differ from `NO_TARGET`.
-            let last = packing.pack(GatherTarget::Cluster(most - 1), materials as u32 - 1);
+            let met = Met { material: materials as u32 - 1, is_far: true };
+            let last = packing.pack(GatherTarget::Cluster(most - 1), met);
             assert_ne!(last, NO_TARGET, "{materials} materials");
             assert!(GatherTargetPacking::new(most + 1, materials, 1.0).is_err(), "{materials} materials");
         }
@@ -233,9 +255,9 @@ mod tests {
             for target in targets {
                 assert_eq!(packing.number(target), next);
                 next += 1;
-                for material in 0..3 {
-                    let word = packing.pack(target, material);
-                    assert_eq!(packing.unpack(word), Some((target, material)));
+                for (material, is_far) in (0..3).flat_map(|material| [(material, false), (material, true)]) {
+                    let met = Met { material, is_far };
+                    assert_eq!(packing.unpack(packing.pack(target, met)), Some((target, met)));
                 }
             }
             assert_eq!(packing.unpack(next), None, "a number beyond all targets");
@@ -246,8 +268,10 @@ mod tests {
     #[test]
     fn readers_take_their_rays_from_clusters_in_any_part_of_a_table() {
         let hits = GatherTargetPacking::new(4, 2, 1.0).unwrap();
-        let hit =
-            |cluster| GatherRay { target: hits.pack(GatherTarget::Cluster(cluster), 1), gradient: cluster };
+        let hit = |cluster| GatherRay {
+            target: hits.pack(GatherTarget::Cluster(cluster), Met::near(1)),
+            gradient: cluster,
+        };
         let nothing = GatherRay { target: NO_TARGET, gradient: 9 };
         let rays = [hit(0), nothing, hit(2), hit(3), hit(1)];
         let reader = |(ray, index)| Reader { ray, index };
@@ -261,7 +285,7 @@ mod tests {
             Some(GatherTarget::Cluster(3)),
             Some(GatherTarget::GlossBin(5)),
         ]
-        .map(|target| target.map(|target| (target, 1)));
+        .map(|target| target.map(|target| (target, Met::near(1))));
         let counts = TargetCounts { clusters: 4, patches: 7, gloss_bins: 6, sky_side: 0 };
         let packing = GatherTargetPacking::of_counts(counts, 2, 1.0).unwrap();
         for (first, end) in (0..5).flat_map(|first| (first..=5).map(move |end| (first, end))) {

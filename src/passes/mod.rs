@@ -1,5 +1,6 @@
 //! The passes: each a host file, a shader and a CPU reference of one stem.
 
+pub mod bright_tables;
 mod cluster_buffers;
 mod emission_buffers;
 pub mod frame;
@@ -61,6 +62,8 @@ pub fn layouts() -> Vec<Layout> {
         frame::needed_records::LAYOUTS,
         frame::gather::LAYOUTS,
         frame::blend::LAYOUTS,
+        bright_tables::LAYOUTS,
+        frame::bright::LAYOUTS,
         frame::prefix_sum::LAYOUTS,
         frame::record_tree::LAYOUTS,
         frame::splat::LAYOUTS,

@@ -155,7 +155,7 @@ impl Renderer {
         self.context.run(|rec| {
             self.transport.gather.record(
                 rec,
-                self.transport.gather_sources(&self.world.buffers.materials, self.lights.sky()),
+                self.transport.all_sources(&self.world.buffers, self.lights.sky()),
                 &self.transport.record_lists.all,
             );
             rec.barrier(COMPUTE_TO_COMPUTE);
@@ -175,12 +175,13 @@ impl Renderer {
         self.context.run(|rec| {
             self.transport.record_flux(rec, &whole, &self.lights.cluster_lights(), &self.lights);
             self.transport.record_near_field(rec, &self.world.buffers.materials, &whole);
+            self.transport.record_bright(rec, &self.world.buffers.materials);
             // The near field has overwritten these records with light gathered from unfinished
             // clusters. The next frame would take them for current, so they are gathered again from
             // the finished ones.
             self.transport.gather.record(
                 rec,
-                self.transport.gather_sources(&self.world.buffers.materials, self.lights.sky()),
+                self.transport.all_sources(&self.world.buffers, self.lights.sky()),
                 &whole.sources,
             );
         })?;

@@ -90,7 +90,7 @@ impl Renderer {
         let Some(own) = &self.meters else { return Ok(Vec::new()) };
         let gather = &self.transport.gather;
         self.context.run(|rec| {
-            let sources = self.transport.gather_sources(&self.world.buffers.materials, self.lights.sky());
+            let sources = self.transport.all_sources(&self.world.buffers, self.lights.sky());
             gather.record(rec, sources, &own.records);
         })?;
         let times = own.records_at_point;

@@ -55,11 +55,13 @@ pub use report::{Columns, FrameCounts, FrameReport, Layer, Statistics};
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Context, Recorder};
+use crate::passes::bright_tables::BrightTables;
 use crate::passes::frame::{
-    antialias, blend::Blend, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
+    antialias, blend::Blend, bright::Bright, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
     near_lights::NearLights, path_scan::PathScan, record_tree::RecordTree, splat::Splat,
 };
 use crate::passes::precompute::begin_stage;
+use crate::passes::precompute::live_clusters::LiveClusters;
 use crate::passes::reflectances;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, Measure, Scene};
@@ -177,6 +179,7 @@ impl Renderer {
         let unread = liveness::unread(&made, &reads, Directions::new(scene.quality.directions));
         made.statistics.skipped.extend(unread);
         let live_sets = LiveSets::new(context, &mut made, &reads)?;
+        let bright = Self::bright(context, &scene, &made, &reads)?;
         let gather = Gather::new(
             context,
             made.cache_points,
@@ -206,6 +209,7 @@ impl Renderer {
             gap_rounds: scene.quality.gap_rounds,
             record_lists: RecordLists::new(context, &gather)?,
             gather,
+            bright,
             blend: Blend::new(context, &made.neighbourhoods)?,
             gloss,
         };
@@ -220,6 +224,21 @@ impl Renderer {
             path_streams: made.paths.streams,
         };
         Ok((world, transport, made.statistics))
+    }
+
+    /// The pass that samples bright clusters.
+    fn bright(
+        context: &Arc<Context>,
+        scene: &Scene,
+        made: &Precomputed,
+        reads: &LiveClusters,
+    ) -> Result<Option<Bright>> {
+        if !scene.quality.takes(Measure::BrightClusters) {
+            return Ok(None);
+        }
+        let points = (&made.entry_points[..], &made.surfaces[..]);
+        let tables = BrightTables::new(&made.hvds, points, &reads.flux, made.hemisphere);
+        Bright::new(context, &made.buffers, &tables, made.hemisphere, scene.quality.seed).map(Some)
     }
 
     /// What the next frame will do.
@@ -288,7 +307,7 @@ impl Renderer {
             splat.record(rec, &buffers.surfaces, points, image.seen());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        transport.record_gather(rec, plan, (materials, lights.sky()), (splat, image.seen()));
+        transport.record_gather(rec, plan, (buffers, lights.sky()), (splat, image.seen()));
         if plan.splat {
             splat.record_apply(rec, image.seen(), &transport.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);

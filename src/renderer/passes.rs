@@ -3,10 +3,11 @@
 
 use super::pass_sizes::{Cost, Sizes};
 use crate::passes::frame::{
-    antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
-    gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, gloss_records::GlossRecords, hvds::Pyramid,
-    near_field::NearField, needed_records::NeededRecords, path_scan::PathScan, pixel_colours::PixelColours,
-    primary::Primary, silhouettes::Silhouettes, splat::Splat, tonemap::Tonemap,
+    antialias::Antialias, blend::Blend, bright::Bright, compose::Compose, direct::Direct,
+    form_factors::FormFactors, gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels,
+    gloss_records::GlossRecords, hvds::Pyramid, near_field::NearField, needed_records::NeededRecords,
+    path_scan::PathScan, pixel_colours::PixelColours, primary::Primary, silhouettes::Silhouettes,
+    splat::Splat, tonemap::Tonemap,
 };
 
 /// A column of the paper's timing table. [Yue, Table 2]
@@ -39,7 +40,7 @@ const fn unmodelled(stem: &'static str, column: Column) -> Pass {
 }
 
 /// Every pass that a frame may have, in the order of its first occurrence.
-pub(super) const PASSES: [Pass; 27] = [
+pub(super) const PASSES: [Pass; 28] = [
     pass(Primary::STEM, Column::Tdi, |size| Cost::of_rays(size.surface, size.pixels)),
     pass(Antialias::STEM, Column::Tdi, |size| {
         Cost::of(size.surface + 8 * size.pixels + size.edge_samples + size.fragments)
@@ -83,6 +84,7 @@ pub(super) const PASSES: [Pass; 27] = [
     pass(Pyramid::STEM, Column::Thvds, |size| Cost::of(size.lights * size.light_flux + 3 * size.clusters)),
     unmodelled(Gloss::STEM, Column::Thvds),
     pass(NearField::STEM, Column::Tfg, |size| Cost::of(size.near_field)),
+    pass(Bright::STEM, Column::Tfg, |size| Cost::of(2 * size.clusters)),
     pass(Splat::STEM, Column::Tsplat, |size| {
         Cost::of(size.surface + size.cache_points + size.record_tree + size.weights)
     }),

@@ -13,8 +13,9 @@ use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::SceneBuffers;
 use crate::passes::frame::{
     blend::Blend,
+    bright::Bright,
     form_factors::FormFactors,
-    gather::{Gather, GatherSources},
+    gather::{BrightSources, Gather, GatherSources},
     hvds::{ClusterLight, Pyramid},
     near_lights::NearLights,
     needed_records::{NeededRecords, RecordList},
@@ -39,6 +40,8 @@ pub(super) struct Transport {
     /// Extra gather iterations; see [`Self::extra_iterations`].
     pub(super) gap_rounds: u32,
     pub(super) gather: Gather,
+    /// `None`: gather rays bring the light of bright clusters, too.
+    pub(super) bright: Option<Bright>,
     pub(super) record_lists: RecordLists,
     pub(super) blend: Blend,
     /// `None` if no material may be glossy.
@@ -152,6 +155,15 @@ impl Transport {
             gloss.record_clusters(rec, plan, materials, contributions, lights);
         }
         self.record_near_field(rec, materials, set);
+        self.record_bright(rec, materials);
+    }
+
+    /// Records which clusters are bright.
+    pub(super) fn record_bright(&self, rec: &mut Recorder, materials: &Buffer) {
+        if let Some(bright) = &self.bright {
+            bright.record(rec, materials, &self.pyramid);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
     }
 
     /// Records the flux of clusters within `set`: of the lights in `planned`, and then the sum
@@ -213,13 +225,13 @@ impl Transport {
         &self,
         rec: &mut Recorder,
         plan: &FramePlan,
-        (materials, sky): (&Buffer, Option<&Buffer>),
+        (scene, sky): (&SceneBuffers, Option<&Buffer>),
         splat: (&Splat, SeenSurfaces<'_>),
     ) {
         let Some((list, seen)) = self.record_lists.record(rec, plan.gather, splat, &self.blend) else {
             return;
         };
-        self.gather.record(rec, self.gather_sources(materials, sky), list);
+        self.gather.record(rec, self.all_sources(scene, sky), list);
         rec.barrier(COMPUTE_TO_COMPUTE);
         self.blend.record(rec, &self.gather.cache_points, &self.gather.records, seen);
         if plan.splat {
@@ -227,7 +239,19 @@ impl Transport {
         }
     }
 
-    /// What a gather reads. `sky`: radiance of the sky; `None` leaves it out.
+    /// What a gather reads, if rays of their own bring the light of bright clusters.
+    pub(super) fn all_sources<'a>(
+        &'a self,
+        scene: &'a SceneBuffers,
+        sky: Option<&'a Buffer>,
+    ) -> GatherSources<'a> {
+        let pyramid = &self.pyramid;
+        let bright = self.bright.as_ref().map(|bright| BrightSources { bright, scene, pyramid });
+        GatherSources { bright, ..self.gather_sources(&scene.materials, sky) }
+    }
+
+    /// What a gather reads, if gather rays bring all light. `sky`: radiance of the sky; `None` leaves
+    /// it out.
     pub(super) fn gather_sources<'a>(
         &'a self,
         materials: &'a Buffer,
@@ -239,6 +263,7 @@ impl Transport {
             inverse_areas: &self.pyramid.inverse_areas,
             gloss: self.gloss.as_ref().map(|gloss| &gloss.clusters),
             sky,
+            bright: None,
         }
     }
 }

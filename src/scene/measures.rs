@@ -33,11 +33,13 @@ pub enum Measure {
     ClearanceBounds,
     /// Rays from a point or spot light find what it lights between entry points.
     NearLights,
+    /// Records sample bright clusters by rays of their own.
+    BrightClusters,
 }
 
 impl Measure {
     /// All measures, in the order of the precomputation.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Solids,
         Self::Enclosures,
         Self::CoveredSurface,
@@ -52,6 +54,7 @@ impl Measure {
         Self::OccluderPlanes,
         Self::ClearanceBounds,
         Self::NearLights,
+        Self::BrightClusters,
     ];
 }
 

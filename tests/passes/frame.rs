@@ -15,7 +15,7 @@ const BATCHES: &[&str] = &["pixel_batches"];
 /// Passes that trace a light's irradiance at pixels.
 const LAYER: &[&str] = &["direct", "shadow_edges"];
 /// Passes that carry energy from the light paths to the clusters.
-const ENERGY: &[&str] = &["hvds", "gather", "near_field"];
+const ENERGY: &[&str] = &["hvds", "gather", "near_field", "bright"];
 /// Passes that carry it to the records of the last view.
 const SAME_RECORDS: &[&str] = &["gather", "blend"];
 /// Passes that carry it to records that must be found first.

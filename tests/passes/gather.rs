@@ -24,7 +24,7 @@ pub(crate) fn random_rays(
     count: u32,
 ) -> Vec<GatherRay> {
     let ray = |_| {
-        let target = random.below(clusters) | random.below(3) << packing.cluster_bits;
+        let target = random.below(clusters) | random.below(6) << packing.cluster_bits;
         let target = if random.below(5) == 0 { NO_TARGET } else { target };
         GatherRay { target, gradient: random.word() & 0xbfff_bfff }
     };
@@ -125,6 +125,7 @@ fn irradiance_and_gradients_equal_the_reference() {
             inverse_areas: &inverse_areas,
             gloss: None,
             sky: None,
+            bright: None,
         };
         let list = RecordList::all(&context, point_count, rows).unwrap();
         context.run(|rec| pass.record(rec, buffers, &list)).unwrap();

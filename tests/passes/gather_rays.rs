@@ -9,7 +9,7 @@ use lightpaths::cpu::gather_rays::{Found, Tracing, translational_gradient};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::gather_targets::GatherTargetPacking;
+use lightpaths::passes::gather_targets::{GatherTarget, GatherTargetPacking, Met};
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::gather_rays::{self, Hemisphere, RayTable};
 use lightpaths::passes::precompute::visibility::clearance::{Clearance, ClearancePush};
@@ -55,7 +55,7 @@ fn targets_and_gradient_weights_equal_the_reference() {
 fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
     let packing = GatherTargetPacking::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
     let mut random = Random::new(41);
-    let (mut tinted, mut other_colours) = (0, 0);
+    let (mut tinted, mut other_colours, mut far_away) = (0, 0, 0);
     let (mut rays_in_all, mut disagree, mut coarse, mut lost, mut compared) = (0, 0, 0, 0, 0);
     for (rings, count) in [(1, 0), (1, 1), (1, 130), (3, 7), (4, 65), (8, 23)] {
         let points = world.cache_points(&mut random, count, 0.1);
@@ -66,14 +66,20 @@ fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
             table.colours.iter().flat_map(|buffer| buffer.read::<u32>().unwrap()).collect();
         assert_eq!(table.has_colours, !world.coordinates.is_empty());
         let per_point = tracing.strata.rays();
+        let hemisphere = Hemisphere { rings, sectors: 4 * rings };
         assert_eq!(rays.len(), count * per_point as usize);
         for ((index, point), row) in (0..).zip(&points).zip(rays.chunks_exact(per_point as usize)) {
             let found: Vec<_> = (0..per_point).map(|ray| tracing.trace(point, index, ray)).collect();
-            let target = |target: Option<(u32, u32)>| {
-                target.map_or(NO_TARGET, |(cluster, material)| cluster | material << packing.cluster_bits)
+            let far = f64::from(gather_rays::far_cells(hemisphere)) * world.hvds.grid.cell_size();
+            let target = |found: &Found| {
+                let is_far = found.distance > far;
+                let met = |material| Met { material, is_far };
+                found.target.map_or(NO_TARGET, |(cluster, material)| {
+                    packing.pack(GatherTarget::Cluster(cluster), met(material))
+                })
             };
-            let wrong =
-                row.iter().zip(&found).filter(|(ray, found)| ray.target != target(found.target)).count();
+            let wrong = row.iter().zip(&found).filter(|(ray, found)| ray.target != target(found)).count();
+            far_away += found.iter().filter(|found| found.target.is_some() && found.distance > far).count();
             rays_in_all += row.len();
             disagree += wrong;
             let base = world.hvds.levels[0].end;
@@ -120,6 +126,10 @@ fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
     assert!(
         coarse * 10 > rays_in_all && coarse < rays_in_all,
         "{coarse} of {rays_in_all} read coarser levels"
+    );
+    assert!(
+        far_away * 20 > rays_in_all && far_away < rays_in_all,
+        "{far_away} of {rays_in_all} are far away"
     );
     assert!(lost * 100 < rays_in_all, "{lost} of {rays_in_all} hits have no cluster");
     assert_silent(&world.context);

@@ -138,14 +138,14 @@ fn rays_that_meet_glossy_surfaces_read_the_direction_that_they_come_from() {
     let mut bins = HashMap::new();
     for (index, (before, after)) in glossy.traced.iter().zip(&glossy.packed).enumerate() {
         assert_eq!(before.gradient, after.gradient);
-        let Some((hit, material)) = glossy.packing.unpack(before.target) else {
+        let Some((hit, met)) = glossy.packing.unpack(before.target) else {
             assert_eq!(after.target, NO_TARGET);
             continue;
         };
         let GatherTarget::Cluster(cluster) = hit else { panic!("a ray meets {hit:?}") };
         let (read, same) = glossy.target_packing.unpack(after.target).unwrap();
-        assert_eq!(material, same);
-        if !glossy.world.materials[material as usize].may_be_glossy() {
+        assert_eq!(met, same);
+        if !glossy.world.materials[met.material as usize].may_be_glossy() {
             diffuse += 1;
             assert_eq!(read, hit);
             continue;

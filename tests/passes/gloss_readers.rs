@@ -61,6 +61,7 @@ pub(crate) fn gathered_bins_equal_the_reference(glossy: &Glossy, gloss: &Gloss, 
             inverse_areas: &areas_buffer,
             gloss: Some(gloss),
             sky: None,
+            bright: None,
         };
         context.run(|rec| pass.record(rec, sources, &list)).unwrap();
         let records: Vec<Record> = pass.records.read().unwrap();

@@ -150,6 +150,7 @@ fn broad_lobes_come_from_records_in(glossy: &Glossy, has_colours: bool) {
         inverse_areas: &inverse_areas,
         gloss: Some(&gloss),
         sky: None,
+        bright: None,
     };
     let list = RecordList::all(context, point_count, gather.merged_rays.records_per_chunk).unwrap();
     context

@@ -13,6 +13,7 @@ mod accessibility;
 mod addresses;
 mod antialias;
 mod blend;
+mod bright;
 mod clusters;
 mod compose;
 mod energy;

@@ -85,19 +85,19 @@ fn near_hits_of(world: &World) {
     for (index, (before, after)) in (0..).zip(before.iter().zip(&after)) {
         let (point, ray) = (index / strata.rays(), index % strata.rays());
         assert_eq!(before.gradient, after.gradient);
-        let Some((GatherTarget::Cluster(cluster), material)) = packing.unpack(before.target) else {
+        let Some((GatherTarget::Cluster(cluster), met)) = packing.unpack(before.target) else {
             assert_eq!(after.target, NO_TARGET);
             continue;
         };
         let (read, same) = packed.unpack(after.target).unwrap();
-        assert_eq!(material, same);
+        assert_eq!(met, same);
         let from = &points[point as usize].point;
         let GatherTarget::Patch(read) = read else {
             assert_eq!(read, GatherTarget::Cluster(cluster));
             untouched += 1;
             continue;
         };
-        assert!(point < near_count && !may_be_glossy(material));
+        assert!(point < near_count && !met.is_far && !may_be_glossy(met.material));
         let patch = &patches[cluster as usize];
         assert!(from.position.distance(patch.middle) < REACH);
         let entry = &patch_clusters[read as usize];

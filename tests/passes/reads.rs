@@ -57,7 +57,7 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
                 let cluster = random.below(end);
                 let cluster =
                     if random.below(4) == 0 { clusters + patch_count - 1 - cluster } else { cluster };
-                let target = cluster | random.below(3) << packing.cluster_bits;
+                let target = cluster | random.below(6) << packing.cluster_bits;
                 if random.below(5) == 0 { NO_TARGET } else { target }
             })
             .collect();

@@ -3,10 +3,13 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
+use crate::passes::SceneBuffers;
+use crate::passes::frame::bright::Bright;
 use crate::passes::frame::gloss::Gloss;
+use crate::passes::frame::hvds::Pyramid;
 use crate::passes::frame::needed_records::RecordList;
 use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking};
 use crate::passes::has_textures;
@@ -20,10 +23,12 @@ gpu_struct! {
     /// Push constants of the first step.
     pub struct GatherRadiancePush {
         pub target_count: u32,
-        /// Width of the cluster field in `GatherRay::target`.
+        /// Width of the number in `GatherRay::target`.
         pub cluster_bits: u32,
         /// Clusters and near-field patches; targets beyond are gloss bins.
         pub cluster_count: u32,
+        /// Clusters of the base; 0: bright clusters are not sampled apart.
+        pub base_count: u32,
         /// Number of the target of the sky's first cell.
         pub first_sky: u32,
         /// 0: the sky is black.
@@ -64,6 +69,19 @@ pub struct GatherSources<'a> {
     pub gloss: Option<&'a Gloss>,
     /// Radiance of the sky's cells, W/m²/sr; three floats. `None` if the sky is black.
     pub sky: Option<&'a Buffer>,
+    /// `None`: gather rays bring the light of bright clusters, too.
+    pub bright: Option<BrightSources<'a>>,
+}
+
+/// Inputs of the rays to bright clusters.
+#[derive(Clone, Copy)]
+pub struct BrightSources<'a> {
+    /// The clusters.
+    pub bright: &'a Bright,
+    /// The scene that the rays pass.
+    pub scene: &'a SceneBuffers,
+    /// Flux of each cluster.
+    pub pyramid: &'a Pyramid,
 }
 
 /// The pipelines, the cache points with their rays, and the result.
@@ -79,9 +97,11 @@ pub struct Gather {
     pub cache_points: Buffer,
     /// The rays of each cache point.
     pub merged_rays: MergedRays,
-    /// Radiance of each gather target, W/m²/sr, in scenes with images the diffuse part without
-    /// their colour; three floats of a texel.
+    /// Radiance of each gather target as gather rays bring it, W/m²/sr, in scenes with images the
+    /// diffuse part without their colour; three floats of a texel.
     radiances: Buffer,
+    /// The same with the light of bright clusters, in glossy scenes.
+    whole_radiances: Option<Buffer>,
     /// Radiance by its lobe. Only glossy scenes with images have it.
     lobe_radiances: Buffer,
     /// `Record` of each cache point.
@@ -121,6 +141,7 @@ impl Gather {
             hemisphere,
             cache_points,
             radiances: allocate(merged_rays.target_count, 16)?,
+            whole_radiances: is_glossy.then(|| allocate(merged_rays.target_count, 16)).transpose()?,
             lobe_radiances: allocate(
                 if is_glossy && merged_rays.has_colours { merged_rays.target_count } else { 1 },
                 12,
@@ -144,16 +165,24 @@ impl Gather {
     /// radiance without their colour, else all of it, three floats of a texel; and in glossy scenes
     /// with images radiance by its lobe, three floats (else one element).
     pub fn radiances(&self) -> [&Buffer; 2] {
-        [&self.radiances, &self.lobe_radiances]
+        [self.whole_radiances.as_ref().unwrap_or(&self.radiances), &self.lobe_radiances]
     }
 
-    /// Gathers at the cache points of a list.
-    pub fn record(&self, rec: &mut Recorder, sources: GatherSources<'_>, list: &RecordList) {
-        let GatherSources { materials, irradiance, inverse_areas, gloss, sky } = sources;
+    /// Computes the radiance of all gather targets, as [`Self::record`] begins.
+    pub fn record_radiances(&self, pass: &mut PassScope<'_>, sources: GatherSources<'_>) {
+        let GatherSources { materials, irradiance, inverse_areas, gloss, sky, bright } = sources;
         // Unused bindings if no ray reads a gloss bin.
         let (bins, fluxes) = gloss.map_or((irradiance, irradiance), |gloss| (&gloss.bins, &gloss.fluxes));
+        // Unused bindings if bright clusters are not sampled apart.
+        let (base_count, [cluster_flux, watched_of, offsets, bright_flux, state]) = match bright {
+            Some(BrightSources { bright, pyramid, .. }) => {
+                let of_watched = [&bright.watched_of, &bright.offsets, &bright.flux, &bright.state];
+                let [watched_of, offsets, bright_flux, state] = of_watched;
+                (pyramid.base_count(), [&pyramid.flux, watched_of, offsets, bright_flux, state])
+            }
+            None => (0, [irradiance; 5]),
+        };
         let target_count = self.merged_rays.target_count;
-        let mut pass = rec.pass(Self::STEM);
         pass.dispatch(
             &self.radiance,
             [target_count, 1, 1],
@@ -161,6 +190,7 @@ impl Gather {
                 target_count,
                 cluster_bits: self.packing.cluster_bits,
                 cluster_count: (irradiance.bytes() / 12) as u32,
+                base_count,
                 first_sky: self.packing.number(GatherTarget::Sky(0)),
                 has_sky: u32::from(sky.is_some()),
             },
@@ -171,11 +201,23 @@ impl Gather {
                 ("InverseAreas", inverse_areas),
                 ("GlossBins", bins),
                 ("GlossFluxes", fluxes),
-                ("Radiances", &self.radiances),
+                ("Radiances", self.radiances()[0]),
                 ("LobeRadiances", &self.lobe_radiances),
                 ("SkyRadiance", sky.unwrap_or(irradiance)),
+                ("ClusterFluxes", cluster_flux),
+                ("WatchedOf", watched_of),
+                ("BrightOffsets", offsets),
+                ("BrightFlux", bright_flux),
+                ("BrightStates", state),
+                ("GatheredRadiances", &self.radiances),
             ],
         );
+    }
+
+    /// Gathers at the cache points of a list.
+    pub fn record(&self, rec: &mut Recorder, sources: GatherSources<'_>, list: &RecordList) {
+        let mut pass = rec.pass(Self::STEM);
+        self.record_radiances(&mut pass, sources);
         for (chunk, merged_rays) in (0..).zip(&self.merged_rays.chunks) {
             // After the first step. The dispatches write disjoint records, but the hazard check
             // works by buffer.
@@ -203,6 +245,10 @@ impl Gather {
                     ("ListedRecords", &list.records),
                 ],
             );
+        }
+        if let Some(BrightSources { bright, scene, pyramid }) = sources.bright {
+            let points = (&self.cache_points, &self.records);
+            bright.record_rays(&mut pass, (scene, pyramid), points, list);
         }
     }
 }

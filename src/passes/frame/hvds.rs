@@ -171,8 +171,10 @@ pub struct Pyramid {
     entry_area_m2: f32,
     /// `ContributionRange` of each base cluster.
     pub contribution_ranges: Buffer,
-    child_offsets: Buffer,
-    children: Buffer,
+    /// First child, in `children`, of each cluster above the base, and the end.
+    pub child_offsets: Buffer,
+    /// Children of all clusters, in order of their parents.
+    pub children: Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: Buffer,
     /// The cluster from which each takes its indirect light.

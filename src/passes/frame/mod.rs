@@ -3,6 +3,7 @@
 pub mod antialias;
 pub mod bin_reads;
 pub mod blend;
+pub mod bright;
 pub mod compose;
 pub mod coverage;
 pub mod direct;

@@ -82,6 +82,11 @@ impl RecordList {
         })
     }
 
+    /// Number of records, listed or not.
+    pub fn record_count(&self) -> u32 {
+        (self.offsets.bytes() / 4) as u32 - 1
+    }
+
     /// A constant list of all records.
     ///
     /// # Errors

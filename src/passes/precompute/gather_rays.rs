@@ -10,6 +10,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking};
 use crate::passes::{ClusterBuffers, SceneBuffers};
+use crate::scene::unweighted::NEARBY;
 use crate::types::{CachePoint, GatherRay, Grid};
 use glam::DVec3;
 use std::ops::Range;
@@ -26,7 +27,7 @@ gpu_struct! {
         pub point_count: u32,
         /// Seed of all decisions.
         pub seed: u32,
-        /// Width of the cluster field in `GatherRay::target`.
+        /// Width of the number in `GatherRay::target`.
         pub cluster_bits: u32,
         /// Number of the target of the sky's first cell.
         pub first_sky: u32,
@@ -34,6 +35,8 @@ gpu_struct! {
         pub min_entry_points: f32,
         /// Bound of distances in gradients, and their unit, metres.
         pub min_distance: f32,
+        /// [`far_cells`].
+        pub far_cells: f32,
     }
 }
 
@@ -46,6 +49,15 @@ pub const STEM: &str = "gather_rays";
 /// Minimum expected number of entry points of a cluster that a gather ray reads:
 /// fewer cause fireflies.
 pub const MIN_ENTRY_POINTS: f32 = 8.0;
+
+/// Distance beyond which bright clusters are sampled apart, in widths of a stratum of the hemisphere
+/// over widths of a base cell.
+const FAR: f32 = 2.0;
+/// Distance beyond which bright clusters are sampled apart, in base cells at the hit. One gather ray
+/// or less meets such a cell. Nearer than [`NEARBY`], rays read unweighted clusters.
+pub fn far_cells(hemisphere: Hemisphere) -> f32 {
+    (FAR * (hemisphere.rays() as f32 / std::f32::consts::PI).sqrt()).max(NEARBY)
+}
 
 /// Maximum number of rays of an invocation, if the device allows workgroups that large. A ray needs
 /// some hundreds of loop iterations ([`crate::gpu::MAX_LOOP_ITERATIONS`]).
@@ -242,6 +254,7 @@ pub fn trace(
                 first_sky: packing.number(GatherTarget::Sky(0)),
                 min_entry_points: MIN_ENTRY_POINTS,
                 min_distance: packing.min_distance,
+                far_cells: far_cells(hemisphere),
             };
             let ((), timings) = context.run(|rec| {
                 for part in parts {

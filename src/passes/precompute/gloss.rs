@@ -91,7 +91,7 @@ fn wanted_directions(
         let met = rays.par_chunks(CHUNK).enumerate().flat_map_iter(|(chunk, rays)| {
             let first = first + chunk * CHUNK;
             (first..).zip(targets.of_rays(first, rays)).filter_map(|(ray, target)| match target {
-                Some((GatherTarget::Cluster(cluster), material)) if may_be_glossy[material as usize] => {
+                Some((GatherTarget::Cluster(cluster), met)) if may_be_glossy[met.material as usize] => {
                     Some((ray as u32, (cluster, sources.directions.bin(directions.back(ray)))))
                 }
                 _ => None,

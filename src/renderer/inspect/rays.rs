@@ -12,7 +12,8 @@ use crate::cpu::gather_rays::{Ray, Tracing};
 use crate::cpu::hemisphere::Strata;
 use crate::cpu::rays::Hit;
 use crate::error::Result;
-use crate::passes::gather_targets::GatherTarget;
+use crate::passes::frame::gather::Gather;
+use crate::passes::gather_targets::{GatherTarget, Met};
 use crate::passes::gloss_tables::GlossBin;
 use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::rays::{RayAnswer, RayQuery};
@@ -125,7 +126,13 @@ impl Renderer {
     /// Radiance of all targets: without images all of it; with images the diffuse part, and that of
     /// their lobes if any material is glossy.
     fn reflected(&self) -> Result<[Vec<Vec3>; 2]> {
-        let [diffuse, gloss] = self.transport.gather.radiances();
+        let (transport, materials) = (&self.transport, &self.world.buffers.materials);
+        // Gather rays leave out the light of bright clusters. The next gather computes these anew.
+        self.context.run(|rec| {
+            let sources = transport.gather_sources(materials, self.lights.sky());
+            transport.gather.record_radiances(&mut rec.pass(Gather::STEM), sources);
+        })?;
+        let [diffuse, gloss] = transport.gather.radiances();
         let count =
             if self.has_picture() { self.transport.gather.merged_rays.target_count as usize } else { 0 };
         let has_list = self.transport.gloss.is_some() && self.transport.gather.merged_rays.has_colours;
@@ -150,7 +157,7 @@ impl Renderer {
         let patches = self.transport.live_sets.near_patches();
         let packing = &self.transport.gather.packing;
         let reading = |target_index: u32| {
-            let (target, material) = packing.unpack(targets[target_index as usize])?;
+            let (target, Met { material, .. }) = packing.unpack(targets[target_index as usize])?;
             let (kind, cluster) = match target {
                 GatherTarget::Sky(_) => return None,
                 GatherTarget::Cluster(cluster) => (Kind::Cluster, cluster),

@@ -183,7 +183,7 @@ fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     demand(packing.cluster_bits == contents.numbers.cluster_bits, "bits of a cluster")?;
     demand(contents.numbers.min_distance.is_finite(), "unit of gradients")?;
     let is_target =
-        |&word: &u32| packing.unpack(word).is_some_and(|(_, material)| (material as usize) < materials);
+        |&word: &u32| packing.unpack(word).is_some_and(|(_, met)| (met.material as usize) < materials);
     demand(
         lists.targets.is_sorted_by(|a, b| a < b) && lists.targets.iter().all(is_target),
         "gather targets",

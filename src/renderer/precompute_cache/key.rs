@@ -8,7 +8,7 @@ use crate::scene::{Material, Meter, Scene};
 use glam::Vec3;
 
 /// Version of the contents and of the host's algorithms, which no shader hash covers.
-const CONTENTS: u32 = 9;
+const CONTENTS: u32 = 10;
 
 /// Dependencies that distinguish the entries of a folder. A new program or driver replaces the
 /// entry of the old one.

@@ -7,7 +7,7 @@ use super::near_clusters::{Patch, fits, record_reach};
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::Result;
 use crate::passes::frame::near_field::NearCluster;
-use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking, GatherTargets, Reader};
+use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking, GatherTargets, Met, Reader};
 use crate::passes::precompute::coverage::Placed;
 use crate::passes::precompute::gather_rays::{Hemisphere, RayTable};
 use crate::passes::precompute::reaches::Reaches;
@@ -104,7 +104,7 @@ impl NearHits {
         sources: &Sources<'_>,
         records: &Records<'_>,
         index: u32,
-        row: &[Option<(GatherTarget, u32)>],
+        row: &[Option<(GatherTarget, Met)>],
     ) {
         let Placed { point, spacing, .. } = &sources.points[index as usize];
         let reach = sources.reach * spacing;
@@ -112,10 +112,10 @@ impl NearHits {
         let strata = Strata { rings: sources.hemisphere.rings, sectors: sources.hemisphere.sectors };
         let mut hits: Vec<(u32, u32, Vec3)> = Vec::new();
         for (ray, target) in (0..).zip(row) {
-            let &Some((GatherTarget::Cluster(cluster), material)) = target else { continue };
+            let &Some((GatherTarget::Cluster(cluster), met)) = target else { continue };
             let Some(patch) = sources.patches.get(cluster as usize) else { continue };
-            let is_near = point.position.distance(patch.middle) < reach;
-            if !is_near || sources.materials[material as usize].may_be_glossy() {
+            let is_near = point.position.distance(patch.middle) < reach && !met.is_far;
+            if !is_near || sources.materials[met.material as usize].may_be_glossy() {
                 continue;
             }
             // The hit of the ray on the cluster's plane, clamped to its box.

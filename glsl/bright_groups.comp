@@ -1,6 +1,6 @@
 // Bright clusters: size of the dispatch that adds their light to listed records; no workgroup if
-// nothing is bright. Deterministic. One invocation. In: offsets of watched clusters, number of listed
-// records. Out: workgroups.
+// nothing is bright. Deterministic. One invocation. In: offsets of watched clusters, number of
+// listed records. Out: workgroups.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -77,8 +77,8 @@ uint watched_at(uint place) {
 
 float light_of(uint cluster) { return brightness(cluster_flux_at(ClusterFluxes, cluster).direct); }
 
-// Descends to a base cluster, in proportion to direct light. `along`: uniform in [0, 1). `chance` is
-// multiplied by the probability of the way.
+// Descends to a base cluster, in proportion to direct light. `along`: uniform in [0, 1). `chance`
+// is multiplied by the probability of the way.
 uint descend(uint cluster, float along, inout float chance) {
     while (cluster >= push.base_count) {
         uint first = child_offsets[cluster - push.base_count], end = child_offsets[cluster - push.base_count + 1u];

@@ -1,5 +1,5 @@
-// Bright clusters, step 1: sums over the watched clusters. Deterministic. One workgroup = every so many clusters. In: flux of clusters (W),
-// reflectances. Out: sums of each workgroup.
+// Bright clusters, step 1: sums over the watched clusters. Deterministic. One workgroup = every
+// n-th group of 64 clusters. In: flux of clusters (W), reflectances. Out: its sums.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

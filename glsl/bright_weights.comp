@@ -1,6 +1,6 @@
-// Bright clusters, step 3: the weight of each watched cluster, in proportion to the direct light that
-// it reflects if it is bright, else zero. Deterministic. One invocation = one watched cluster. In:
-// flux of clusters (W), state. Out: weights.
+// Bright clusters, step 3: the weight of each watched cluster, in proportion to the direct light
+// that it reflects if it is bright, else zero. Deterministic. One invocation = one watched cluster.
+// In: flux of clusters (W), state. Out: weights.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

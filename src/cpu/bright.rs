@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 /// Where a base cluster is sampled, and the light that it reflects.
 #[derive(Clone, Copy, Debug)]
 pub struct Source {
-    /// Its site.
+    /// The site at which rays end.
     pub position: Vec3,
     /// 2·triangle + (1 if the back side).
     pub side: u32,
@@ -18,9 +18,9 @@ pub struct Source {
     pub light: DVec3,
 }
 
-/// Least radiant exitance of bright clusters, W/m²; infinite if none may be bright. `watched`: light
-/// (W) and area (m²) of each watched cluster. `bright`: least exitance over the mean; `contrast`:
-/// least mean exitance of light over that of area.
+/// Least radiant exitance of bright clusters, W/m²; infinite if none may be bright. `watched`:
+/// light (W) and area (m²) of each watched cluster. `bright`: least exitance over the mean;
+/// `contrast`: least mean exitance of light over that of area.
 pub fn threshold(watched: &[(f64, f64)], bright: f64, contrast: f64) -> f64 {
     let light: f64 = watched.iter().map(|(light, _)| light).sum();
     let area: f64 = watched.iter().map(|(_, area)| area).sum();

@@ -40,10 +40,9 @@ pub const NOT_WATCHED: u32 = u32::MAX;
 /// are far fewer than base clusters, and they still resolve the surface beside a lamp.
 const WATCHED_LEVEL: u8 = 2;
 
-/// The tables.
+/// The tables of a hierarchy.
 pub struct BrightTables {
-    /// The entry point of each base cluster that is nearest to the middle of them all; zeros without
-    /// entry points.
+    /// The entry point of each base cluster that is nearest to their middle, or zeros.
     pub sites: Vec<BrightSite>,
     /// The watched clusters, in ascending order. They hold all entry points of clusters whose flux
     /// frames compute. None holds another.
@@ -124,8 +123,8 @@ impl BrightTables {
     }
 }
 
-/// The watched cluster that holds a base cluster: the largest one, up to a size, whose flux frames
-/// compute.
+/// The watched cluster that holds a base cluster: the largest one whose flux frames compute, up to
+/// the size of [`WATCHED_LEVEL`].
 fn watched_over(hvds: &Hvds, base: u32, is_summed: &[bool]) -> u32 {
     let mut cluster = base;
     for _ in hvds.cell_levels[base as usize]..WATCHED_LEVEL {

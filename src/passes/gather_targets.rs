@@ -133,7 +133,8 @@ impl GatherTargetPacking {
         self.number(target) | met.bits() << self.cluster_bits
     }
 
-    /// Target of a word, and what the ray met. `None` for [`NO_TARGET`] and for a number beyond all targets.
+    /// Target of a word, and what the ray met. `None` for [`NO_TARGET`] and for a number beyond all
+    /// targets that there are.
     pub fn unpack(&self, word: u32) -> Option<(GatherTarget, Met)> {
         if word == NO_TARGET {
             return None;
@@ -187,8 +188,8 @@ impl GatherTargets {
         self
     }
 
-    /// Target of consecutive rays of the table, from ray `first` on, and what they met. `None` for a
-    /// ray without a hit.
+    /// Target of consecutive rays of the table, from ray `first` on, and what they met. `None` for
+    /// a ray without a hit.
     pub fn of_rays(&self, first: usize, rays: &[GatherRay]) -> Vec<Option<(GatherTarget, Met)>> {
         let mut targets: Vec<_> = rays.iter().map(|ray| self.hits.unpack(ray.target)).collect();
         for (kind, readers) in &self.readers {

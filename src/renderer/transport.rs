@@ -250,8 +250,8 @@ impl Transport {
         GatherSources { bright, ..self.gather_sources(&scene.materials, sky) }
     }
 
-    /// What a gather reads, if gather rays bring all light. `sky`: radiance of the sky; `None` leaves
-    /// it out.
+    /// What a gather reads, if gather rays bring all light. `sky`: radiance of the sky; `None`
+    /// leaves it out.
     pub(super) fn gather_sources<'a>(
         &'a self,
         materials: &'a Buffer,

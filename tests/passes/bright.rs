@@ -36,8 +36,7 @@ struct Lit {
 }
 
 impl Lit {
-    /// Every cluster of 4³ base cells has `glow` times the light of the others, if its place along the
-    /// list is a multiple of 29.
+    /// Every 29th watched cluster has `glow` times the light of the others.
     fn new(world: World, glow: f32) -> Self {
         let hvds = &world.hvds;
         let base_count = hvds.levels[0].len();
@@ -89,12 +88,11 @@ impl Lit {
         let mut bright = vec![DVec3::ZERO; all.len()];
         let mut sources = Vec::new();
         let geometry = world.geometry();
-        for base in 0..base_count {
-            let watched = tables.watched_of[base];
+        for (base, (own, &watched)) in flux.iter().zip(&tables.watched_of).enumerate().take(base_count) {
             if watched == NOT_WATCHED || !is_bright[watched as usize] {
                 continue;
             }
-            let direct = flux[base].direct.as_dvec3();
+            let direct = own.direct.as_dvec3();
             let mut cluster = base;
             while let Some(sum) = bright.get_mut(cluster) {
                 *sum += direct;
@@ -118,8 +116,8 @@ impl Lit {
     }
 }
 
-/// Watched clusters hold the base clusters with entry points, and clusters above them are listed from
-/// the finest level on.
+/// Watched clusters hold the base clusters with entry points, and clusters above them are listed
+/// from the finest level on.
 #[test]
 fn every_entry_point_is_watched_once() {
     let Lit { world, tables, .. } = Lit::new(World::room(), 1.0);

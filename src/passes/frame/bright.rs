@@ -108,8 +108,7 @@ const LANES: u32 = 4;
 /// Gather rays for each ray to bright clusters.
 const GATHER_RAYS: u32 = 32;
 
-/// Least radiant exitance of a bright cluster, over the mean. Such clusters have at most a sixteenth of
-/// the area.
+/// Least radiant exitance of a bright cluster, over the mean: at most a sixteenth of the area.
 pub const BRIGHT: f32 = 16.0;
 
 /// Mean radiant exitance of light, over that of area, from which on clusters may be bright. Below,
@@ -143,7 +142,7 @@ pub struct Bright {
     seed: u32,
     /// `BrightSite` of each base cluster.
     sites: Buffer,
-    /// `Watched` clusters.
+    /// The `Watched` clusters, in order.
     watched: Buffer,
     watched_count: u32,
     /// Index of the watched cluster to which each cluster belongs.
@@ -152,7 +151,7 @@ pub struct Bright {
     above: Buffer,
     levels: Vec<Range<u32>>,
     sums_of_groups: Buffer,
-    /// One `BrightState`.
+    /// The `BrightState` of the frame.
     pub state: Buffer,
     /// Prefix sum of the weights of watched clusters, and the total.
     pub offsets: Buffer,

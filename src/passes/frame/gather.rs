@@ -76,7 +76,7 @@ pub struct GatherSources<'a> {
 /// Inputs of the rays to bright clusters.
 #[derive(Clone, Copy)]
 pub struct BrightSources<'a> {
-    /// The clusters.
+    /// What is bright.
     pub bright: &'a Bright,
     /// The scene that the rays pass.
     pub scene: &'a SceneBuffers,

@@ -94,8 +94,7 @@ impl PrefixSum {
         self.record_sized(pass, values, count, Some(sizes));
     }
 
-    /// Level 0 are the values, level l + 1 the sums of the blocks of level l, the last level is one
-    /// block.
+    /// Level 0 are the values, level l + 1 the sums of the blocks of level l, up to one block.
     fn counts(count: u32) -> Vec<u32> {
         let mut counts = vec![count];
         while let Some(&last) = counts.last().filter(|&&last| last > BLOCK_LENGTH) {

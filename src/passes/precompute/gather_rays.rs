@@ -35,7 +35,7 @@ gpu_struct! {
         pub min_entry_points: f32,
         /// Bound of distances in gradients, and their unit, metres.
         pub min_distance: f32,
-        /// [`far_cells`].
+        /// What [`far_cells`] returns.
         pub far_cells: f32,
     }
 }
@@ -50,11 +50,11 @@ pub const STEM: &str = "gather_rays";
 /// fewer cause fireflies.
 pub const MIN_ENTRY_POINTS: f32 = 8.0;
 
-/// Distance beyond which bright clusters are sampled apart, in widths of a stratum of the hemisphere
-/// over widths of a base cell.
+/// Distance beyond which bright clusters are sampled apart: a stratum of the hemisphere is there
+/// that many base cells wide.
 const FAR: f32 = 2.0;
-/// Distance beyond which bright clusters are sampled apart, in base cells at the hit. One gather ray
-/// or less meets such a cell. Nearer than [`NEARBY`], rays read unweighted clusters.
+/// Distance beyond which bright clusters are sampled apart, in base cells at the hit. Less than
+/// one gather ray meets such a cell. Nearer than [`NEARBY`], rays read unweighted clusters.
 pub fn far_cells(hemisphere: Hemisphere) -> f32 {
     (FAR * (hemisphere.rays() as f32 / std::f32::consts::PI).sqrt()).max(NEARBY)
 }

@@ -6,7 +6,7 @@ use crate::path_tracer::trace;
 use glam::Vec3;
 use lightpaths::reference::Progressive;
 use lightpaths::renderer::{Layer, Renderer, Silent};
-use lightpaths::scene::{LightKind, Measure, Measures, Quality, Scene, shapes};
+use lightpaths::scene::{LightKind, Material, Measure, Measures, Quality, Scene, shapes};
 
 /// A room of 2×1.6×2 m with a lamp 8 cm below its ceiling.
 fn room(seed: u32, left_out: Measures) -> Scene {
@@ -52,5 +52,42 @@ fn a_lamp_beside_a_surface_makes_no_blotches() {
     );
     assert!(of(&with) * 3.0 < of(&without), "the noise is {:.2e}, not {:.2e}", of(&with), of(&without));
     assert!((energy(&with) / reference - 1.0).abs() < 0.01);
+    assert_silent(&context());
+}
+
+/// A lamp comes to surfaces, another moves, a material changes, the lamp leaves: each picture is that
+/// of a cold start.
+#[test]
+fn edits_beside_a_surface_equal_cold_starts() {
+    let mut scene = room(1, Measures::NONE);
+    scene.cameras[0].size = [32, 32];
+    let lamp = |position| LightKind::Point { position, intensity: Vec3::new(1.0, 0.8, 0.6) };
+    let mut other = scene.lights[0].clone();
+    other.kind = lamp(Vec3::new(0.4, -0.2, -0.3));
+    scene.lights.push(other);
+    scene.lights[0].kind = lamp(Vec3::ZERO);
+    scene.materials[0].editable = true;
+    let mut renderer = Renderer::new(&context(), scene.clone(), &mut Silent).unwrap();
+    renderer.frame().unwrap();
+    for (step, position) in
+        [[0.1, 0.72, 0.05], [0.0, 0.7, 0.3], [-0.93, 0.0, 0.2], [0.0; 3]].into_iter().enumerate()
+    {
+        scene.lights[0].kind = lamp(Vec3::from(position));
+        renderer.set_light(0, scene.lights[0].kind).unwrap();
+        if step == 1 {
+            scene.lights[1].kind = lamp(Vec3::new(0.4, 0.5, -0.3));
+            renderer.set_light(1, scene.lights[1].kind).unwrap();
+        }
+        if step == 2 {
+            scene.materials[0].diffuse = Vec3::new(0.3, 0.5, 0.7);
+            let Material { diffuse, specular, exponent, .. } = scene.materials[0];
+            renderer.set_material(0, diffuse, specular, exponent).unwrap();
+        }
+        renderer.frame().unwrap();
+        let mut cold = Renderer::new(&context(), scene.clone(), &mut Silent).unwrap();
+        cold.frame().unwrap();
+        let [edited, expected] = [&renderer, &cold].map(|of| of.layer(Layer::Indirect).unwrap());
+        assert!(edited == expected, "step {step}");
+    }
     assert_silent(&context());
 }

@@ -1,6 +1,6 @@
-// Bright clusters, step 5: adds their light to records, by shadow rays to points that are selected
+// Bright clusters, step 3: adds their light to records, by shadow rays to points that are selected
 // in proportion to the light that they reflect. Gather rays have left this light out. [Veach §9,
-// sampling of lights; numerics: bright clusters] Deterministic. LANES invocations = one listed
+// sampling of lights; numerics: bright clusters] Deterministic. BRIGHT_LANES invocations = one listed
 // cache point. In: cache points, bright clusters, flux (W). Out: added to records.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -18,13 +18,10 @@
 
 layout(local_size_x = 64) in;
 
-const uint LANES = 4u;
-
 struct BrightRaysPush {
     uint record_count;  // of all, listed or not
-    uint watched_count;
     uint base_count;    // clusters without children, which come first
-    uint rays;          // of a record, a multiple of LANES
+    uint rays;          // of a record, a multiple of BRIGHT_LANES
     uint seed;
 };
 
@@ -36,9 +33,9 @@ layout(binding = 4) uniform usamplerBuffer CachePoints;
 layout(binding = 5) uniform usamplerBuffer ClusterFluxes;
 layout(scalar, binding = 6) readonly buffer ChildOffsets { uint child_offsets[]; };
 layout(scalar, binding = 7) readonly buffer Children { uint children[]; };
-layout(scalar, binding = 8) readonly buffer WatchedClusters { Watched watched_clusters[]; };
+layout(scalar, binding = 8) readonly buffer BrightClusters { BrightCluster bright_clusters[]; };
 layout(scalar, binding = 9) readonly buffer BrightSites { BrightSite sites[]; };  // of base clusters
-layout(scalar, binding = 10) readonly buffer BrightOffsets { uint bright_offsets[]; };
+layout(scalar, binding = 10) readonly buffer BrightStates { BrightState bright_state[]; };
 layout(scalar, binding = 11) readonly buffer RecordOffsets { uint record_offsets[]; };  // exclusive prefix sum over the records, and the total
 layout(scalar, binding = 12) readonly buffer ListedRecords { uint listed_records[]; };
 layout(scalar, binding = 13) buffer Records { Record records[]; };
@@ -64,12 +61,12 @@ struct Sum {
 const Sum NOTHING = Sum(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
 shared Sum sums[64];
 
-// The watched cluster whose range of the prefix sum contains a place.
-uint watched_at(uint place) {
-    uint low = 0u, high = push.watched_count;
-    while (high - low > 1u) {
+// Number in the list of the bright cluster whose part of all weights contains a place.
+uint bright_at(uint place, uint count) {
+    uint low = 0u, high = count - 1u;
+    while (low < high) {
         uint middle = (low + high) / 2u;
-        if (bright_offsets[middle] <= place) low = middle;
+        if (bright_clusters[middle].end <= place) low = middle + 1u;
         else high = middle;
     }
     return low;
@@ -132,28 +129,29 @@ void add_ray(inout Sum sum, CachePoint point, mat3 frame, uint cluster, float ch
 }
 
 void main() {
-    uint total = bright_offsets[push.watched_count];
-    uint place = flat_invocation() / LANES;
-    uint lane = gl_LocalInvocationIndex % LANES;
+    BrightState bright = bright_state[0];
+    uint place = flat_invocation() / BRIGHT_LANES;
+    uint lane = gl_LocalInvocationIndex % BRIGHT_LANES;
     bool is_listed = place < record_offsets[push.record_count];
     uint index = is_listed ? listed_records[place] : 0u;
     CachePoint point = cache_point_at(CachePoints, index);
     mat3 frame = frame_around(point.normal);
 
     Sum sum = NOTHING;
-    uint stratum = total / push.rays;
-    for (uint ray = lane; ray < (is_listed ? push.rays : 0u); ray += LANES) {
+    uint stratum = bright.weight / push.rays;
+    for (uint ray = lane; ray < (is_listed ? push.rays : 0u); ray += BRIGHT_LANES) {
         vec2 along = sample_3d(index, hash(ray, push.seed)).xy;
-        uint watched = watched_at(ray * stratum + min(uint(along.x * float(stratum)), stratum - 1u));
-        float chance = float(bright_offsets[watched + 1u] - bright_offsets[watched]) / float(total);
-        uint cluster = descend(watched_clusters[watched].cluster, along.y, chance);
+        uint number = bright_at(ray * stratum + min(uint(along.x * float(stratum)), stratum - 1u), bright.count);
+        uint before = number == 0u ? 0u : bright_clusters[number - 1u].end;
+        float chance = float(bright_clusters[number].end - before) / float(bright.weight);
+        uint cluster = descend(bright_clusters[number].cluster, along.y, chance);
         if (cluster != NO_CLUSTER) add_ray(sum, point, frame, cluster, chance);
     }
     // The lanes of a record, in order.
     sums[gl_LocalInvocationIndex] = sum;
     barrier();
     if (!is_listed || lane != 0u) return;
-    for (uint i = 1u; i < LANES; ++i) {
+    for (uint i = 1u; i < BRIGHT_LANES; ++i) {
         Sum other = sums[gl_LocalInvocationIndex + i];
         sum = Sum(sum.irradiance + other.irradiance, sum.movement_x + other.movement_x, sum.movement_y + other.movement_y,
                   sum.rotation_x + other.rotation_x, sum.rotation_y + other.rotation_y);

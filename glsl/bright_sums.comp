@@ -20,7 +20,7 @@ layout(scalar, binding = 0) readonly buffer WatchedClusters { Watched watched_cl
 layout(binding = 1) uniform usamplerBuffer Materials;
 layout(binding = 2) uniform usamplerBuffer ClusterFluxes;
 layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]; };  // 1/m²
-layout(scalar, binding = 4) writeonly buffer BrightSums { BrightState bright_sums[]; };
+layout(scalar, binding = 4) writeonly buffer BrightSums { BrightSum bright_sums[]; };
 layout(scalar, push_constant) uniform Push { BrightSumsPush push; };
 
 shared vec3 parts[64];
@@ -38,5 +38,5 @@ void main() {
     barrier();
     if (gl_LocalInvocationIndex != 0u) return;
     for (uint lane = 1u; lane < 64u; ++lane) sum += parts[lane];
-    bright_sums[flat_workgroup()] = BrightState(sum.x, sum.y, sum.z, 0u);
+    bright_sums[flat_workgroup()] = BrightSum(sum.x, sum.y, sum.z);
 }

@@ -1,7 +1,8 @@
 // Final gathering, step 1: radiance that a gather target sends back along its rays, computed
 // once for all of them. A gather target is a cluster with a material, or a cell of the sky.
 // [Yue §3] Deterministic. One invocation = one gather target. In: cluster irradiance (W/m²), flux
-// of gloss bins (W), reflectances, radiance of the sky (W/m²/sr). Out: W/m²/sr.
+// of gloss bins (W), reflectances, radiance of the sky (W/m²/sr). Out: W/m²/sr; the size of the
+// dispatch of bright_rays.comp.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -16,6 +17,7 @@
 #include "include/colour.glsl"
 #include "include/hvds.glsl"
 #include "include/bright.glsl"
+#include "include/indirect.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: cluster fields beyond cluster_count are gloss bins
@@ -24,7 +26,7 @@ struct GatherRadiancePush {
     uint target_count;
     uint cluster_bits;   // width of the number in a target
     uint cluster_count;  // near-field patches included
-    uint base_count;     // clusters of the base; 0: bright clusters are not sampled apart
+    uint record_count;   // of all, listed or not; 0: bright clusters are not sampled apart
     uint first_sky;      // number of the target of the sky's first cell
     uint has_sky;        // 0: the sky is black
 };
@@ -39,27 +41,37 @@ layout(scalar, binding = 6) writeonly buffer Radiances { vec4 radiances[]; };  /
 layout(scalar, binding = 7) writeonly buffer LobeRadiances { vec3 lobe_radiances[]; };        // of Phong lobes; only in scenes with images
 layout(scalar, binding = 8) readonly buffer SkyRadiance { vec3 sky_radiance[]; };
 layout(binding = 9) uniform usamplerBuffer ClusterFluxes;
-layout(scalar, binding = 10) readonly buffer WatchedOf { uint watched_of[]; };  // of each cluster
-layout(scalar, binding = 11) readonly buffer BrightOffsets { uint bright_offsets[]; };  // of watched clusters
-layout(scalar, binding = 12) readonly buffer BrightFlux { vec3 bright_flux[]; };  // of each cluster above the base
+layout(scalar, binding = 10) readonly buffer WatchedRanges { uvec2 watched_ranges[]; };  // of each cluster: the watched clusters in it, or the one around it
+layout(scalar, binding = 11) readonly buffer BrightRanks { uint bright_ranks[]; };  // bright clusters before each watched one, and their number
+layout(scalar, binding = 12) readonly buffer BrightClusters { BrightCluster bright_clusters[]; };
 layout(scalar, binding = 13) readonly buffer BrightStates { BrightState bright_state[]; };
-layout(scalar, binding = 14) writeonly buffer GatheredRadiances { vec4 gathered_radiances[]; };  // the same for gather rays: without the light of bright clusters that are far away
+layout(scalar, binding = 14) readonly buffer RecordOffsets { uint record_offsets[]; };  // exclusive prefix sum over the records, and the total
+layout(scalar, binding = 15) writeonly buffer BrightGroups { uint bright_groups[]; };  // workgroups of bright_rays.comp
+layout(scalar, binding = 16) writeonly buffer GatheredRadiances { vec4 gathered_radiances[]; };  // the same for gather rays: without the light of bright clusters that are far away
 layout(scalar, push_constant) uniform Push { GatherRadiancePush push; };
 
 // The part of a cluster's irradiance that bright_rays.comp samples.
 vec3 bright_irradiance(uint cluster) {
-    uint watched = watched_of[cluster];
+    uvec2 watched = watched_ranges[cluster];
+    uint first = bright_ranks[watched.x], end = bright_ranks[watched.y];
     vec3 flux = vec3(0.0);
-    if (watched == NOT_WATCHED) {
-        if (cluster >= push.base_count) flux = bright_flux[cluster - push.base_count];
-    } else if (bright_offsets[watched] != bright_offsets[watched + 1u]) {
-        flux = cluster_flux_at(ClusterFluxes, cluster).direct;
+    // Of one watched cluster, around it or of the same light.
+    if (watched.y == watched.x + 1u) {
+        if (first != end) flux = cluster_flux_at(ClusterFluxes, cluster).direct;
+    } else {
+        for (uint number = first; number < end; ++number) flux += cluster_flux_at(ClusterFluxes, bright_clusters[number].cluster).direct;
     }
     return flux * inverse_areas[cluster];
 }
 
 void main() {
     uint index = flat_invocation();
+    bool has_bright = push.record_count != 0u && bright_state[0].count != 0u;
+    if (index == 0u && push.record_count != 0u) {
+        // BRIGHT_LANES invocations for each listed record.
+        uint groups = has_bright ? (record_offsets[push.record_count] * BRIGHT_LANES + 63u) / 64u : 0u;
+        for (uint axis = 0u; axis < 3u; ++axis) bright_groups[axis] = swizzled(groups)[axis];
+    }
     if (index >= push.target_count) return;
     uint target = targets[index];
     uint cluster = target & ((1u << push.cluster_bits) - 1u);
@@ -80,7 +92,7 @@ void main() {
     vec3 reflected = reflectance_at(Materials, met >> 1).diffuse * (1.0 / PI);
     vec3 radiance = reflected * uintBitsToFloat(triple_at(Irradiance, cluster));
     vec3 apart = vec3(0.0);
-    if_any ((met & 1u) != 0u && push.base_count != 0u && bright_state[0].is_on != 0u) apart = reflected * bright_irradiance(cluster);
+    if_any (has_bright && (met & 1u) != 0u) apart = reflected * bright_irradiance(cluster);
     // Images colour the diffuse part alone.
     if (HAS_TEXTURES == 0u) radiance += gloss;
     else if (IS_GLOSSY == 1u) lobe_radiances[index] = gloss;

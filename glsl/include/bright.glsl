@@ -15,19 +15,31 @@ struct Watched {
     uint material;  // of most of its entry points
 };
 
-// Sums over the watched clusters, and what follows from them.
-struct BrightState {
+// Sums over some watched clusters.
+struct BrightSum {
     float light;   // direct light that they reflect, W
     float area;    // m²
     float square;  // sum of light² / area
-    uint is_on;    // 1: some clusters may be bright
 };
 
-// A cluster that belongs to no watched one.
-const uint NOT_WATCHED = 0xffffffffu;
+// A bright cluster. Rays select it in proportion to its weight.
+struct BrightCluster {
+    uint cluster;
+    uint end;  // sum of the weights up to its own
+};
+
+// What the select step has found.
+struct BrightState {
+    uint count;   // bright clusters; 0: gather rays bring all light
+    uint weight;  // of all of them
+};
+
 // Weights in units of all direct light that surfaces reflect: the sum of a scene's weights is at
 // most that, and one for each cluster by rounding.
 const uint ALL_LIGHT = 1u << 30;
+
+// Invocations that cast the rays of one record.
+const uint BRIGHT_LANES = 4u;
 
 // Mean of the channels.
 float brightness(vec3 colour) { return (colour.x + colour.y + colour.z) / 3.0; }

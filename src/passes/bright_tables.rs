@@ -1,6 +1,7 @@
 //! Tables of the pass that samples bright clusters: which clusters it watches, and where it aims.
 //! They depend neither on lights nor on the camera.
 
+use crate::gpu::MAX_LOOP_ITERATIONS;
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::precompute::gather_rays::{Hemisphere, far_cells};
 use crate::scene::hvds::Hvds;
@@ -8,7 +9,6 @@ use crate::types::{NO_CLUSTER, PathVertex, Surface};
 use bytemuck::Zeroable;
 use glam::Vec3;
 use rayon::prelude::*;
-use std::ops::Range;
 
 gpu_struct! {
     /// A point of a base cluster, in its middle.
@@ -33,9 +33,6 @@ gpu_struct! {
 /// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[BrightSite::LAYOUT, Watched::LAYOUT];
 
-/// A cluster that belongs to no watched one; mirrors `glsl/include/bright.glsl`.
-pub const NOT_WATCHED: u32 = u32::MAX;
-
 /// Level of the watched clusters, whose cells are two to that power of smallest cells wide. There
 /// are far fewer than base clusters, and they still resolve the surface beside a lamp.
 const WATCHED_LEVEL: u8 = 2;
@@ -44,15 +41,11 @@ const WATCHED_LEVEL: u8 = 2;
 pub struct BrightTables {
     /// The entry point of each base cluster that is nearest to their middle, or zeros.
     pub sites: Vec<BrightSite>,
-    /// The watched clusters, in ascending order. They hold all entry points of clusters whose flux
-    /// frames compute. None holds another.
+    /// The watched clusters. They hold all entry points of clusters whose flux frames compute. None
+    /// holds another. Those in one cluster are adjacent.
     pub watched: Vec<Watched>,
-    /// Index of the watched cluster to which each cluster belongs, or [`NOT_WATCHED`].
-    pub watched_of: Vec<u32>,
-    /// Clusters above watched ones, level by level.
-    pub above: Vec<u32>,
-    /// Range of each level in `above`, from the finest one on; none is empty.
-    pub levels: Vec<Range<u32>>,
+    /// For each cluster, first and end of the watched clusters in it, or of the one around it.
+    pub ranges: Vec<[u32; 2]>,
 }
 
 impl BrightTables {
@@ -84,50 +77,81 @@ impl BrightTables {
                 sites[cluster] = BrightSite { position: point.position, side: point.side, reach };
             }
         }
-        let mut met: Vec<(u32, u32)> =
-            summed().map(|point| (watched_over(hvds, point.cluster, is_summed), material(point))).collect();
-        met.par_sort_unstable();
-        let most = |points: &[(u32, u32)]| {
-            let alike = points.chunk_by(|a, b| a == b);
-            let (cluster, material) = alike.max_by_key(|alike| alike.len()).map_or((0, 0), |alike| alike[0]);
-            Watched { cluster, material }
-        };
-        let watched: Vec<Watched> = met.chunk_by(|a, b| a.0 == b.0).map(most).collect();
-
-        // Parents come after their children.
-        let cluster_count = hvds.cluster_count() as usize;
-        let mut watched_of = vec![NOT_WATCHED; cluster_count];
-        (0..).zip(&watched).for_each(|(index, watched)| watched_of[watched.cluster as usize] = index);
-        for cluster in (0..cluster_count).rev() {
-            let parent = hvds.parents[cluster];
-            if parent != NO_CLUSTER && watched_of[parent as usize] != NOT_WATCHED {
-                watched_of[cluster] = watched_of[parent as usize];
-            }
+        let met = || summed().map(|point| (point.cluster, material(point)));
+        let of_level = |level| watched_clusters(hvds, met(), is_summed, level);
+        // The shaders loop over bright clusters.
+        let mut levels = (WATCHED_LEVEL..u8::MAX).map(of_level);
+        let is_short = |watched: &Vec<Watched>| watched.len() < MAX_LOOP_ITERATIONS as usize;
+        let watched = levels.find(is_short).unwrap_or_default();
+        let ranges = ranges(hvds, &watched);
+        let mut in_order = watched.clone();
+        for watched in watched {
+            in_order[ranges[watched.cluster as usize][0] as usize] = watched;
         }
-        let mut is_above = vec![false; cluster_count];
-        for cluster in 0..cluster_count {
-            let parent = hvds.parents[cluster] as usize;
-            let holds = is_above[cluster] || watched_of[cluster] != NOT_WATCHED;
-            if holds && watched_of.get(parent) == Some(&NOT_WATCHED) {
-                is_above[parent] = true;
-            }
-        }
-        let (mut above, mut levels) = (Vec::new(), Vec::new());
-        for level in &hvds.levels[1..] {
-            let first = above.len() as u32;
-            above.extend(level.clone().filter(|&cluster| is_above[cluster as usize]));
-            levels.push(first..above.len() as u32);
-        }
-        levels.retain(|level| !level.is_empty());
-        Self { sites, watched, watched_of, above, levels }
+        Self { sites, watched: in_order, ranges }
     }
 }
 
+/// For each cluster, first and end of the watched clusters in it, or of the one around it, if these
+/// are listed depth first.
+fn ranges(hvds: &Hvds, watched: &[Watched]) -> Vec<[u32; 2]> {
+    let cluster_count = hvds.cluster_count() as usize;
+    let mut is_held = vec![false; cluster_count];
+    let mut counts = vec![0; cluster_count];
+    for watched in watched {
+        is_held[watched.cluster as usize] = true;
+        counts[watched.cluster as usize] = 1;
+    }
+    // Parents come after their children.
+    for cluster in 0..cluster_count {
+        let count = counts[cluster];
+        if let Some(of_parent) = counts.get_mut(hvds.parents[cluster] as usize) {
+            *of_parent += count;
+        }
+    }
+    let mut ranges = vec![[0; 2]; cluster_count];
+    let mut free = vec![0; cluster_count];
+    let mut free_of_roots = 0;
+    for cluster in (0..cluster_count).rev() {
+        let parent = hvds.parents[cluster] as usize;
+        if is_held.get(parent) == Some(&true) {
+            is_held[cluster] = true;
+            ranges[cluster] = ranges[parent];
+            continue;
+        }
+        let free_of_parent = free.get_mut(parent).unwrap_or(&mut free_of_roots);
+        let first = *free_of_parent;
+        *free_of_parent += counts[cluster];
+        free[cluster] = first;
+        ranges[cluster] = [first, first + counts[cluster]];
+    }
+    ranges
+}
+
+/// The watched clusters of a level, in ascending order. `points`: cluster and material of each entry
+/// point.
+fn watched_clusters(
+    hvds: &Hvds,
+    points: impl Iterator<Item = (u32, u32)>,
+    is_summed: &[bool],
+    level: u8,
+) -> Vec<Watched> {
+    let over = |(cluster, material)| (watched_over(hvds, cluster, is_summed, level), material);
+    let mut met: Vec<(u32, u32)> = points.map(over).collect();
+    met.par_sort_unstable();
+    let most = |points: &[(u32, u32)]| {
+        let alike = points.chunk_by(|a, b| a == b);
+        let (cluster, material) = alike.max_by_key(|alike| alike.len()).map_or((0, 0), |alike| alike[0]);
+        Watched { cluster, material }
+    };
+    met.chunk_by(|a, b| a.0 == b.0).map(most).collect()
+}
+
 /// The watched cluster that holds a base cluster: the largest one whose flux frames compute, up to
-/// the size of [`WATCHED_LEVEL`].
-fn watched_over(hvds: &Hvds, base: u32, is_summed: &[bool]) -> u32 {
+/// the size of a level.
+fn watched_over(hvds: &Hvds, base: u32, is_summed: &[bool], level: u8) -> u32 {
     let mut cluster = base;
-    for _ in hvds.cell_levels[base as usize]..WATCHED_LEVEL {
+    for _ in hvds.cell_levels[base as usize]..level {
         let parent = hvds.parents[cluster as usize];
         if parent == NO_CLUSTER || !is_summed[parent as usize] {
             break;

@@ -8,8 +8,8 @@ use glam::{DMat3, DVec3, Vec3, Vec4};
 use lightpaths::cpu::bright::{Source, threshold};
 use lightpaths::cpu::hemisphere::frame;
 use lightpaths::gpu::Buffer;
-use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
-use lightpaths::passes::bright_tables::{BrightTables, NOT_WATCHED};
+use lightpaths::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
+use lightpaths::passes::bright_tables::BrightTables;
 use lightpaths::passes::frame::bright::{BRIGHT, Bright, CONTRAST};
 use lightpaths::passes::frame::gather::{BrightSources, Gather, GatherSources};
 use lightpaths::passes::frame::hvds::{ClusterFlux, Pyramid};
@@ -17,7 +17,7 @@ use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::gather_targets::{GatherTarget, GatherTargetPacking, GatherTargets};
 use lightpaths::passes::precompute::gather_rays::{Hemisphere, RayTable};
 use lightpaths::passes::precompute::merged_rays::{MergedRayPacking, MergedRays};
-use lightpaths::types::{NO_CLUSTER, PathVertex, Record};
+use lightpaths::types::{CachePoint, NO_CLUSTER, PathVertex, Record};
 
 /// Four gather rays: all but the nearest clusters are far away.
 const HEMISPHERE: Hemisphere = Hemisphere { rings: 1, sectors: 4 };
@@ -54,7 +54,7 @@ impl Lit {
         let mut has_entry = vec![false; base_count];
         entry_points.iter().for_each(|point| has_entry[point.cluster as usize] = true);
         for base in (0..base_count).filter(|&base| has_entry[base]) {
-            let lit = if tables.watched_of[base].is_multiple_of(29) { glow } else { 1.0 };
+            let lit = if tables.ranges[base][0].is_multiple_of(29) { glow } else { 1.0 };
             let direct = lit * hvds.areas_m2[base] * (1.5 + random.cube());
             let indirect = hvds.areas_m2[base] * (1.5 + random.cube());
             let mut cluster = base;
@@ -88,8 +88,8 @@ impl Lit {
         let mut bright = vec![DVec3::ZERO; all.len()];
         let mut sources = Vec::new();
         let geometry = world.geometry();
-        for (base, (own, &watched)) in flux.iter().zip(&tables.watched_of).enumerate().take(base_count) {
-            if watched == NOT_WATCHED || !is_bright[watched as usize] {
+        for (base, (own, &[watched, _])) in flux.iter().zip(&tables.ranges).enumerate().take(base_count) {
+            if !has_entry[base] || !is_bright[watched as usize] {
                 continue;
             }
             let direct = own.direct.as_dvec3();
@@ -114,39 +114,85 @@ impl Lit {
     fn pass(&self, seed: u32) -> Bright {
         Bright::new(&self.world.context, &self.world.buffers, &self.tables, HEMISPHERE, seed).unwrap()
     }
+
+    /// A gather at these points with random rays, and its targets.
+    fn gather(&self, points: &[CachePoint], random: &mut Random) -> (Gather, Vec<u32>) {
+        let (world, context, count) = (&self.world, &self.world.context, points.len() as u32);
+        let clusters = world.hvds.cluster_count();
+        let packing = GatherTargetPacking::new(clusters, world.materials.len(), 0.05).unwrap();
+        let rays = random_rays(random, packing, clusters, count * HEMISPHERE.rays());
+        let listed = MergedRayPacking::new(targets(&rays), HEMISPHERE).targets;
+        let table = RayTable {
+            rows_per_buffer: count,
+            buffers: vec![Buffer::from_slice(context, "gather rays", &rays).unwrap()],
+            colours: vec![Buffer::from_slice(context, "ray colours", &[0_u32]).unwrap()],
+            has_colours: false,
+        };
+        let targets = (&GatherTargets::of_hits(packing), &packing);
+        let merged = MergedRays::new(context, table, targets, HEMISPHERE, None).unwrap();
+        let points = Buffer::from_slice(context, "cache points", points).unwrap();
+        let gather = Gather::new(context, points, count, merged, HEMISPHERE, packing, false);
+        (gather.unwrap(), listed)
+    }
+
+    fn sources_with<'a>(&'a self, pass: &'a Bright) -> GatherSources<'a> {
+        GatherSources {
+            materials: &self.world.buffers.materials,
+            irradiance: &self.pyramid.irradiance,
+            inverse_areas: &self.pyramid.inverse_areas,
+            gloss: None,
+            sky: None,
+            bright: Some(BrightSources { bright: pass, scene: &self.world.buffers, pyramid: &self.pyramid }),
+        }
+    }
+
+    /// Adds the light that rays of a seed bring to the records of all points of a gather.
+    fn add_rays(&self, gather: &Gather, seed: u32, records: &Buffer) {
+        let (context, pass) = (&self.world.context, self.pass(seed));
+        let list = RecordList::all(context, gather.point_count(), gather.point_count()).unwrap();
+        let run = context.run(|rec| {
+            pass.record(rec, &self.world.buffers.materials, &self.pyramid);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            let mut scope = rec.pass(Gather::STEM);
+            gather.record_radiances(&mut scope, self.sources_with(&pass), &list);
+            scope.barrier(COMPUTE_TO_INDIRECT);
+            let points = (&gather.cache_points, records);
+            pass.record_rays(&mut scope, (&self.world.buffers, &self.pyramid), points, &list);
+        });
+        run.unwrap();
+    }
 }
 
-/// Watched clusters hold the base clusters with entry points, and clusters above them are listed
-/// from the finest level on.
+/// Watched clusters hold all base clusters with entry points, none twice, and those in one cluster are
+/// adjacent.
 #[test]
 fn every_entry_point_is_watched_once() {
     let Lit { world, tables, .. } = Lit::new(World::room(), 1.0);
     let hvds = &world.hvds;
     let unweighted: Vec<u32> = hvds.unweighted.iter().copied().filter(|&c| c != NO_CLUSTER).collect();
     assert!(!unweighted.is_empty() && tables.watched.len() * 4 < hvds.levels[0].len());
-    let mut is_above = vec![false; hvds.parents.len()];
-    for watched in &tables.watched {
-        let mut above = hvds.parents[watched.cluster as usize] as usize;
-        while let Some(is_above) = is_above.get_mut(above) {
-            *is_above = true;
-            above = hvds.parents[above] as usize;
+    let around = |cluster: usize| {
+        let mut above = vec![cluster];
+        while let Some(&parent) = hvds.parents.get(above[above.len() - 1]).filter(|&&p| p != NO_CLUSTER) {
+            above.push(parent as usize);
         }
+        above
+    };
+    let mut inside = vec![Vec::new(); hvds.parents.len()];
+    for (number, watched) in (0..).zip(&tables.watched) {
+        around(watched.cluster as usize).into_iter().for_each(|above| inside[above].push(number));
     }
-    for cluster in 0..hvds.cluster_count() {
-        let mut above = cluster as usize;
-        let mut found = Vec::new();
-        while above < hvds.parents.len() {
-            found.extend(tables.watched.iter().position(|watched| watched.cluster == above as u32));
-            above = hvds.parents[above] as usize;
-        }
-        let watched = tables.watched_of[cluster as usize];
-        assert_eq!(found, if watched == NOT_WATCHED { vec![] } else { vec![watched as usize] });
+    for (cluster, inside) in (0..).zip(&inside) {
+        let is_around = |number: &u32| {
+            around(cluster as usize).contains(&(tables.watched[*number as usize].cluster as usize))
+        };
+        let own: Vec<u32> = (0..tables.watched.len() as u32).filter(is_around).collect();
         let is_base = hvds.levels[0].contains(&cluster);
-        assert!(!is_base || (watched == NOT_WATCHED) == unweighted.contains(&cluster));
-        assert_eq!(tables.above.contains(&cluster), is_above[cluster as usize]);
+        assert!(!is_base || own.is_empty() == unweighted.contains(&cluster));
+        let [first, end] = tables.ranges[cluster as usize];
+        let expected = if own.is_empty() { inside } else { &own };
+        assert!(own.len() <= 1 && (first..end).eq(expected.iter().copied()), "cluster {cluster}");
     }
-    assert_eq!(tables.levels.last().unwrap().end as usize, tables.above.len());
-    assert!(tables.above.is_sorted());
 }
 
 /// The mean over seeds is the sum over all sites of bright clusters, with its derivatives.
@@ -171,23 +217,15 @@ fn rays_bring_the_light_of_bright_clusters_in(lit: Lit) {
     let (world, context) = (&lit.world, &lit.world.context);
     assert!(lit.sources.len() > 30);
     let count = 60;
-    let points = world.cache_points(&mut Random::new(5), count, 0.1);
-    let cache_points = Buffer::from_slice(context, "cache points", &points).unwrap();
-    let list = RecordList::all(context, count as u32, count as u32).unwrap();
+    let mut random = Random::new(5);
+    let points = world.cache_points(&mut random, count, 0.1);
+    let (gather, _) = lit.gather(&points, &mut random);
     let mut sums = vec![[[0.0; 21]; 2]; count];
     let dark = vec![Record::zeroed(); count];
     let records = Buffer::from_slice(context, "records", &dark).unwrap();
     for seed in 0..SEEDS {
-        let pass = lit.pass(seed);
         records.write(&dark).unwrap();
-        let run = context.run(|rec| {
-            pass.record(rec, &world.buffers.materials, &lit.pyramid);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            let mut scope = rec.pass(Bright::STEM);
-            let points = (&cache_points, &records);
-            pass.record_rays(&mut scope, (&world.buffers, &lit.pyramid), points, &list);
-        });
-        run.unwrap();
+        lit.add_rays(&gather, seed, &records);
         for (sum, record) in sums.iter_mut().zip(records.read::<Record>().unwrap()) {
             for (k, value) in values(&record).into_iter().enumerate() {
                 sum[0][k] += value;
@@ -246,19 +284,11 @@ fn even_light_is_left_to_gather_rays() {
     let lit = Lit::new(World::room(), 4.0);
     assert!(lit.sources.is_empty());
     gather_targets_leave_out_the_light_of_bright_clusters_in(&lit);
-    let (world, context) = (&lit.world, &lit.world.context);
-    let points = world.cache_points(&mut Random::new(5), 20, 0.1);
-    let cache_points = Buffer::from_slice(context, "cache points", &points).unwrap();
-    let list = RecordList::all(context, 20, 20).unwrap();
-    let records = Buffer::from_slice(context, "records", &[Record::zeroed(); 20]).unwrap();
-    let pass = lit.pass(1);
-    let run = context.run(|rec| {
-        pass.record(rec, &world.buffers.materials, &lit.pyramid);
-        rec.barrier(COMPUTE_TO_COMPUTE);
-        let points = (&cache_points, &records);
-        pass.record_rays(&mut rec.pass(Bright::STEM), (&world.buffers, &lit.pyramid), points, &list);
-    });
-    run.unwrap();
+    let mut random = Random::new(5);
+    let points = lit.world.cache_points(&mut random, 20, 0.1);
+    let (gather, _) = lit.gather(&points, &mut random);
+    let records = Buffer::from_slice(&lit.world.context, "records", &[Record::zeroed(); 20]).unwrap();
+    lit.add_rays(&gather, 1, &records);
     assert!(records.read::<Record>().unwrap().iter().all(|record| values(record) == [0.0; 21]));
 }
 
@@ -269,44 +299,15 @@ fn gather_targets_leave_out_the_light_of_bright_clusters() {
 
 fn gather_targets_leave_out_the_light_of_bright_clusters_in(lit: &Lit) {
     let (world, context) = (&lit.world, &lit.world.context);
-    let clusters = world.hvds.cluster_count();
-    let packing = GatherTargetPacking::new(clusters, world.materials.len(), 0.05).unwrap();
     let mut random = Random::new(9);
-    let point_count = 2000;
-    let rays = random_rays(&mut random, packing, clusters, point_count * HEMISPHERE.rays());
-    let listed = MergedRayPacking::new(targets(&rays), HEMISPHERE).targets;
-    let table = RayTable {
-        rows_per_buffer: point_count,
-        buffers: vec![Buffer::from_slice(context, "gather rays", &rays).unwrap()],
-        colours: vec![Buffer::from_slice(context, "ray colours", &[0_u32]).unwrap()],
-        has_colours: false,
-    };
-    let merged =
-        MergedRays::new(context, table, (&GatherTargets::of_hits(packing), &packing), HEMISPHERE, None);
-    let points = world.cache_points(&mut random, point_count as usize, 0.1);
-    let points = Buffer::from_slice(context, "cache points", &points).unwrap();
-    let gather =
-        Gather::new(context, points, point_count, merged.unwrap(), HEMISPHERE, packing, false).unwrap();
-    let pass = lit.pass(1);
-    let sources = GatherSources {
-        materials: &world.buffers.materials,
-        irradiance: &lit.pyramid.irradiance,
-        inverse_areas: &lit.pyramid.inverse_areas,
-        gloss: None,
-        sky: None,
-        bright: Some(BrightSources { bright: &pass, scene: &world.buffers, pyramid: &lit.pyramid }),
-    };
-    let run = context.run(|rec| {
-        pass.record(rec, &world.buffers.materials, &lit.pyramid);
-        rec.barrier(COMPUTE_TO_COMPUTE);
-        gather.record_radiances(&mut rec.pass(Gather::STEM), sources);
-    });
-    run.unwrap();
+    let points = world.cache_points(&mut random, 2000, 0.1);
+    let (gather, listed) = lit.gather(&points, &mut random);
+    lit.add_rays(&gather, 1, &gather.records);
     let radiances: Vec<Vec4> = gather.radiances()[0].read_range(0, listed.len()).unwrap();
     let materials = world.reflectances();
     let (mut less, mut near) = (0, 0);
     for (word, radiance) in listed.iter().zip(radiances) {
-        let (GatherTarget::Cluster(cluster), met) = packing.unpack(*word).unwrap() else { panic!() };
+        let (GatherTarget::Cluster(cluster), met) = gather.packing.unpack(*word).unwrap() else { panic!() };
         let cluster = cluster as usize;
         let flux = &lit.flux[cluster];
         let left_out = if met.is_far { lit.bright[cluster] } else { DVec3::ZERO };

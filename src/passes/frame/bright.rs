@@ -3,7 +3,7 @@
 //! numerics: bright clusters] In: flux of clusters (W). Out: added to records.
 
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
@@ -11,9 +11,7 @@ use crate::passes::SceneBuffers;
 use crate::passes::bright_tables::BrightTables;
 use crate::passes::frame::hvds::Pyramid;
 use crate::passes::frame::needed_records::RecordList;
-use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::precompute::gather_rays::Hemisphere;
-use std::ops::Range;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -25,55 +23,45 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    pub struct BrightTotalPush {
+    pub struct BrightSelectPush {
+        pub watched_count: u32,
         /// Workgroups of the first step.
         pub sum_count: u32,
-        /// Words of all sizes.
-        pub size_count: u32,
         /// Least mean radiant exitance of light, over that of area.
         pub contrast: f32,
+        /// Least radiant exitance of a bright cluster, over the mean.
+        pub bright: f32,
     }
 }
 
 gpu_struct! {
-    /// Sums over the watched clusters, and what follows from them.
-    pub struct BrightState {
+    /// Sums over some watched clusters.
+    pub struct BrightSum {
         /// Direct light that they reflect, W.
         pub light: f32,
         /// Their area, m².
         pub area: f32,
         /// Sum of light² / area.
         pub square: f32,
-        /// 1: some clusters may be bright.
-        pub is_on: u32,
     }
 }
 
 gpu_struct! {
-    pub struct BrightWeightsPush {
-        pub watched_count: u32,
-        /// Least radiant exitance of a bright cluster, over the mean.
-        pub contrast: f32,
+    /// A bright cluster. Rays select it in proportion to its weight.
+    pub struct BrightCluster {
+        pub cluster: u32,
+        /// Sum of the weights up to its own.
+        pub end: u32,
     }
 }
 
 gpu_struct! {
-    pub struct BrightLevelPush {
-        /// Index of the level in the list.
-        pub first_listed: u32,
-        pub cluster_count: u32,
-        /// Clusters of the base.
-        pub base_count: u32,
-    }
-}
-
-gpu_struct! {
-    pub struct BrightGroupsPush {
-        /// Number of records, listed or not.
-        pub record_count: u32,
-        pub watched_count: u32,
-        /// Rays of a record.
-        pub rays: u32,
+    /// What the select step has found.
+    pub struct BrightState {
+        /// Bright clusters; 0: gather rays bring all light.
+        pub count: u32,
+        /// Their weight.
+        pub weight: u32,
     }
 }
 
@@ -81,7 +69,6 @@ gpu_struct! {
     pub struct BrightRaysPush {
         /// Number of records, listed or not.
         pub record_count: u32,
-        pub watched_count: u32,
         /// Clusters of the base.
         pub base_count: u32,
         /// Rays of a record.
@@ -94,15 +81,14 @@ gpu_struct! {
 /// Layouts of the structs shared with the shaders.
 pub const LAYOUTS: &[Layout] = &[
     BrightSumsPush::LAYOUT,
-    BrightTotalPush::LAYOUT,
+    BrightSelectPush::LAYOUT,
+    BrightSum::LAYOUT,
+    BrightCluster::LAYOUT,
     BrightState::LAYOUT,
-    BrightWeightsPush::LAYOUT,
-    BrightLevelPush::LAYOUT,
-    BrightGroupsPush::LAYOUT,
     BrightRaysPush::LAYOUT,
 ];
 
-/// Lanes of a record, of which each casts as many rays; mirrors `glsl/bright_rays.comp`.
+/// Invocations that cast the rays of one record, as many each; mirrors `glsl/include/bright.glsl`.
 const LANES: u32 = 4;
 
 /// Gather rays for each ray to bright clusters.
@@ -115,12 +101,9 @@ pub const BRIGHT: f32 = 16.0;
 /// gather rays sample all light well enough.
 pub const CONTRAST: f32 = 12.0;
 
-/// Workgroups of the first step, and their invocations.
+/// Workgroups of the first step, and invocations of all of them.
 const SUM_GROUPS: u32 = 64;
-const GROUP: u32 = 64;
-
-/// Bytes of the size of a dispatch.
-const SIZE_BYTES: u64 = 12;
+const STRIDE: u32 = SUM_GROUPS * 64;
 
 /// Rays of a record to bright clusters.
 pub fn rays_of(hemisphere: Hemisphere) -> u32 {
@@ -130,11 +113,7 @@ pub fn rays_of(hemisphere: Hemisphere) -> u32 {
 /// The pipelines, the tables, and which clusters are bright.
 pub struct Bright {
     sums: Pipeline,
-    total: Pipeline,
-    weights: Pipeline,
-    prefix_sum: PrefixSum,
-    level: Pipeline,
-    groups: Pipeline,
+    select: Pipeline,
     rays: Pipeline,
     base_count: u32,
     /// Rays of a record.
@@ -145,24 +124,18 @@ pub struct Bright {
     /// The `Watched` clusters, in order.
     watched: Buffer,
     watched_count: u32,
-    /// Index of the watched cluster to which each cluster belongs.
-    pub watched_of: Buffer,
-    /// Clusters above watched ones, level by level, and the range of each level.
-    above: Buffer,
-    levels: Vec<Range<u32>>,
+    /// Range of the watched clusters in each cluster, or the one around it.
+    pub watched_ranges: Buffer,
+    /// `BrightSum` of each workgroup.
     sums_of_groups: Buffer,
     /// The `BrightState` of the frame.
     pub state: Buffer,
-    /// Prefix sum of the weights of watched clusters, and the total.
-    pub offsets: Buffer,
-    /// Direct flux of each cluster above the base that comes from bright clusters, W.
-    pub flux: Buffer,
-    /// Sizes of the conditional dispatches, in order.
-    all_sizes: Buffer,
-    /// The same, or zeros.
-    sizes: Buffer,
+    /// Number of bright clusters before each watched one, and of all.
+    pub ranks: Buffer,
+    /// The `BrightCluster`s, in order.
+    pub clusters: Buffer,
     /// Workgroups of the rays.
-    ray_groups: Buffer,
+    pub ray_groups: Buffer,
 }
 
 impl Bright {
@@ -180,58 +153,40 @@ impl Bright {
         hemisphere: Hemisphere,
         seed: u32,
     ) -> Result<Self> {
-        let (base_count, watched_count) = (tables.sites.len() as u32, tables.watched.len() as u32);
-        let list = |name, words: &[u32]| Buffer::from_slice(context, GrowsWith::Cells.named(name), words);
-        let allocate = |name, bytes: u64| Buffer::storage(context, GrowsWith::Cells.named(name), bytes);
-        let prefix_sum = PrefixSum::new(context, watched_count)?;
-        let levels = tables.levels.iter().map(|level| (level.len() as u32).div_ceil(GROUP));
-        let groups =
-            [watched_count.div_ceil(GROUP)].into_iter().chain(prefix_sum.groups(watched_count)).chain(levels);
-        let sizes: Vec<u32> = groups.flat_map(|groups| context.tuning().swizzled(groups)).collect();
-        let ray_count = rays_of(hemisphere);
-        let pipeline = |stem| Pipeline::new(context, stem, &[]);
+        let watched_count = tables.watched.len() as u32;
+        let name = |name| GrowsWith::Cells.named(name);
+        let allocate = |label, bytes: u64| Buffer::storage(context, name(label), bytes);
         Ok(Self {
-            sums: pipeline("bright_sums")?,
-            total: pipeline("bright_total")?,
-            weights: pipeline("bright_weights")?,
-            prefix_sum,
-            level: pipeline("bright_level")?,
-            groups: pipeline("bright_groups")?,
+            sums: Pipeline::new(context, "bright_sums", &[])?,
+            select: Pipeline::new(context, "bright_select", &[])?,
             rays: Pipeline::new(context, "bright_rays", &[scene.textures.constant()])?,
-            base_count,
-            ray_count,
+            base_count: tables.sites.len() as u32,
+            ray_count: rays_of(hemisphere),
             seed,
-            sites: Buffer::from_slice(context, GrowsWith::Cells.named("bright sites"), &tables.sites)?,
-            watched: Buffer::from_slice(
-                context,
-                GrowsWith::Cells.named("watched clusters"),
-                &tables.watched,
-            )?,
+            sites: Buffer::from_slice(context, name("bright sites"), &tables.sites)?,
+            watched: Buffer::from_slice(context, name("watched clusters"), &tables.watched)?,
             watched_count,
-            watched_of: list("watched cluster of each", &tables.watched_of)?,
-            above: list("clusters above watched ones", &tables.above)?,
-            levels: tables.levels.clone(),
-            sums_of_groups: allocate("bright sums", u64::from(SUM_GROUPS) * size_of::<BrightState>() as u64)?,
+            watched_ranges: Buffer::from_slice(context, name("watched ranges"), &tables.ranges)?,
+            sums_of_groups: allocate("bright sums", size_of::<BrightSum>() as u64 * u64::from(SUM_GROUPS))?,
             state: allocate("bright state", size_of::<BrightState>() as u64)?,
-            offsets: allocate("bright offsets", 4 * (u64::from(watched_count) + 1))?,
-            flux: allocate(
-                "bright flux",
-                12 * (tables.watched_of.len() as u64 - u64::from(base_count)).max(1),
+            ranks: allocate("bright ranks", 4 * (u64::from(watched_count) + 1))?,
+            clusters: allocate(
+                "bright clusters",
+                size_of::<BrightCluster>() as u64 * u64::from(watched_count),
             )?,
-            sizes: allocate("bright sizes", 4 * sizes.len() as u64)?,
-            all_sizes: Buffer::from_slice(context, "all bright sizes", &sizes)?,
-            ray_groups: allocate("bright groups", SIZE_BYTES)?,
+            ray_groups: allocate("bright groups", 12)?,
         })
     }
 
-    /// Selects the bright clusters, and sums their flux over the levels.
+    /// Selects the bright clusters.
     pub fn record(&self, rec: &mut Recorder, materials: &Buffer, pyramid: &Pyramid) {
         let mut pass = rec.pass(Self::STEM);
         let (flux, inverse_areas) = (&pyramid.flux, &pyramid.inverse_areas);
+        let watched_count = self.watched_count;
         pass.dispatch(
             &self.sums,
-            [SUM_GROUPS * GROUP, 1, 1],
-            &BrightSumsPush { watched_count: self.watched_count, stride: SUM_GROUPS * GROUP },
+            [STRIDE, 1, 1],
+            &BrightSumsPush { watched_count, stride: STRIDE },
             &[
                 ("WatchedClusters", &self.watched),
                 ("Materials", materials),
@@ -241,64 +196,25 @@ impl Bright {
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
-        let size_count = (self.sizes.bytes() / 4) as u32;
         pass.dispatch(
-            &self.total,
+            &self.select,
             [1, 1, 1],
-            &BrightTotalPush { sum_count: SUM_GROUPS, size_count, contrast: CONTRAST },
-            &[
-                ("BrightSums", &self.sums_of_groups),
-                ("AllSizes", &self.all_sizes),
-                ("BrightStates", &self.state),
-                ("BrightSizes", &self.sizes),
-            ],
-        );
-        pass.barrier(COMPUTE_TO_INDIRECT);
-        pass.dispatch_indirect(
-            &self.weights,
-            (&self.sizes, 0),
-            &BrightWeightsPush { watched_count: self.watched_count, contrast: BRIGHT },
+            &BrightSelectPush { watched_count, sum_count: SUM_GROUPS, contrast: CONTRAST, bright: BRIGHT },
             &[
                 ("WatchedClusters", &self.watched),
                 ("Materials", materials),
                 ("ClusterFluxes", flux),
                 ("InverseAreas", inverse_areas),
+                ("BrightSums", &self.sums_of_groups),
+                ("BrightRanks", &self.ranks),
+                ("BrightClusters", &self.clusters),
                 ("BrightStates", &self.state),
-                ("BrightOffsets", &self.offsets),
             ],
         );
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        self.prefix_sum.record_indirect(
-            &mut pass,
-            &self.offsets,
-            self.watched_count,
-            (&self.sizes, SIZE_BYTES),
-        );
-        let first = 1 + self.prefix_sum.groups(self.watched_count).len() as u64;
-        for (number, level) in (first..).zip(&self.levels) {
-            pass.barrier(COMPUTE_TO_COMPUTE);
-            pass.dispatch_indirect(
-                &self.level,
-                (&self.sizes, SIZE_BYTES * number),
-                &BrightLevelPush {
-                    first_listed: level.start,
-                    cluster_count: level.len() as u32,
-                    base_count: self.base_count,
-                },
-                &[
-                    ("ChildOffsets", &pyramid.child_offsets),
-                    ("Children", &pyramid.children),
-                    ("AboveWatched", &self.above),
-                    ("WatchedOf", &self.watched_of),
-                    ("ClusterFluxes", flux),
-                    ("BrightOffsets", &self.offsets),
-                    ("BrightFlux", &self.flux),
-                ],
-            );
-        }
     }
 
-    /// Adds the light of bright clusters to the listed records of `cache_points`.
+    /// Adds the light of bright clusters to the listed records of `cache_points`. The first step of
+    /// a gather has written the size of the dispatch.
     pub fn record_rays(
         &self,
         pass: &mut PassScope<'_>,
@@ -306,27 +222,13 @@ impl Bright {
         (cache_points, records): (&Buffer, &Buffer),
         list: &RecordList,
     ) {
-        let (record_count, watched_count, rays) = (list.record_count(), self.watched_count, self.ray_count);
-        pass.dispatch(
-            &self.groups,
-            [1, 1, 1],
-            &BrightGroupsPush { record_count, watched_count, rays },
-            &[
-                ("BrightOffsets", &self.offsets),
-                ("BrightStates", &self.state),
-                ("RecordOffsets", &list.offsets),
-                ("BrightGroups", &self.ray_groups),
-            ],
-        );
-        pass.barrier(COMPUTE_TO_INDIRECT);
         pass.dispatch_indirect(
             &self.rays,
             (&self.ray_groups, 0),
             &BrightRaysPush {
-                record_count,
-                watched_count,
+                record_count: list.record_count(),
                 base_count: self.base_count,
-                rays,
+                rays: self.ray_count,
                 seed: self.seed,
             },
             &scene.textures.after([
@@ -338,9 +240,9 @@ impl Bright {
                 ("ClusterFluxes", &pyramid.flux),
                 ("ChildOffsets", &pyramid.child_offsets),
                 ("Children", &pyramid.children),
-                ("WatchedClusters", &self.watched),
+                ("BrightClusters", &self.clusters),
                 ("BrightSites", &self.sites),
-                ("BrightOffsets", &self.offsets),
+                ("BrightStates", &self.state),
                 ("RecordOffsets", &list.offsets),
                 ("ListedRecords", &list.records),
                 ("Records", records),

@@ -2,7 +2,7 @@
 //! irradiance (W/m²), reflectances. Out: records: irradiance (W/m²) and its gradients.
 
 use crate::error::Result;
-use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
@@ -27,8 +27,8 @@ gpu_struct! {
         pub cluster_bits: u32,
         /// Clusters and near-field patches; targets beyond are gloss bins.
         pub cluster_count: u32,
-        /// Clusters of the base; 0: bright clusters are not sampled apart.
-        pub base_count: u32,
+        /// Number of records, listed or not; 0: bright clusters are not sampled apart.
+        pub record_count: u32,
         /// Number of the target of the sky's first cell.
         pub first_sky: u32,
         /// 0: the sky is black.
@@ -168,19 +168,19 @@ impl Gather {
         [self.whole_radiances.as_ref().unwrap_or(&self.radiances), &self.lobe_radiances]
     }
 
-    /// Computes the radiance of all gather targets, as [`Self::record`] begins.
-    pub fn record_radiances(&self, pass: &mut PassScope<'_>, sources: GatherSources<'_>) {
+    /// Computes the radiance of all gather targets, as [`Self::record`] begins. `list`: the records
+    /// whose rays to bright clusters follow.
+    pub fn record_radiances(&self, pass: &mut PassScope<'_>, sources: GatherSources<'_>, list: &RecordList) {
         let GatherSources { materials, irradiance, inverse_areas, gloss, sky, bright } = sources;
         // Unused bindings if no ray reads a gloss bin.
         let (bins, fluxes) = gloss.map_or((irradiance, irradiance), |gloss| (&gloss.bins, &gloss.fluxes));
         // Unused bindings if bright clusters are not sampled apart.
-        let (base_count, [cluster_flux, watched_of, offsets, bright_flux, state]) = match bright {
+        let (record_count, [cluster_flux, ranges, ranks, bright_clusters, state, ray_groups]) = match bright {
             Some(BrightSources { bright, pyramid, .. }) => {
-                let of_watched = [&bright.watched_of, &bright.offsets, &bright.flux, &bright.state];
-                let [watched_of, offsets, bright_flux, state] = of_watched;
-                (pyramid.base_count(), [&pyramid.flux, watched_of, offsets, bright_flux, state])
+                let Bright { watched_ranges, ranks, clusters, state, ray_groups, .. } = bright;
+                (list.record_count(), [&pyramid.flux, watched_ranges, ranks, clusters, state, ray_groups])
             }
-            None => (0, [irradiance; 5]),
+            None => (0, [irradiance, irradiance, irradiance, irradiance, irradiance, &self.lobe_radiances]),
         };
         let target_count = self.merged_rays.target_count;
         pass.dispatch(
@@ -190,7 +190,7 @@ impl Gather {
                 target_count,
                 cluster_bits: self.packing.cluster_bits,
                 cluster_count: (irradiance.bytes() / 12) as u32,
-                base_count,
+                record_count,
                 first_sky: self.packing.number(GatherTarget::Sky(0)),
                 has_sky: u32::from(sky.is_some()),
             },
@@ -205,10 +205,12 @@ impl Gather {
                 ("LobeRadiances", &self.lobe_radiances),
                 ("SkyRadiance", sky.unwrap_or(irradiance)),
                 ("ClusterFluxes", cluster_flux),
-                ("WatchedOf", watched_of),
-                ("BrightOffsets", offsets),
-                ("BrightFlux", bright_flux),
+                ("WatchedRanges", ranges),
+                ("BrightRanks", ranks),
+                ("BrightClusters", bright_clusters),
                 ("BrightStates", state),
+                ("RecordOffsets", &list.offsets),
+                ("BrightGroups", ray_groups),
                 ("GatheredRadiances", &self.radiances),
             ],
         );
@@ -217,7 +219,7 @@ impl Gather {
     /// Gathers at the cache points of a list.
     pub fn record(&self, rec: &mut Recorder, sources: GatherSources<'_>, list: &RecordList) {
         let mut pass = rec.pass(Self::STEM);
-        self.record_radiances(&mut pass, sources);
+        self.record_radiances(&mut pass, sources, list);
         for (chunk, merged_rays) in (0..).zip(&self.merged_rays.chunks) {
             // After the first step. The dispatches write disjoint records, but the hazard check
             // works by buffer.
@@ -247,6 +249,8 @@ impl Gather {
             );
         }
         if let Some(BrightSources { bright, scene, pyramid }) = sources.bright {
+            // They add to the records.
+            pass.barrier(COMPUTE_TO_INDIRECT);
             let points = (&self.cache_points, &self.records);
             bright.record_rays(&mut pass, (scene, pyramid), points, list);
         }

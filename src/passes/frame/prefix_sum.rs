@@ -71,73 +71,34 @@ impl PrefixSum {
     ///
     /// Panics if `count` is above the capacity, or `values` shorter than `count + 1` words.
     pub fn record(&self, pass: &mut PassScope<'_>, values: &Buffer, count: u32) {
-        self.record_sized(pass, values, count, None);
-    }
+        assert!(count <= self.capacity, "{count} values, prepared for {}", self.capacity);
+        assert!(values.bytes() >= 4 * (u64::from(count) + 1), "the total has no place behind {count} values");
 
-    /// Workgroups of each dispatch of [`Self::record`].
-    pub fn groups(&self, count: u32) -> Vec<u32> {
-        let (counts, group) = (Self::counts(count), self.reduce.local_size()[0]);
-        let top = counts.len() - 1;
-        let of = |count: &u32| count.div_ceil(self.items).max(1).div_ceil(group);
-        counts[..top].iter().map(of).chain(counts.iter().rev().map(of)).collect()
-    }
-
-    /// As [`Self::record`], but the device reads the sizes of the dispatches, of which
-    /// [`Self::groups`] returns the workgroups, from a byte offset of a buffer on.
-    pub fn record_indirect(
-        &self,
-        pass: &mut PassScope<'_>,
-        values: &Buffer,
-        count: u32,
-        sizes: (&Buffer, u64),
-    ) {
-        self.record_sized(pass, values, count, Some(sizes));
-    }
-
-    /// Level 0 are the values, level l + 1 the sums of the blocks of level l, up to one block.
-    fn counts(count: u32) -> Vec<u32> {
+        // Level 0 are the values, level l + 1 the sums of the blocks of level l, the last level is
+        // one block.
         let mut counts = vec![count];
         while let Some(&last) = counts.last().filter(|&&last| last > BLOCK_LENGTH) {
             counts.push(last.div_ceil(BLOCK_LENGTH));
         }
-        counts
-    }
-
-    fn record_sized(
-        &self,
-        pass: &mut PassScope<'_>,
-        values: &Buffer,
-        count: u32,
-        sizes: Option<(&Buffer, u64)>,
-    ) {
-        assert!(count <= self.capacity, "{count} values, prepared for {}", self.capacity);
-        assert!(values.bytes() >= 4 * (u64::from(count) + 1), "the total has no place behind {count} values");
-
-        let counts = Self::counts(count);
-        let mut number = 0;
-        let mut dispatch = |pass: &mut PassScope<'_>, pipeline, count: u32, bindings: &[(&str, &Buffer)]| {
-            let push = PrefixSumPush { count };
-            match sizes {
-                Some((sizes, first)) => {
-                    pass.dispatch_indirect(pipeline, (sizes, first + 12 * number), &push, bindings)
-                }
-                // At least one workgroup, which writes the total of an empty list.
-                None => pass.dispatch(pipeline, [count.div_ceil(self.items).max(1), 1, 1], &push, bindings),
-            };
-            number += 1;
-        };
         let level = |index: usize| if index == 0 { values } else { &self.block_sums[index - 1] };
         let top = counts.len() - 1;
 
         for (index, &count) in counts.iter().enumerate().take(top) {
             let bindings = [("Values", level(index)), ("BlockSums", level(index + 1))];
-            dispatch(pass, &self.reduce, count, &bindings);
+            pass.dispatch(
+                &self.reduce,
+                [count.div_ceil(self.items), 1, 1],
+                &PrefixSumPush { count },
+                &bindings,
+            );
             pass.barrier(COMPUTE_TO_COMPUTE);
         }
         for (index, &count) in counts.iter().enumerate().rev() {
             let offsets = if index == top { &self.zero } else { level(index + 1) };
             let bindings = [("Values", level(index)), ("BlockOffsets", offsets)];
-            dispatch(pass, &self.scan, count, &bindings);
+            // At least one workgroup, which writes the total of an empty list.
+            let threads = count.div_ceil(self.items).max(1);
+            pass.dispatch(&self.scan, [threads, 1, 1], &PrefixSumPush { count }, &bindings);
             if index > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }

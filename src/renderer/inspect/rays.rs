@@ -130,7 +130,8 @@ impl Renderer {
         // Gather rays leave out the light of bright clusters. The next gather computes these anew.
         self.context.run(|rec| {
             let sources = transport.gather_sources(materials, self.lights.sky());
-            transport.gather.record_radiances(&mut rec.pass(Gather::STEM), sources);
+            let list = &transport.record_lists.all;
+            transport.gather.record_radiances(&mut rec.pass(Gather::STEM), sources, list);
         })?;
         let [diffuse, gloss] = transport.gather.radiances();
         let count =

@@ -6,6 +6,7 @@ use super::plan::{FramePlan, Gathering};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, HostBlock, Recorder};
 use crate::passes::frame::antialias::Antialias;
+use crate::passes::frame::bright::Bright;
 use crate::passes::frame::needed_records::NeededRecords;
 use crate::passes::frame::splat::Splat;
 use crate::passes::frame::splat_capacity::SplatCounts;
@@ -15,7 +16,8 @@ const EDGE_PIXELS: u32 = SplatCounts::WORDS;
 const EDGE_POINTS: u32 = EDGE_PIXELS + 1;
 const FRAGMENTS: u32 = EDGE_POINTS + 1;
 const LISTED: u32 = FRAGMENTS + 1;
-const RAYS: u32 = LISTED + FRAMES as u32;
+const BRIGHT: u32 = LISTED + FRAMES as u32;
+const RAYS: u32 = BRIGHT + 1;
 /// Words of the ray counts of a set of points: rays, and rays that a neighbour's ray replaces.
 const RAY_WORDS: u32 = 2;
 const WORDS: u32 = RAYS + 3 * RAY_WORDS;
@@ -46,12 +48,13 @@ impl FrameCounters {
         self.frames
     }
 
-    /// Copies what the last frame counts. Transfers.
+    /// Copies what the last frame counts. `bright`: if it gathered. Transfers.
     pub(super) fn record(
         &self,
         rec: &mut Recorder,
         plan: &FramePlan,
         (splat, antialias, needed): (&Splat, &Antialias, &NeededRecords),
+        bright: Option<&Bright>,
     ) {
         if plan.view {
             splat.copy_counts(rec, &self.block, 0);
@@ -64,6 +67,9 @@ impl FrameCounters {
         if let Gathering::List(_) = plan.gather {
             let (offsets, offset) = needed.listed_at();
             rec.copy_to_host(offsets, offset, &self.block, listed_at(self.frames), 1);
+        }
+        if let Some(bright) = bright {
+            rec.copy_to_host(&bright.state, 0, &self.block, BRIGHT, 1);
         }
     }
 
@@ -88,6 +94,11 @@ impl FrameCounters {
     /// Lengths of the splat lists, and uncovered pixels.
     pub(super) fn splat(&self) -> SplatCounts {
         SplatCounts::read(&self.block, 0)
+    }
+
+    /// Number of bright clusters in the last frame that gathered.
+    pub(super) fn bright_clusters(&self) -> u32 {
+        self.block.word(BRIGHT)
     }
 
     /// Edge pixels of the view.

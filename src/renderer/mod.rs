@@ -341,10 +341,11 @@ impl Renderer {
     fn record_counters(&self, rec: &mut Recorder, plan: &FramePlan) {
         let lists = matches!(plan.gather, Gathering::List(_));
         let traces = plan.traces_shadows();
-        if plan.view || lists || traces {
+        let bright = self.transport.bright.as_ref().filter(|_| plan.gather != Gathering::Nothing);
+        if plan.view || lists || traces || bright.is_some() {
             rec.barrier(COMPUTE_TO_TRANSFER);
             let needed = &self.transport.record_lists.needed;
-            self.counters.record(rec, plan, (&self.splat, &self.image.antialias, needed));
+            self.counters.record(rec, plan, (&self.splat, &self.image.antialias, needed), bright);
             if traces && self.context.tuning().finds_alike {
                 self.counters.copy_rays(rec, &self.world.buffers.ray_counts);
             }

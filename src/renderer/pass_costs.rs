@@ -10,6 +10,7 @@ use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
 use crate::passes::frame::{
     antialias::{EdgeCapacity, Fragment},
+    bright::Bright,
     gather::Gather,
     hvds::LightFlux,
     near_field::NearField,
@@ -52,6 +53,11 @@ impl Sizes {
             paths: u64::from(transport.form_factors.point_count()),
             record_count: u64::from(transport.gather.point_count().max(1)),
             gathered: u64::from(dirty.records.gathered + ahead) / ran(Gather::STEM),
+            bright_rays: transport
+                .bright
+                .as_ref()
+                .filter(|_| renderer.counters.bright_clusters() > 0)
+                .map(|bright| u64::from(dirty.records.gathered) * u64::from(bright.ray_count())),
             planned_irradiances: traced.len() as u64,
             pixel_rays: rays(renderer, &traced, pixels, PIXEL_RAYS),
             planned_factors: moved.len() as u64,
@@ -72,6 +78,7 @@ impl Sizes {
             first_bounce: if transport.gloss.is_some() { 4 + 12 } else { 4 },
             light_flux: size_of::<LightFlux>() as u64 * u64::from(transport.pyramid.base_count()),
             clusters: transport.pyramid.irradiance.bytes(),
+            watched: transport.bright.as_ref().map_or(0, Bright::watched_bytes),
             near_field: set.near_field.bytes(patch_counts) / ran(NearField::STEM),
             records: transport.gather.records.bytes(),
             cache_points: transport.gather.cache_points.bytes(),

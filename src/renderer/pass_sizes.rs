@@ -34,6 +34,8 @@ pub(super) struct Sizes {
     pub(super) record_count: u64,
     /// Number of records that a gather pass takes, on average.
     pub(super) gathered: u64,
+    /// Number of rays to bright clusters; `None` if nothing is bright.
+    pub(super) bright_rays: Option<u64>,
     /// Number of lights whose irradiance at pixels is traced, and of shadow rays from pixels.
     pub(super) planned_irradiances: u64,
     pub(super) pixel_rays: u64,
@@ -64,6 +66,8 @@ pub(super) struct Sizes {
     /// Flux of base clusters from one light.
     pub(super) light_flux: u64,
     pub(super) clusters: u64,
+    /// What the pass reads that selects bright clusters.
+    pub(super) watched: u64,
     pub(super) near_field: u64,
     pub(super) records: u64,
     pub(super) cache_points: u64,

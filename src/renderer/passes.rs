@@ -84,7 +84,7 @@ pub(super) const PASSES: [Pass; 28] = [
     pass(Pyramid::STEM, Column::Thvds, |size| Cost::of(size.lights * size.light_flux + 3 * size.clusters)),
     unmodelled(Gloss::STEM, Column::Thvds),
     pass(NearField::STEM, Column::Tfg, |size| Cost::of(size.near_field)),
-    pass(Bright::STEM, Column::Tfg, |size| Cost::of(2 * size.clusters)),
+    pass(Bright::STEM, Column::Tfg, |size| Cost::of(size.watched)),
     pass(Splat::STEM, Column::Tsplat, |size| {
         Cost::of(size.surface + size.cache_points + size.record_tree + size.weights)
     }),
@@ -94,7 +94,8 @@ pub(super) const PASSES: [Pass; 28] = [
     }),
     pass(Gather::STEM, Column::Tfg, |size| {
         let of_all = size.merged_rays + size.records;
-        Cost::of(size.gathered * of_all / size.record_count + size.clusters)
+        let bytes = size.gathered * of_all / size.record_count + size.clusters;
+        Cost { bytes, rays: size.bright_rays }
     }),
     pass(Blend::STEM, Column::Tfg, |size| Cost::of(size.neighbours + 2 * size.records + size.cache_points)),
     pass(Splat::APPLY_STEM, Column::Tsplat, |size| {

@@ -8,10 +8,11 @@ use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::GrowsWith;
 use crate::passes::SceneBuffers;
-use crate::passes::bright_tables::BrightTables;
+use crate::passes::bright_tables::{BrightTables, Watched};
 use crate::passes::frame::hvds::Pyramid;
 use crate::passes::frame::needed_records::RecordList;
 use crate::passes::precompute::gather_rays::Hemisphere;
+use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -174,8 +175,20 @@ impl Bright {
                 "bright clusters",
                 size_of::<BrightCluster>() as u64 * u64::from(watched_count),
             )?,
-            ray_groups: allocate("bright groups", 12)?,
+            // No gather writes it in a scene without records or targets.
+            ray_groups: Buffer::from_slice(context, name("bright groups"), &[0_u32; 3])?,
         })
+    }
+
+    /// Rays of a record.
+    pub fn ray_count(&self) -> u32 {
+        self.ray_count
+    }
+
+    /// Bytes that [`Self::record`] reads at least: each watched cluster with its flux, reflectance
+    /// and area.
+    pub fn watched_bytes(&self) -> u64 {
+        u64::from(self.watched_count) * (size_of::<Watched>() + 2 * size_of::<Vec3>() + 4) as u64
     }
 
     /// Selects the bright clusters.

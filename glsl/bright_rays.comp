@@ -1,7 +1,7 @@
 // Bright clusters, step 3: adds their light to records, by shadow rays to points that are selected
 // in proportion to the light that they reflect. Gather rays have left this light out. [Veach §9,
-// sampling of lights; numerics: bright clusters] Deterministic. BRIGHT_LANES invocations = one listed
-// cache point. In: cache points, bright clusters, flux (W). Out: added to records.
+// sampling of lights; numerics: bright clusters] Deterministic. BRIGHT_LANES invocations = one
+// listed cache point. In: cache points, bright clusters, flux (W). Out: added to records.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

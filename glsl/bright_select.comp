@@ -1,7 +1,7 @@
-// Bright clusters, step 2: lists the bright ones of the watched clusters, with weights in proportion
-// to the direct light that they reflect. Deterministic. One workgroup, so that scenes without a
-// bright cluster pay one small dispatch; each invocation takes a run of clusters. In: sums of step
-// 1, flux of clusters (W). Out: list of bright clusters, ranks of watched ones, state.
+// Bright clusters, step 2: lists the bright ones of the watched clusters, with weights in
+// proportion to the direct light that they reflect. Deterministic. One workgroup, which ends at
+// once if nothing is bright; each invocation takes a run of clusters. In: sums of step 1, flux of
+// clusters (W). Out: list of bright clusters, ranks of watched ones, state.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -128,8 +128,7 @@ fn ranges(hvds: &Hvds, watched: &[Watched]) -> Vec<[u32; 2]> {
     ranges
 }
 
-/// The watched clusters of a level, in ascending order. `points`: cluster and material of each entry
-/// point.
+/// The watched clusters of a level, in ascending order. `points`: cluster and material of each.
 fn watched_clusters(
     hvds: &Hvds,
     points: impl Iterator<Item = (u32, u32)>,

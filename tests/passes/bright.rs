@@ -163,8 +163,8 @@ impl Lit {
     }
 }
 
-/// Watched clusters hold all base clusters with entry points, none twice, and those in one cluster are
-/// adjacent.
+/// Watched clusters hold all base clusters with entry points, none twice, and those in one cluster
+/// are adjacent in their list.
 #[test]
 fn every_entry_point_is_watched_once() {
     let Lit { world, tables, .. } = Lit::new(World::room(), 1.0);

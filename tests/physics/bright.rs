@@ -55,8 +55,8 @@ fn a_lamp_beside_a_surface_makes_no_blotches() {
     assert_silent(&context());
 }
 
-/// A lamp comes to surfaces, another moves, a material changes, the lamp leaves: each picture is that
-/// of a cold start.
+/// A lamp comes to surfaces, another moves, a material changes, the lamp leaves: each picture is
+/// that of a cold start.
 #[test]
 fn edits_beside_a_surface_equal_cold_starts() {
     let mut scene = room(1, Measures::NONE);

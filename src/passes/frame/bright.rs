@@ -61,7 +61,7 @@ gpu_struct! {
     pub struct BrightState {
         /// Bright clusters; 0: gather rays bring all light.
         pub count: u32,
-        /// Their weight.
+        /// Sum of their weights.
         pub weight: u32,
     }
 }
@@ -185,8 +185,7 @@ impl Bright {
         self.ray_count
     }
 
-    /// Bytes that [`Self::record`] reads at least: each watched cluster with its flux, reflectance
-    /// and area.
+    /// Bytes that [`Self::record`] reads at least: clusters with flux, reflectance and area.
     pub fn watched_bytes(&self) -> u64 {
         u64::from(self.watched_count) * (size_of::<Watched>() + 2 * size_of::<Vec3>() + 4) as u64
     }

@@ -24,6 +24,7 @@ struct AccessibilityPoint {
 struct AccessibilityPush {
     uint point_count;
     uint seed;
+    uint side_bits;  // of a side, which name it
     float reach;  // metres
 };
 
@@ -50,7 +51,7 @@ void main() {
     // The seed comes from the point's own bits, so the result is independent of the chunk
     // that holds it.
     uvec3 bits = floatBitsToUint(point.position);
-    uint name = hash(bits.x, hash(bits.y, hash(bits.z, point.side)));
+    uint name = hash(bits.x, hash(bits.y, hash(bits.z, point.side & push.side_bits)));
     uint open = 0u;
     for (uint ray = 0u; ray < RINGS * SECTORS; ++ray) {
         Hit hit;

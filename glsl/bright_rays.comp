@@ -140,7 +140,7 @@ void main() {
     Sum sum = NOTHING;
     uint stratum = bright.weight / push.rays;
     for (uint ray = lane; ray < (is_listed ? push.rays : 0u); ray += BRIGHT_LANES) {
-        vec2 along = sample_3d(index, hash(ray, push.seed)).xy;
+        vec2 along = sample_3d(point.stream, hash(ray, push.seed)).xy;
         uint number = bright_at(ray * stratum + min(uint(along.x * float(stratum)), stratum - 1u), bright.count);
         uint before = number == 0u ? 0u : bright_clusters[number - 1u].end;
         float chance = float(bright_clusters[number].end - before) / float(bright.weight);

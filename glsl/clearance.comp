@@ -27,6 +27,7 @@ const float UNKNOWN = -2.0;  // truncated loop
 struct ClearancePush {
     uint candidate_count;
     uint seed;
+    uint side_bits;    // of a side, which name it
     float scene_size;  // metres
 };
 
@@ -69,7 +70,7 @@ void main() {
     // The seed comes from the point's own bits, so the result is independent of the chunk
     // that holds it.
     uvec3 bits = floatBitsToUint(point.position);
-    uint name = hash(bits.x, hash(bits.y, hash(bits.z, point.side)));
+    uint name = hash(bits.x, hash(bits.y, hash(bits.z, point.side & push.side_bits)));
 
     float closest = push.scene_size;
     uint closest_ray = NO_TARGET;

@@ -17,6 +17,7 @@ struct EntryPatch {
     vec3 p2;
     uint side;     // 2·triangle + (1 if the back side)
     float weight;  // area of each of its points, over the mean of all points
+    uint stream;   // random stream index of its first point; the others' follow
 };
 struct EntryPointsPush {
     Grid grid;
@@ -54,13 +55,14 @@ uint find_patch(uint index) {
 void main() {
     if (flat_invocation() >= push.point_count) return;
     uint index = push.first_point + flat_invocation();
-    EntryPatch entry_patch = entry_patches[find_patch(index)];
+    uint patch_index = find_patch(index);
+    EntryPatch entry_patch = entry_patches[patch_index];
     Corners triangle = corners_of(entry_patch.side >> 1);
     Surface surface = surface_at(entry_patch.side >> 1);
     bool back = (entry_patch.side & 1u) != 0u;
 
     // Consecutive points are neighbours on the surface; the sequence spreads them evenly.
-    vec2 u = sample_3d(index, push.seed).xy;
+    vec2 u = sample_3d(entry_patch.stream + index - point_offsets[patch_index], push.seed).xy;
     float along = sqrt(u.x);
     vec3 weights = vec3(1.0 - along, along * (1.0 - u.y), along * u.y);
     vec3 position = weights.x * entry_patch.p0 + weights.y * entry_patch.p1 + weights.z * entry_patch.p2;

@@ -114,7 +114,7 @@ void main() {
     uint first = (push.first_row + local_point) * RINGS * SECTORS;
 
     for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
-        vec3 local = stratum_direction(stratum_of(ray), index, push.seed);
+        vec3 local = stratum_direction(stratum_of(ray), point.stream, push.seed);
         vec3 direction = frame * local;
         uint target = NO_TARGET;
         float distance = FAR;

@@ -114,7 +114,8 @@ Place place_on(uvec4 sizes, uint number, uint samples) {
     return Place(fragment, before % max(sizes[fragment], 1u), weight);
 }
 
-// Sample `number` of `samples` of an edge pixel.
+// Sample `number` of `samples` of an edge pixel. One on another material than its fragment takes
+// the fragment's surface, by whose lobe the pixel was marked.
 Sample on_fragment(SeenFragments shown, uint pixel, uint number, uint samples) {
     uvec4 sizes = uvec4(0u);
     for (uint i = shown.first; i < shown.end; ++i) sizes[i - shown.first] = glossy_samples_of(i);
@@ -125,7 +126,12 @@ Sample on_fragment(SeenFragments shown, uint pixel, uint number, uint samples) {
     uint found = 0u;
     for (uint i = 0u; i <= place.member; ++i) found = next_of(SampleMasks, members);
     vec2 point = vec2(in_rows(pixel, push.view.width)) + place_in_pixel(found, pixel);
-    return Sample(seen_on(push.view, point, word_at(EdgeSamples, edge * count + found)), point, place.weight);
+    // More kinds of surface than a pixel has fragments join one of another material.
+    PixelSurface own = pixel_surface_at(FragmentSurfaces, shown.first + place.fragment);
+    uint side = word_at(EdgeSamples, edge * count + found);
+    bool is_other = material_of(side) != material_of(own.side);
+    if (is_other) return Sample(own, point, place.weight);
+    return Sample(seen_on(push.view, point, side), point, place.weight);
 }
 
 // The same for a pixel without an edge. A sample that meets another material takes the centre's

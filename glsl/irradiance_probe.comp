@@ -94,7 +94,7 @@ void main() {
         bool alive = true;
         if_any (path.depth == 0u) {
             CachePoint point = cache_points[index];
-            uint name = is_along_gather_ray ? index : path.sample_index;
+            uint name = is_along_gather_ray ? point.stream : path.sample_index;
             uint seed = is_along_gather_ray ? push.gather_seed : point_seed;
             path.origin = offset_origin(point.position, point.facet);
             path.direction = frame_around(point.normal) * stratum_direction(stratum_of(ray), name, seed);

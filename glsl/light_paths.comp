@@ -1,7 +1,7 @@
 // Light paths: extends every live path by up to STEPS vertices, with Russian roulette. Directions
 // are importance sampled by the reflection, or by the cosine alone if the material is editable or
 // the light is not known yet. [Yue §1] Deterministic: directions and roulette come from one
-// scrambled Sobol sequence over the path index, with a fresh scramble a bounce. One invocation =
+// scrambled Sobol sequence over the paths, with a fresh scramble a bounce. One invocation =
 // one live path. In and out: path states. Out: vertices and their number.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -27,7 +27,8 @@ struct PathState {
     uint side;
     vec3 throughput;  // product of f·cosθ/pdf so far, roulette included
     vec3 incoming;    // unit direction of travel when it arrived; zero at an entry point
-    uint path;        // path index: its random stream index
+    uint path;        // path index
+    uint stream;      // random stream index
     uint depth;       // vertices so far
     uint is_alive;
 };
@@ -68,7 +69,7 @@ void main() {
     uint count = 0u;
     bool alive = true;
     while (count < STEPS) {
-        vec3 u = sample_3d(state.path, hash(push.seed, state.depth));
+        vec3 u = sample_3d(state.stream, hash(push.seed, state.depth));
         Surface surface = surface_at(state.side >> 1);
         vec3 normal = (state.side & 1u) != 0u ? -surface.normal : surface.normal;
 

@@ -33,8 +33,9 @@ struct SkyBeamsPush {
 
 layout(binding = 0) uniform usamplerBuffer Lights;
 layout(scalar, binding = 1) readonly buffer GlossEntries { GlossEntry gloss_entries[]; };
-layout(scalar, binding = 2) readonly buffer VisibleSky { uint visible_sky[]; };
-layout(scalar, binding = 3) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // entry point by entry point
+layout(scalar, binding = 2) readonly buffer PathStreams { uint path_streams[]; };  // random stream index of each entry point
+layout(scalar, binding = 3) readonly buffer VisibleSky { uint visible_sky[]; };
+layout(scalar, binding = 4) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // entry point by entry point
 layout(scalar, push_constant) uniform Push { SkyBeamsPush push; };
 
 #include "include/gather.glsl"
@@ -52,12 +53,13 @@ void main() {
     uint first = beam_index / pairs * 2u * SECTORS + beam_index % pairs * 2u;
     GlossBeam beam = GlossBeam(entry.normal, 0.0);
     vec3 toward = vec3(0.0);
+    uint point = entry.path - push.first_point;
     for (uint i = 0u; i < 4u; ++i) {
         uint ray = first + (i >> 1) * SECTORS + (i & 1u);
-        uint set = (entry.path - push.first_point) * push.channels + push.channel;
+        uint set = point * push.channels + push.channel;
         uint visible = visible_sky[SKY_WORDS * set + ray / 32u];
         if ((visible >> (ray % 32u) & 1u) == 0u) continue;
-        vec3 direction = sky_ray(entry.normal, ray, entry.path, push.seed);
+        vec3 direction = sky_ray(entry.normal, ray, path_streams[point], push.seed);
         float factor = PI / float(SKY_RAYS) * number_at(Lights, push.first_radiance + octahedral_cell(direction, push.side));
         toward += factor * direction;
         beam.factor += factor;

@@ -30,8 +30,9 @@ struct SkyFactorsPush {
 layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(binding = 1) uniform usamplerBuffer Lights;
 layout(binding = 2) uniform usamplerBuffer EntryPoints;
-layout(scalar, binding = 3) readonly buffer VisibleSky { uint visible_sky[]; };
-layout(scalar, binding = 4) writeonly buffer FormFactors { float form_factors[]; };
+layout(scalar, binding = 3) readonly buffer PathStreams { uint path_streams[]; };  // random stream index of each entry point
+layout(scalar, binding = 4) readonly buffer VisibleSky { uint visible_sky[]; };
+layout(scalar, binding = 5) writeonly buffer FormFactors { float form_factors[]; };
 layout(scalar, push_constant) uniform Push { SkyFactorsPush push; };
 
 #include "include/surfaces.glsl"
@@ -41,15 +42,15 @@ layout(scalar, push_constant) uniform Push { SkyFactorsPush push; };
 void main() {
     uint index = flat_invocation();
     if (index >= push.point_count) return;
-    uint number = push.first_point + index;
+    uint stream = path_streams[index];
     vec3 normal = facing_normal(texelFetch(EntryPoints, int(index)).w);
     float sum = 0.0;
     for (uint word = 0u; word < SKY_WORDS; ++word) {
         for (uint rest = visible_sky[SKY_WORDS * (index * push.channels + push.channel) + word]; rest != 0u; rest &= rest - 1u) {
             uint ray = 32u * word + uint(findLSB(rest));
-            uint cell = push.side == 1u ? 0u : octahedral_cell(sky_ray(normal, ray, number, push.seed), push.side);
+            uint cell = push.side == 1u ? 0u : octahedral_cell(sky_ray(normal, ray, stream, push.seed), push.side);
             sum += number_at(Lights, push.first_radiance + cell);
         }
     }
-    form_factors[number] = PI / float(SKY_RAYS) * sum;
+    form_factors[push.first_point + index] = PI / float(SKY_RAYS) * sum;
 }

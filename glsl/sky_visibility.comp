@@ -17,7 +17,6 @@ layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
 
 struct SkyVisibilityPush {
-    uint first_point;  // of the bound buffer of the entry points
     uint first_word;   // of this dispatch, in the bound buffer
     uint word_count;
     uint channels;     // 1: of all colours; or 3
@@ -28,8 +27,9 @@ layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(binding = 3) uniform usamplerBuffer EntryPoints;
-layout(scalar, binding = 4) writeonly buffer VisibleSky { uint visible_sky[]; };
-layout(scalar, binding = 5) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
+layout(scalar, binding = 4) readonly buffer PathStreams { uint path_streams[]; };  // random stream index of each entry point
+layout(scalar, binding = 5) writeonly buffer VisibleSky { uint visible_sky[]; };
+layout(scalar, binding = 6) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { SkyVisibilityPush push; };
 
 #include "include/triangles.glsl"
@@ -46,15 +46,16 @@ void main() {
     uvec4 point = texelFetch(EntryPoints, int(index));  // position; side
     vec3 normal = facing_normal(point.w);
     vec3 origin = offset_origin(uintBitsToFloat(point.xyz), normal);
+    uint stream = path_streams[index];
     uint visible = 0u;
     for (uint bit = 0u; bit < 32u; ++bit) {
         uint ray = 32u * (word % SKY_WORDS) + bit;
-        Ray towards = Ray(origin, sky_ray(normal, ray, push.first_point + index, push.seed), 1e30);
+        Ray towards = Ray(origin, sky_ray(normal, ray, stream, push.seed), 1e30);
         Hit hit;
         if (trace(towards, true, hit)) continue;
         // Panes stop a fraction of the rays.
         float passed = passed_by_panes(towards, channel);
-        if (HAS_PANES == 0u || unit_float(hash(ray, hash(push.first_point + index, ~push.seed))) < passed) visible |= 1u << bit;
+        if (HAS_PANES == 0u || unit_float(hash(ray, hash(stream, ~push.seed))) < passed) visible |= 1u << bit;
     }
     visible_sky[word] = visible;
     if (!loops_completed(push.word_count)) truncated_loops[0] = LOOP_TRUNCATED;

@@ -200,8 +200,8 @@ gpu_struct! {
         pub facet: Vec3,
         /// 1/m; the length is half of the clearance, beyond which the record counts less.
         pub inverse_reach: f32,
-        /// Four whole texels.
-        pub unused: u32,
+        /// Random stream index of its gather rays.
+        pub stream: u32,
     }
 }
 

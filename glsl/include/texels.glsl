@@ -34,8 +34,9 @@ CachePoint cache_point_at(usamplerBuffer list, uint index) {
     vec4 a = numbers(texelFetch(list, first));
     uvec4 b = texelFetch(list, first + 1);
     vec4 c = numbers(texelFetch(list, first + 2));
-    vec4 d = numbers(texelFetch(list, first + 3));
-    return CachePoint(a.xyz, a.w, uintBitsToFloat(b.xyz), b.w, c.xyz, vec3(c.w, d.xy), d.z, 0u);
+    uvec4 d = texelFetch(list, first + 3);
+    vec3 last = uintBitsToFloat(d.xyz);
+    return CachePoint(a.xyz, a.w, uintBitsToFloat(b.xyz), b.w, c.xyz, vec3(c.w, last.xy), last.z, d.w);
 }
 
 Reflectance reflectance_at(usamplerBuffer list, uint index) {

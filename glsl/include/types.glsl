@@ -98,7 +98,7 @@ struct CachePoint {
     vec3 occluder;      // nearest occluder plane dot(x - position, occluder) = 1, of a standing wall or a covering surface; zero: none
     vec3 facet;     // unit geometric normal on its side
     float inverse_reach;  // 1/m; the length is half of the clearance, beyond which the record counts less
-    uint unused;    // to whole texels
+    uint stream;    // random stream index of its gather rays
 };
 
 // Links of a cluster in the hierarchy.

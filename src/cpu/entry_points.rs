@@ -6,8 +6,9 @@ use crate::scene::hvds::Hvds;
 use crate::types::PathVertex;
 use glam::{DVec3, Vec3};
 
-/// A triangle of a fragment: its corners, its side, and the weight of its points.
-pub type Patch = ([Vec3; 3], u32, f32);
+/// A triangle of a fragment: its corners, its side, the weight of its points, and the random stream
+/// index of the first.
+pub type Patch = ([Vec3; 3], u32, f32, u32);
 
 /// Places the points of every patch; `point_offsets` are the CSR offsets of the patches' points.
 pub fn entry_points(
@@ -18,10 +19,10 @@ pub fn entry_points(
     seed: u32,
 ) -> Vec<PathVertex> {
     let mut points = Vec::new();
-    for (&(corners, side, weight), range) in patches.iter().zip(point_offsets.windows(2)) {
+    for (&(corners, side, weight, stream), range) in patches.iter().zip(point_offsets.windows(2)) {
         let [p0, p1, p2] = corners.map(Vec3::as_dvec3);
         for index in range[0]..range[1] {
-            let u = sample_3d(index, seed).as_dvec3();
+            let u = sample_3d(stream.wrapping_add(index - range[0]), seed).as_dvec3();
             let along = u.x.sqrt();
             let inside = (1.0 - along) * p0 + along * ((1.0 - u.y) * p1 + u.y * p2);
             let middle =

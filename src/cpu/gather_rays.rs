@@ -4,7 +4,7 @@
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::rays::{Geometry, Hit};
 use crate::cpu::sampling::hash_pair;
-use crate::scene::{hvds::Hvds, unweighted::NEARBY};
+use crate::scene::{Naming, hvds::Hvds, unweighted::NEARBY};
 use crate::types::{CachePoint, NO_CLUSTER};
 use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::{PI, SQRT_2};
@@ -26,6 +26,8 @@ pub struct Tracing<'a> {
     pub strata: Strata,
     /// Seed of all decisions.
     pub seed: u32,
+    /// What they are named by.
+    pub naming: Naming,
     /// Expected number of entry points of every cluster.
     pub entry_points: &'a [f32],
     /// Minimum sample count of a cluster.
@@ -56,9 +58,9 @@ pub struct Found {
 }
 
 impl Tracing<'_> {
-    /// A ray of cache point number `index`. `None` if it would start into the surface.
-    pub fn ray(&self, point: &CachePoint, index: u32, ray: u32) -> Option<Ray> {
-        let local = self.strata.direction(ray, index, self.seed);
+    /// A ray of a cache point. `None` if it would start into the surface.
+    pub fn ray(&self, point: &CachePoint, ray: u32) -> Option<Ray> {
+        let local = self.strata.direction(ray, point.stream, self.seed);
         let direction = frame(point.normal) * local;
         let solid_angle = PI / (f64::from(self.strata.rays()) * local.z);
         (direction.dot(point.facet.as_dvec3()) > 0.0).then(|| Ray {
@@ -68,10 +70,10 @@ impl Tracing<'_> {
         })
     }
 
-    /// Traces a ray of cache point number `index`.
-    pub fn trace(&self, point: &CachePoint, index: u32, ray: u32) -> Found {
+    /// Traces a ray of a cache point.
+    pub fn trace(&self, point: &CachePoint, ray: u32) -> Found {
         let nothing = Found { target: None, colour: DVec3::ONE, distance: f64::INFINITY };
-        let Some(Ray { origin, direction, width }) = self.ray(point, index, ray) else { return nothing };
+        let Some(Ray { origin, direction, width }) = self.ray(point, ray) else { return nothing };
         let Some(hit) = self.geometry.closest(origin, direction) else { return nothing };
         Found {
             target: self.target(&hit, direction, hit.t * width),
@@ -154,7 +156,7 @@ impl Tracing<'_> {
     /// Hit and direction of a ray of a clearance, unless it is within 10° of the tangent plane.
     fn clearance_hit(&self, point: &CachePoint, ray: u32) -> Option<(Hit, DVec3)> {
         let [x, y, z] = point.position.to_array().map(f32::to_bits);
-        let name = hash_pair(x, hash_pair(y, hash_pair(z, point.side)));
+        let name = hash_pair(x, hash_pair(y, hash_pair(z, point.side & self.naming.side_bits())));
         let origin = self.geometry.offset_origin(point.position, point.facet);
         let local = self.strata.direction(ray, name, self.seed);
         let direction = frame(point.normal) * local;

@@ -25,10 +25,10 @@ impl Strata {
         [ray / self.sectors, ray % self.sectors]
     }
 
-    /// Local direction (z = normal) of a ray of point `point`.
-    pub fn direction(self, ray: u32, point: u32, seed: u32) -> DVec3 {
+    /// Local direction (z = normal) of a ray of the hemisphere that `stream` selects.
+    pub fn direction(self, ray: u32, stream: u32, seed: u32) -> DVec3 {
         let [ring, sector] = self.of(ray).map(f64::from);
-        let jitter = sample_3d(point, hash_pair(ray, seed)).as_dvec3();
+        let jitter = sample_3d(stream, hash_pair(ray, seed)).as_dvec3();
         sample_cosine(DVec2::new(
             (ring + jitter.x) / f64::from(self.rings),
             (sector + jitter.y) / f64::from(self.sectors),

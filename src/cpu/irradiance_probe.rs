@@ -33,7 +33,7 @@ impl Probe<'_> {
         let geometry = self.paths.scene.geometry;
         let point_seed = hash_pair(self.paths.seed, index);
         let local = match self.gather_seed {
-            Some(seed) => self.strata.direction(ray, index, seed),
+            Some(seed) => self.strata.direction(ray, point.stream, seed),
             None => self.strata.direction(ray, sample, point_seed),
         };
         let mut origin = geometry.offset_origin(point.position, point.facet);

@@ -21,7 +21,7 @@ pub struct Walker {
     /// Unit direction of travel when it arrived; zero at an entry point.
     pub incoming: DVec3,
     /// Random stream index of the path.
-    pub path: u32,
+    pub stream: u32,
     /// Vertices behind the entry point.
     pub depth: u32,
 }
@@ -46,7 +46,7 @@ pub struct Walk<'a> {
 impl Walk<'_> {
     /// The walker's next vertex. `None` if the path ends by roulette or leaves the scene.
     pub fn step(&self, walker: &mut Walker) -> Option<PathVertex> {
-        let u = sample_3d(walker.path, hash_pair(self.seed, walker.depth));
+        let u = sample_3d(walker.stream, hash_pair(self.seed, walker.depth));
         let surface = &self.geometry.surfaces[walker.side as usize / 2];
         let normal = self.geometry.normal(walker.side);
 

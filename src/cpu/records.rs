@@ -90,7 +90,7 @@ mod tests {
             occluder: Vec3::ZERO,
             facet: Vec3::Y,
             inverse_reach: 0.0,
-            unused: 0,
+            stream: 0,
         }
     }
 

@@ -238,7 +238,7 @@ impl Renderer {
         let mut irradiance = vec![Vec3::ZERO; seen.len()];
         let shown: Vec<usize> = (0..seen.len()).filter(|&index| seen[index].side != NO_SIDE).collect();
         for indices in shown.chunks(PIXELS_AT_A_TIME) {
-            let point = |&index: &usize| CachePoint {
+            let point = |(stream, &index): (u32, &usize)| CachePoint {
                 position: seen[index].position,
                 radius: 0.0,
                 normal: seen[index].normal,
@@ -247,9 +247,9 @@ impl Renderer {
                 facet: self.world.surfaces[seen[index].side as usize / 2]
                     .normal_of(seen[index].side % 2 == 1),
                 inverse_reach: 0.0,
-                unused: 0,
+                stream,
             };
-            let points: Vec<CachePoint> = indices.iter().map(point).collect();
+            let points: Vec<CachePoint> = (0..).zip(indices).map(point).collect();
             for (&index, record) in indices.iter().zip(self.gather_at(&points)?) {
                 irradiance[index] = record.irradiance;
             }

@@ -64,7 +64,7 @@ use crate::passes::precompute::begin_stage;
 use crate::passes::precompute::live_clusters::LiveClusters;
 use crate::passes::reflectances;
 use crate::scene::directions::Directions;
-use crate::scene::{Material, Measure, Scene};
+use crate::scene::{Material, Measure, Naming, Scene};
 use crate::types::{CachePoint, PathVertex, View};
 use counters::FrameCounters;
 use dirty::Dirty;
@@ -160,7 +160,14 @@ impl Renderer {
         scene: Scene,
         mut made: Precomputed,
     ) -> Result<(World, Transport, Statistics)> {
-        let form_factors = FormFactors::new(context, &made.buffers, &made.entry_points, made.area_m2)?;
+        // Paths are grouped by editable materials after they are traced.
+        let numbers: Vec<u32> = (0..made.entry_points.len() as u32).collect();
+        let streams = match scene.naming() {
+            Naming::Number => &numbers,
+            Naming::Place => &made.paths.streams,
+        };
+        let entry_points = (&made.entry_points[..], &streams[..]);
+        let form_factors = FormFactors::new(context, &made.buffers, entry_points, made.area_m2)?;
         let is_glossy = made.gloss.is_some();
         let may_be_glossy: Vec<bool> = scene.materials.iter().map(Material::may_be_glossy).collect();
         let near: &[PathVertex] =

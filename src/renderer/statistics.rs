@@ -48,7 +48,7 @@ pub(super) fn note(
         .insert("unreachable surface sides (area)".into(), 1.0 - active / (2.0 * scene.area_m2()));
     let counts = [
         ("triangles", scene.triangles.len() as u64),
-        ("entry points", u64::from(scene.quality.entry_points)),
+        ("entry points", paths.streams.len() as u64),
         ("path vertices", paths.steps.len() as u64),
         ("path vertices outside all clusters", paths.lost),
         ("clusters", u64::from(hvds.cluster_count())),

@@ -118,6 +118,7 @@ impl Scene {
             objects: objects.into_names(),
             model_objects: models.of_models,
             model_boxes: models.boxes.into_iter().map(|corners| corners.map(recentred)).collect(),
+            model_is_movable: models.are_movable,
             lights,
             emission: Arc::new(emission),
             meters: meter::read_all(&file, root, origin)?,
@@ -305,6 +306,7 @@ impl Source {
             }
             all.of_models.push(first_object..all_objects.len() as u32);
             all.boxes.push(box_of(&meshes));
+            all.are_movable.push(section.flag("movable")?.unwrap_or(false));
             all.meshes.extend(meshes);
         }
         Ok((all, all_objects))

@@ -182,6 +182,15 @@ impl Hvds {
         if is_inconsistent { types::NO_CLUSTER } else { parent }
     }
 
+    /// The cluster of that level around a base cluster, or the next one above a wider cell.
+    pub fn above(&self, mut cluster: u32, level: usize) -> u32 {
+        let first = self.levels[level.min(self.levels.len() - 1)].start;
+        while cluster < first && self.parents[cluster as usize] != types::NO_CLUSTER {
+            cluster = self.parents[cluster as usize];
+        }
+        cluster
+    }
+
     /// Sums a quantity of the fragments over every cluster of every level.
     pub fn sum_up(&self, of_fragment: impl IntoIterator<Item = f64>) -> Vec<f32> {
         let mut of_base = vec![0.0; self.levels[0].len()];

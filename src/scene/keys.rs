@@ -68,6 +68,7 @@ keys! {
         scale: "1 or 3 numbers", "1e-9 to 1e9, either sign", "1", "Scale, applied first", "2.0", "0.0";
         matrix: "4 rows of 4 numbers", "±1e12, invertible", "none", "Transform of column vectors instead of the three above; the last row is 0, 0, 0, 1", "[[1, 0, 0, 2], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]", "[[1, 0, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]";
         hidden: "true or false", "", "false", "Leaves out the model's surface; its materials, lights and cameras stay", "false", "1";
+        movable: "true or false", "", "false", "The model can move: the noise far from it then stays", "true", "1";
         material: "text", "", "the model's", "Material of all faces: of the model, or a [[material]] of the scene file", "\"wall\"", "\"\"";
     }
     "camera" "" {

@@ -55,6 +55,7 @@ mod models;
 mod mtl;
 mod mtl_draft;
 mod named;
+pub mod naming;
 mod notes;
 mod numbers;
 mod obj;
@@ -107,6 +108,8 @@ pub use load_options::Memory;
 pub use material::Material;
 pub use measures::{Measure, Measures};
 pub use meter::Meter;
+#[doc(hidden)]
+pub use naming::Naming;
 pub use opacity::OpacityMaps;
 pub use panes::Pane;
 pub use picture_keys::PictureKeys;
@@ -181,6 +184,8 @@ pub struct Scene {
     /// Smallest and largest corner of each model of the scene file, recentred. `None`: it is
     /// hidden, or has no vertex.
     pub model_boxes: Vec<Option<[Vec3; 2]>>,
+    /// Whether each model of the scene file can move.
+    pub model_is_movable: Vec<bool>,
     /// Lights, recentred; empty only if a command allows it. Emitting materials and the sky follow
     /// the lights of the scene file.
     pub lights: Vec<Light>,
@@ -217,6 +222,15 @@ impl Scene {
             self.texture_coordinates = coordinates.collect();
         }
         self.opacity.reorder(order);
+    }
+
+    /// What random decisions are named by: places, if a model can move.
+    #[doc(hidden)]
+    pub fn naming(&self) -> Naming {
+        match self.model_is_movable.contains(&true) {
+            true => Naming::Place,
+            false => Naming::Number,
+        }
     }
 
     /// Total one-sided surface area without holes, m².

@@ -39,6 +39,8 @@ pub(super) struct Models {
     pub(super) of_models: Vec<Range<u32>>,
     /// Smallest and largest corner of each model, world space, metres. `None`: it is hidden.
     pub(super) boxes: Vec<Option<[DVec3; 2]>>,
+    /// Whether each model can move.
+    pub(super) are_movable: Vec<bool>,
 }
 
 /// Smallest and largest corner of meshes. `None` if they have no position.
@@ -67,6 +69,7 @@ pub(super) fn read_gltf(
         lights: lights.iter().map(fit::file_light_node).collect(),
         of_models: Vec::new(),
         boxes: Vec::new(),
+        are_movable: Vec::new(),
     })
 }
 

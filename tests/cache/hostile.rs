@@ -35,7 +35,6 @@ const POINTERS: &[(&str, usize, usize)] = &[
     ("contribution offsets", 1, 0),
     ("path ranges", 3, 1),
     ("path ranges", 3, 2),
-    ("path streams", 1, 0),
     ("cache points", 16, 7),
     ("neighbour offsets", 1, 0),
     ("neighbours", 2, 0),

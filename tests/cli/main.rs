@@ -16,6 +16,7 @@ mod judge;
 mod layer;
 mod lights;
 mod mattes;
+mod memory;
 mod meters;
 mod outputs;
 mod profile;

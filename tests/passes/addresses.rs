@@ -10,6 +10,7 @@ use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::entry_points::{Strata, place};
 use lightpaths::passes::precompute::gather_rays::{self, Hemisphere};
 use lightpaths::passes::precompute::rays::{RayQuery, Rays};
+use lightpaths::scene::Naming;
 use lightpaths::types::{GatherRay, Node, Surface, Triangle};
 
 const SEED: u32 = 11;
@@ -23,7 +24,7 @@ fn made(world: &World) -> [Vec<u8>; 4] {
     let answers = Rays::new(context).unwrap().trace(buffers, &queries).unwrap();
     assert!(answers.iter().filter(|answer| answer.t > 0.0).count() > 2_000);
 
-    let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, 3_000);
+    let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, 3_000, (SEED, Naming::Number));
     let entry_points = place(context, buffers, clusters, &strata, SEED).unwrap();
     let (entry_points, paths) = world.light_paths(entry_points, SEED).unwrap();
     assert!(paths.steps.len() > 1_000);

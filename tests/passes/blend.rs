@@ -128,7 +128,7 @@ fn a_quadratic_field_is_blended_without_flattening_it() {
             occluder: Vec3::ZERO,
             facet: Vec3::Y,
             inverse_reach: 0.0,
-            unused: 0,
+            stream: 0,
         };
         let records = positions.map(record_at);
         let list = (0..4).map(|record| Neighbour { record, weight: 0.25 }).collect();

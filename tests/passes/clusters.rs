@@ -6,7 +6,7 @@ use crate::world::{Random, World};
 use glam::{UVec3, Vec3};
 use lightpaths::cpu;
 use lightpaths::passes::precompute::entry_points::{Strata, place};
-use lightpaths::scene::{grid::CellGrid, shapes};
+use lightpaths::scene::{Naming, grid::CellGrid, shapes};
 use lightpaths::types::{Grid, NO_CLUSTER, PathVertex};
 
 const SEED: u32 = 9;
@@ -37,8 +37,9 @@ fn entry_points_equal_the_reference() {
 }
 
 fn entry_points_equal_the_reference_in(world: &World) {
-    for count in [0, 1, 63, 64, 65, 2_003] {
-        let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, count);
+    let namings = [Naming::Number, Naming::Place].repeat(3);
+    for (count, naming) in [0, 1, 63, 64, 65, 2_003].into_iter().zip(namings) {
+        let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, count, (SEED, naming));
         let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
         for point in &points {
             let cluster = world.geometry().cluster(&world.hvds, point.position, point.side);
@@ -47,7 +48,7 @@ fn entry_points_equal_the_reference_in(world: &World) {
         let patches: Vec<_> = strata
             .patches
             .iter()
-            .map(|patch| ([patch.p0, patch.p1, patch.p2], patch.side, patch.weight))
+            .map(|patch| ([patch.p0, patch.p1, patch.p2], patch.side, patch.weight, patch.stream))
             .collect();
         let references = cpu::entry_points::entry_points(
             world.geometry(),
@@ -92,7 +93,7 @@ fn no_vertex_of_a_box_is_lost_wherever_its_walls_lie_in_the_grid() {
             pull: cell / 64.0,
         });
         let world = World::on_grid(&scene, grid);
-        let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, 1_009);
+        let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, 1_009, (SEED, Naming::Number));
         let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
         assert!(points.iter().all(|point| point.cluster != NO_CLUSTER), "{offset}/64 of a cell");
         let (_, paths) = world.light_paths(points, 0).unwrap();

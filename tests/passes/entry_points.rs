@@ -4,8 +4,10 @@ use crate::common::assert_silent;
 use crate::world::World;
 use glam::{DVec3, Vec3};
 use lightpaths::passes::precompute::entry_points::{self, DENSEST, Strata, density, place};
+use lightpaths::scene::naming::{HALF_STEP, Naming};
 
 const SEED: u32 = 11;
+const NAMINGS: [Naming; 2] = [Naming::Number, Naming::Place];
 
 /// A smooth density over the fragments, over the whole range.
 fn smooth_densities(world: &World) -> Vec<f32> {
@@ -28,16 +30,32 @@ fn density_is_bounded_and_grows_as_the_clearance_shrinks() {
 #[test]
 fn runs_are_as_long_as_area_and_density_say() {
     let world = World::room();
-    for densities in [&world.densities, &smooth_densities(&world)] {
+    let smooth = smooth_densities(&world);
+    for (densities, naming) in [&world.densities, &smooth].into_iter().flat_map(|d| NAMINGS.map(|n| (d, n))) {
         for count in [1, 997, 20_000] {
-            let strata = Strata::new(&world.hvds, densities, |_| 1.0, count);
+            let strata = Strata::new(&world.hvds, densities, |_| 1.0, count, (SEED, naming));
             assert_eq!(strata.point_offsets.len(), strata.patches.len() + 1);
-            assert_eq!([strata.point_offsets[0], strata.point_offsets[strata.patches.len()]], [0, count]);
-            assert!(strata.point_offsets.is_sorted());
+            assert!(strata.point_offsets[0] == 0 && strata.point_offsets.is_sorted());
+            // Named by place, sums over the scene are rounded.
+            let off = |value: f64, of: f64| (value / of - 1.0).abs();
+            let rounding = if naming == Naming::Place { 1.01 * HALF_STEP } else { 1e-5 };
             let area: f64 = world.hvds.fragments.iter().map(|fragment| fragment.area_m2).sum();
-            assert!((strata.area_m2 / area - 1.0).abs() < 1e-9);
+            assert!(off(strata.area_m2, area) <= rounding);
+            let expected: f32 = strata.in_clusters[..world.hvds.unweighted.len()].iter().sum();
+            assert!(off(f64::from(count), expected.into()) <= rounding, "{expected} of {count}");
+            if naming == Naming::Number {
+                assert_eq!(strata.point_offsets[strata.patches.len()], count);
+            }
 
-            // The points of a cluster are contiguous: each end is right to half a point.
+            // The points of a cluster are contiguous: each end is right to half a point. Named by
+            // place, that holds for each block.
+            let mut blocks = vec![1_u32; world.hvds.cluster_count() as usize];
+            for level in 4..if naming == Naming::Place { world.hvds.levels.len() } else { 0 } {
+                for cluster in world.hvds.levels[level].clone() {
+                    let children = world.hvds.children_of(cluster).iter();
+                    blocks[cluster as usize] = children.map(|&child| blocks[child as usize]).sum();
+                }
+            }
             let mut held = vec![0_u32; world.hvds.cluster_count() as usize];
             let mut order: Vec<_> = world.hvds.fragments.iter().collect();
             order.sort_by_key(|fragment| fragment.cluster);
@@ -55,7 +73,8 @@ fn runs_are_as_long_as_area_and_density_say() {
                 }
                 // Areas of fragments are f64; areas of their fans come from f32 corners.
                 let off = (held as f32 - expected).abs();
-                assert!(off <= 1.01 + 1e-4 * count as f32, "cluster {cluster}: {held} for {expected}");
+                let bound = 1.01 * blocks[cluster] as f32 + 1e-4 * count as f32;
+                assert!(off <= bound, "cluster {cluster}: {held} for {expected}");
             }
         }
     }
@@ -64,22 +83,24 @@ fn runs_are_as_long_as_area_and_density_say() {
 #[test]
 fn placed_points_fall_into_the_clusters_that_they_were_dealt_to() {
     let world = World::room();
-    let count = 20_011;
-    let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, count);
-    let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
-    let mut held = vec![0_u32; world.hvds.cluster_count() as usize];
-    for point in &points {
-        let mut cluster = point.cluster as usize;
-        while let Some(sum) = held.get_mut(cluster) {
-            *sum += 1;
-            cluster = world.hvds.parents[cluster] as usize;
+    for naming in NAMINGS {
+        let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, 20_011, (SEED, naming));
+        let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
+        let mut held = vec![0_u32; world.hvds.cluster_count() as usize];
+        for point in &points {
+            let mut cluster = point.cluster as usize;
+            while let Some(sum) = held.get_mut(cluster) {
+                *sum += 1;
+                cluster = world.hvds.parents[cluster] as usize;
+            }
         }
+        // A point that is moved slightly off an edge may cross into the next cell.
+        let is_off = |cluster: &usize| (held[*cluster] as f32 - strata.in_clusters[*cluster]).abs() > 2.0;
+        // Named by place, wider clusters consist of blocks with points of their own.
+        let end = if naming == Naming::Place { world.hvds.levels[3].end as usize } else { held.len() };
+        let off = (0..end).filter(|&cluster| holds_fragments(&world, cluster)).filter(is_off).count();
+        assert!(off * 100 <= held.len(), "{off} of {} clusters hold two points more or less", held.len());
     }
-    // A point that is moved slightly off an edge may cross into the next cell.
-    let is_off = |cluster: &usize| (held[*cluster] as f32 - strata.in_clusters[*cluster]).abs() > 2.0;
-    let holding = (0..held.len()).filter(|&cluster| holds_fragments(&world, cluster));
-    let off = holding.filter(is_off).count();
-    assert!(off * 100 <= held.len(), "{off} of {} clusters hold two points more or less", held.len());
     assert_silent(&world.context);
 }
 
@@ -111,10 +132,12 @@ fn integral(world: &World, f: impl Fn(DVec3) -> f64) -> f64 {
 fn weighted_points_integrate_over_the_area() {
     let world = World::room();
     let count = 30_011;
-    for densities in
-        [vec![1.0; world.hvds.fragments.len()], smooth_densities(&world), world.densities.clone()]
+    let densities =
+        [vec![1.0; world.hvds.fragments.len()], smooth_densities(&world), world.densities.clone()];
+    for (densities, naming) in
+        densities.iter().flat_map(|densities| NAMINGS.map(|naming| (densities, naming)))
     {
-        let strata = Strata::new(&world.hvds, &densities, |_| 1.0, count);
+        let strata = Strata::new(&world.hvds, densities, |_| 1.0, count, (SEED, naming));
         let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
         let lightest = points.iter().map(|point| point.weight).fold(f32::INFINITY, f32::min);
         let heaviest = points.iter().map(|point| point.weight).fold(0.0, f32::max);
@@ -138,7 +161,7 @@ fn weighted_points_integrate_over_the_area() {
 #[test]
 fn another_seed_gives_other_points_and_the_same_seed_the_same() {
     let world = World::room();
-    let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, 501);
+    let strata = Strata::new(&world.hvds, &world.densities, |_| 1.0, 501, (SEED, Naming::Number));
     let points = |seed| {
         let placed = place(&world.context, &world.buffers, &world.clusters, &strata, seed).unwrap();
         placed.iter().map(|point| point.position).collect::<Vec<_>>()

@@ -48,7 +48,7 @@ fn random_points(random: &mut Random, count: u32) -> Vec<CachePoint> {
             occluder: Vec3::ZERO,
             facet: normal,
             inverse_reach: 0.0,
-            unused: 0,
+            stream: 0,
         }
     };
     (0..count).map(point).collect()

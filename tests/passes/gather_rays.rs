@@ -13,6 +13,7 @@ use lightpaths::passes::gather_targets::{GatherTarget, GatherTargetPacking, Met}
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::gather_rays::{self, Hemisphere, RayTable};
 use lightpaths::passes::precompute::visibility::clearance::{Clearance, ClearancePush};
+use lightpaths::scene::Naming;
 use lightpaths::types::{CachePoint, NO_TARGET};
 
 const SEED: u32 = 5;
@@ -24,6 +25,7 @@ fn tracing(world: &World, rings: u32) -> Tracing<'_> {
         hvds: &world.hvds,
         strata,
         seed: SEED,
+        naming: Naming::Number,
         entry_points: &world.in_clusters,
         min_entry_points: gather_rays::MIN_ENTRY_POINTS,
     }
@@ -68,8 +70,8 @@ fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
         let per_point = tracing.strata.rays();
         let hemisphere = Hemisphere { rings, sectors: 4 * rings };
         assert_eq!(rays.len(), count * per_point as usize);
-        for ((index, point), row) in (0..).zip(&points).zip(rays.chunks_exact(per_point as usize)) {
-            let found: Vec<_> = (0..per_point).map(|ray| tracing.trace(point, index, ray)).collect();
+        for ((index, point), row) in (0_u32..).zip(&points).zip(rays.chunks_exact(per_point as usize)) {
+            let found: Vec<_> = (0..per_point).map(|ray| tracing.trace(point, ray)).collect();
             let far = f64::from(gather_rays::far_cells(hemisphere)) * world.hvds.grid.cell_size();
             let target = |found: &Found| {
                 let is_far = found.distance > far;
@@ -143,9 +145,11 @@ fn clearances_equal_the_reference() {
     let mut random = Random::new(42);
     let far = 0.4;
     // Workgroups of a CPU device, of a GPU, and of one thread.
-    for (rings, count, group) in [(1, 0, 8), (1, 1, 64), (4, 63, 64), (4, 64, 8), (4, 65, 1), (8, 31, 64)] {
+    let sizes = [(1, 0, 8), (1, 1, 64), (4, 63, 64), (4, 64, 8), (4, 65, 1), (8, 31, 64)];
+    for ((rings, count, group), naming) in sizes.into_iter().zip([Naming::Number, Naming::Place].repeat(3)) {
         let points = world.cache_points(&mut random, count, 0.1);
-        let tracing = tracing(&world, rings);
+        let tracing = Tracing { naming, ..tracing(&world, rings) };
+        let side_bits = naming.side_bits();
         let candidates = Buffer::from_slice(&world.context, "candidates", &points).unwrap();
         let clearances =
             Buffer::from_slice(&world.context, "clearances", &vec![UNTOUCHED; count + 2]).unwrap();
@@ -153,7 +157,7 @@ fn clearances_equal_the_reference() {
             "clearance",
             &[("RINGS", rings), ("SECTORS", 4 * rings), ("local_size_x", group)],
             |pipeline| count as u32 * pipeline.local_size()[0],
-            &ClearancePush { candidate_count: count as u32, seed: SEED, scene_size: far },
+            &ClearancePush { candidate_count: count as u32, seed: SEED, side_bits, scene_size: far },
             &[
                 ("Nodes", &world.buffers.nodes),
                 ("Triangles", &world.buffers.triangles),
@@ -191,6 +195,7 @@ fn points_in_solids_have_no_clearance() {
     }
     let surfaces = Buffer::from_slice(&world.context, "surfaces", &world.surfaces).unwrap();
     let (count, far) = (200, 10.0);
+    let tracing = Tracing { naming: Naming::Place, ..tracing(&world, 4) };
     for group in [1, 8, 64] {
         let points = world.cache_points(&mut Random::new(43), count, 0.1);
         let candidates = Buffer::from_slice(&world.context, "candidates", &points).unwrap();
@@ -199,7 +204,7 @@ fn points_in_solids_have_no_clearance() {
             "clearance",
             &[("RINGS", 4), ("SECTORS", 16), ("local_size_x", group)],
             |pipeline| count as u32 * pipeline.local_size()[0],
-            &ClearancePush { candidate_count: count as u32, seed: SEED, scene_size: far },
+            &ClearancePush { candidate_count: count as u32, seed: SEED, side_bits: 1, scene_size: far },
             &[
                 ("Nodes", &world.buffers.nodes),
                 ("Triangles", &world.buffers.triangles),
@@ -209,8 +214,7 @@ fn points_in_solids_have_no_clearance() {
             ],
         );
         let found: Vec<Clearance> = clearances.read().unwrap();
-        let reference: Vec<bool> =
-            points.iter().map(|point| tracing(&world, 4).is_in_solid(point, far)).collect();
+        let reference: Vec<bool> = points.iter().map(|point| tracing.is_in_solid(point, far)).collect();
         let differ =
             found.iter().zip(&reference).filter(|(found, is)| (found.distance < 0.0) != **is).count();
         let inner = reference.iter().filter(|&&is| is).count();

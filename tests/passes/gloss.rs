@@ -154,7 +154,8 @@ fn rays_that_meet_glossy_surfaces_read_the_direction_that_they_come_from() {
         let GatherTarget::GlossBin(read) = read else { panic!("a glossy hit reads {read:?}") };
         let gloss_bin = &glossy.tables.bins[read as usize];
         let (point, ray) = (index as u32 / strata.rays(), index as u32 % strata.rays());
-        let direction = frame(glossy.points[point as usize].normal) * strata.direction(ray, point, SEED);
+        let from = &glossy.points[point as usize];
+        let direction = frame(from.normal) * strata.direction(ray, from.stream, SEED);
         let bin = DIRECTIONS.bin(-direction);
         assert_eq!(gloss_bin.cluster, cluster);
         // The mean of directions in a bin is at most in a neighbouring bin.

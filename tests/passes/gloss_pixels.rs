@@ -20,7 +20,7 @@ use lightpaths::passes::frame::gloss_records::BroadLobes;
 use lightpaths::passes::frame::gloss_samples::GlossPart;
 use lightpaths::passes::precompute::gather_rays;
 use lightpaths::passes::{OneLight, light_sources};
-use lightpaths::scene::{Light, LightKind};
+use lightpaths::scene::{Light, LightKind, Naming};
 use lightpaths::types::{NO_SIDE, NO_TARGET, PixelSurface, View};
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -91,6 +91,7 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
         hvds: &world.hvds,
         strata: Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors },
         seed: SEED,
+        naming: Naming::Number,
         entry_points: &world.in_clusters,
         min_entry_points: gather_rays::MIN_ENTRY_POINTS,
     };

@@ -4,7 +4,7 @@ use crate::common::assert_silent;
 use crate::world::{Random, World};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::light_paths::{Walk, Walker};
-use lightpaths::cpu::sampling::{owen_scramble, sample_3d, sobol};
+use lightpaths::cpu::sampling::{hash, owen_scramble, sample_3d, sobol};
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::path_scan::{FROM_ENTRY, HEAD};
@@ -135,6 +135,7 @@ fn vertices_equal_the_reference_in(world: &World) {
             throughput: Vec3::splat(entry.weight),
             incoming: Vec3::ZERO,
             path,
+            stream: hash(path),
             depth: 0,
             is_alive: 1,
         };
@@ -144,7 +145,7 @@ fn vertices_equal_the_reference_in(world: &World) {
             side: state.side,
             throughput: state.throughput.as_dvec3(),
             incoming: DVec3::ZERO,
-            path: state.path,
+            stream: state.stream,
             depth: 0,
         };
         let mut walkers: Vec<_> = states.iter().map(walker).collect();
@@ -204,6 +205,7 @@ fn paths_are_stored_whole_in(world: &World) {
                 throughput: Vec3::splat(e.weight),
                 incoming: Vec3::ZERO,
                 path,
+                stream: hash(path),
                 depth: 0,
                 is_alive: 1,
             })
@@ -222,6 +224,11 @@ fn paths_are_stored_whole_in(world: &World) {
         };
         expected.sort_by_key(is_edited);
         assert!(expected.iter().zip(&entries).all(|(path, entry)| path[0].0.position == entry.position));
+        // The streams follow the entry points.
+        let number = |entry: &PathVertex| traced.iter().position(|traced| traced.position == entry.position);
+        let streams = entries.iter().map(|entry| hash(number(entry).unwrap() as u32));
+        assert!(count > 65 || paths.streams == streams.collect::<Vec<_>>());
+        assert_eq!(paths.streams.len(), count);
         let first_edited: usize =
             expected.iter().filter(|path| !is_edited(path)).map(|path| path.len()).sum();
         let groups = [

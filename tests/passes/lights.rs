@@ -67,8 +67,9 @@ fn form_factors_equal_the_reference() {
             first.position = lights[0].position;
             last.position = lights[0].position - 1e-4 * world.geometry().normal(last.side);
         }
-        let pass = FormFactors::new(&world.context, &world.buffers, &points, area_m2).unwrap();
-        let in_chunks = FormFactors::in_chunks(&world.context, &world.buffers, &points, area_m2, 90).unwrap();
+        let pass = FormFactors::new(&world.context, &world.buffers, (&points, &[]), area_m2).unwrap();
+        let in_chunks =
+            FormFactors::in_chunks(&world.context, &world.buffers, (&points, &[]), area_m2, 90).unwrap();
         for (index, light) in lights.iter().enumerate() {
             // The old content does not matter.
             let factors = Buffer::from_slice(&world.context, "factors", &vec![-7.0_f32; count]).unwrap();

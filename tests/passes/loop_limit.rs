@@ -136,7 +136,7 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_truncated: bool) {
     assert!(Antialias::counted(&groups).unwrap() > 0);
 
     let entries = points(world, 500);
-    let pass = FormFactors::new(&context, &world.buffers, &entries, 0.01).unwrap();
+    let pass = FormFactors::new(&context, &world.buffers, (&entries, &[]), 0.01).unwrap();
     let factors = Buffer::storage(&context, "factors", 4 * entries.len() as u64).unwrap();
     assert_said(world, is_truncated, "form_factors", |world, rec| {
         pass.record(&mut rec.pass("form_factors"), &world.buffers, light, &factors);

@@ -102,7 +102,7 @@ fn near_hits_of(world: &World) {
         assert!(from.position.distance(patch.middle) < REACH);
         let entry = &patch_clusters[read as usize];
         assert_eq!((entry.cluster, entry.target), (cluster, packed.number(GatherTarget::Patch(read))));
-        let direction = frame(from.normal) * strata.direction(ray, point, SEED);
+        let direction = frame(from.normal) * strata.direction(ray, from.stream, SEED);
         let normal = world.geometry().normal(from.side);
         let origin = world.geometry().offset_origin(from.position, normal);
         let hit = world.geometry().closest(origin, direction).expect("a ray with a target met something");

@@ -6,6 +6,7 @@ use bytemuck::Zeroable;
 use glam::{DVec3, Vec3};
 use lightpaths::cpu;
 use lightpaths::cpu::hemisphere::Strata;
+use lightpaths::cpu::sampling::hash;
 use lightpaths::gpu::{Buffer, SplitBuffer};
 use lightpaths::passes::frame::form_factors::EntryPoint;
 use lightpaths::passes::frame::gloss::GlossBeam;
@@ -47,6 +48,11 @@ fn inputs(world: &World, count: u32) -> (Vec<EntryPoint>, Vec<f32>, Buffer, SkyT
     (points, radiances, table, SkyTable { first_word, side: SIDE })
 }
 
+/// Random stream indices of as many entry points.
+fn streams(count: u32) -> Vec<u32> {
+    (0..count).map(hash).collect()
+}
+
 fn sky_light(lights: &Buffer, table: SkyTable) -> OneLight<'_> {
     let row = LightSource::point(Vec3::ZERO, Vec3::ONE);
     OneLight { part_count: 0, sky: Some(table), ..OneLight::new(lights, 0, &row) }
@@ -58,7 +64,7 @@ fn sky_factors_equal_the_reference() {
     for (count, most) in [(1, 64), (97, 64), (1_500, 1_500), (1_500, 512)] {
         let (points, radiances, lights, table) = inputs(&world, count);
         let entry_points = SplitBuffer::cut(&world.context, "entry points", &points, most).unwrap();
-        let sky = SkyFactors::new(&world.context, &world.buffers, &entry_points).unwrap();
+        let sky = SkyFactors::new(&world.context, &world.buffers, &entry_points, &streams(count)).unwrap();
         let factors = Buffer::storage(&world.context, "factors", 4 * u64::from(count)).unwrap();
         let light = sky_light(&lights, table);
         let record = |rec: &mut lightpaths::gpu::Recorder| {
@@ -68,7 +74,7 @@ fn sky_factors_equal_the_reference() {
         world.context.run(record).unwrap();
         let found: Vec<f32> = factors.read().unwrap();
         let reference = |(number, point): (usize, &EntryPoint)| {
-            let point = (point.position, point.side, number as u32);
+            let point = (point.position, point.side, hash(number as u32));
             cpu::sky_factors::sky_factor(world.geometry(), strata(), point, (&radiances, SIDE), SKY_SEED)
         };
         let expected: Vec<f64> = points.iter().enumerate().map(reference).collect();
@@ -88,7 +94,7 @@ fn sky_beams_hold_the_form_factor() {
     let world = open_box();
     let (points, radiances, lights, table) = inputs(&world, 300);
     let entry_points = SplitBuffer::cut(&world.context, "entry points", &points, 128).unwrap();
-    let sky = SkyFactors::new(&world.context, &world.buffers, &entry_points).unwrap();
+    let sky = SkyFactors::new(&world.context, &world.buffers, &entry_points, &streams(300)).unwrap();
     // Every third entry point is glossy.
     let glossy: Vec<GlossEntry> = (0..300)
         .step_by(3)
@@ -111,7 +117,7 @@ fn sky_beams_hold_the_form_factor() {
     let found: Vec<GlossBeam> = beams.read().unwrap();
     let mut differing = 0;
     for (entry, beams) in glossy.iter().zip(found.chunks_exact(beam_count as usize)) {
-        let point = (entry.position, points[entry.path as usize].side, entry.path);
+        let point = (entry.position, points[entry.path as usize].side, hash(entry.path));
         let expected =
             cpu::sky_factors::sky_factor(world.geometry(), strata(), point, (&radiances, SIDE), SKY_SEED);
         let sum: f64 = beams.iter().map(|beam| f64::from(beam.factor)).sum();

@@ -254,7 +254,7 @@ fn facets_at_a_sharp_edge_share_no_records() {
         occluder: Vec3::ZERO,
         facet: Vec3::Y,
         inverse_reach: 0.0,
-        unused: 0,
+        stream: 0,
     };
     let there = Vec3::new(0.1, 0.0, 0.0);
     assert!(cover_weight(there, normal, Vec3::Y, &record, Tolerance::VALID) > 0.85);

@@ -6,6 +6,7 @@ use crate::common::{context, random_words};
 use glam::{DVec3, Vec2, Vec3};
 use lightpaths::cpu::math::ClearDistance;
 use lightpaths::cpu::rays::Geometry;
+use lightpaths::cpu::sampling::hash;
 use lightpaths::cpu::textures::Textures;
 use lightpaths::error::Result;
 use lightpaths::gpu::{Buffer, Context, Pipeline, Recorder};
@@ -19,7 +20,7 @@ use lightpaths::scene::grid::CellGrid;
 use lightpaths::scene::hvds::Hvds;
 use lightpaths::scene::opacity::MAX_LEVEL;
 use lightpaths::scene::{
-    CellSizes, Image, Material, OpacityMaps, Scene, Texture, Triangle, grid, shapes, surfaces,
+    CellSizes, Image, Material, Naming, OpacityMaps, Scene, Texture, Triangle, grid, shapes, surfaces,
 };
 use lightpaths::types::{CachePoint, PathVertex, PixelSurface, Reflectance, Surface};
 
@@ -113,7 +114,8 @@ impl World {
         let densities: Vec<f32> = (0..hvds.fragments.len())
             .map(|fragment| 1.0 + 7.0 * (fragment as f32 * 0.618_034).fract())
             .collect();
-        let in_clusters = Strata::new(&hvds, &densities, |_| 1.0, ENTRY_POINTS).in_clusters;
+        let in_clusters =
+            Strata::new(&hvds, &densities, |_| 1.0, ENTRY_POINTS, (1, Naming::Number)).in_clusters;
         let clusters = ClusterTables::new(&hvds, &in_clusters).upload(&context).unwrap();
         let clear_distance = ClearDistance::new(&bvh.nodes[0], &scene.cell_sizes);
         Self {
@@ -164,17 +166,19 @@ impl World {
         seed: u32,
     ) -> Result<(Vec<PathVertex>, LightPaths)> {
         let (context, buffers, materials) = (&self.context, &self.buffers, &self.materials);
+        let streams: Vec<u32> = (0..entry_points.len() as u32).map(hash).collect();
         let vertices = light_paths::trace(
             context,
             buffers,
             &self.clusters,
             (materials, &CellSizes::default()),
-            &entry_points,
+            (&entry_points, &streams),
             seed,
             &mut Silent,
         )?;
         let (base_count, has_images) = (self.clusters.base_count, buffers.textures.are_used);
-        Ok(LightPaths::new(vertices, entry_points, &self.surfaces, materials, base_count, has_images))
+        let entries = (entry_points, streams);
+        Ok(LightPaths::new(vertices, entries, &self.surfaces, materials, base_count, has_images))
     }
 
     pub(crate) fn reflectances(&self) -> Vec<Reflectance> {
@@ -218,10 +222,10 @@ impl World {
                 occluder: wall,
                 facet,
                 inverse_reach,
-                unused: 0,
+                stream: hash(index),
             }
         };
-        (0..count).map(point).collect()
+        (0..count as u32).map(point).collect()
     }
 
     pub(crate) fn pixels(&self, random: &mut Random, count: usize) -> Vec<PixelSurface> {

@@ -12,7 +12,7 @@ use lightpaths::passes::precompute::light_paths;
 use lightpaths::passes::precompute::path_orders::LightPaths;
 use lightpaths::passes::{ClusterTables, SceneBuffers};
 use lightpaths::renderer::Silent;
-use lightpaths::scene::{CellSizes, Scene, bvh::Bvh, grid, hvds::Hvds, shapes, surfaces};
+use lightpaths::scene::{CellSizes, Naming, Scene, bvh::Bvh, grid, hvds::Hvds, shapes, surfaces};
 
 const PATHS: u32 = 200_000;
 const CELLS: u32 = 16;
@@ -38,23 +38,24 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     let (low, high) = scene.bounds();
     let hvds = Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, CELLS));
     // Uniform density, so that all paths have the same weight.
-    let strata = Strata::new(&hvds, &vec![1.0; hvds.fragments.len()], |_| 1.0, PATHS);
+    let strata = Strata::new(&hvds, &vec![1.0; hvds.fragments.len()], |_| 1.0, PATHS, (3, Naming::Number));
     let clusters = ClusterTables::new(&hvds, &strata.in_clusters).upload(context).unwrap();
     let entry_points = entry_points::place(context, &buffers, &clusters, &strata, 3).unwrap();
     assert!(entry_points.iter().all(|point| (point.weight - 1.0).abs() < 1e-5));
+    let streams: Vec<u32> = (0..entry_points.len() as u32).collect();
     let materials = &scene.materials;
     let vertices = light_paths::trace(
         context,
         &buffers,
         &clusters,
         (materials, &CellSizes::default()),
-        &entry_points,
+        (&entry_points, &streams),
         7,
         &mut Silent,
     )
     .unwrap();
     let (entry_points, paths) =
-        LightPaths::new(vertices, entry_points, &surfaces, materials, clusters.base_count, false);
+        LightPaths::new(vertices, (entry_points, streams), &surfaces, materials, clusters.base_count, false);
     let mut targets = Vec::new();
     for step in &paths.steps {
         match step.material {

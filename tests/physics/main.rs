@@ -20,6 +20,7 @@ mod interior;
 mod lights;
 mod luminaires;
 mod meters;
+mod moved_models;
 mod panes;
 mod path_noise;
 mod path_tracer;

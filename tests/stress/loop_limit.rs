@@ -14,7 +14,7 @@ use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::passes::precompute::visibility::accessibility::{AccessibilityPoint, open_rays};
 use lightpaths::reference::{PathTracer, PhotonMapper, Progressive, TracedScene};
 use lightpaths::renderer::{Layer, Renderer, Silent};
-use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
+use lightpaths::scene::{Light, LightKind, LoadOptions, Naming, Quality, Scene, Triangle, shapes};
 use lightpaths::types::{Contribution, ContributionRange, LOOP_TRUNCATED, OPEN};
 
 /// A box of a metre, and a speck 200 m away: all of the box falls into a few clusters.
@@ -155,8 +155,9 @@ fn rays_through_more_boxes_than_they_go_through_find_nothing_without_a_word() {
     // Sixteen rays for each point, and few boxes for each.
     let some_needles = TracedScene::new(&context(), box_of_needles(10_000)).unwrap();
     let points = [AccessibilityPoint { position: few.scene.triangles[0].positions[0] * 0.9, side: 0 }; 64];
-    let open =
-        |scene: &TracedScene| open_rays(&context(), &scene.buffers, &points, Hemisphere::new(16), 0.4, 3);
+    let open = |scene: &TracedScene| {
+        open_rays(&context(), &scene.buffers, &points, Hemisphere::new(16), 0.4, (3, Naming::Number))
+    };
     let expected = open(&few).unwrap();
     if let Some(found) = found_or_refused(open(&some_needles), OVER_ONE_ANOTHER) {
         assert_eq!(found, expected, "other rays unreported");

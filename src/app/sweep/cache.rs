@@ -85,6 +85,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
         warnings: _,
         model_objects: _,
         model_boxes: _,
+        model_is_movable: _,
     } = scene;
     let shader = Shader::named("path_trace");
     write!(key, "{FORMAT} {} {} {budget} {}", shader.source_hash, fnv1a(&shader.bytes), quality.seed)

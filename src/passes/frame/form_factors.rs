@@ -88,14 +88,15 @@ impl FormFactors {
     /// Timing name of the sum over the lights.
     pub const FLUX_STEM: &str = "path_flux";
 
-    /// Uploads the entry points, with a mean area of `area_m2`, and bounds batches of them.
+    /// Uploads the entry points, with a mean area of `area_m2`, and bounds batches of them. Each
+    /// comes with the random stream index of its path.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(
         context: &Arc<Context>,
         scene: &SceneBuffers,
-        entry_points: &[PathVertex],
+        entry_points: (&[PathVertex], &[u32]),
         area_m2: f32,
     ) -> Result<Self> {
         Self::in_chunks(context, scene, entry_points, area_m2, SplitBuffer::longest::<EntryPoint>(context))
@@ -108,7 +109,7 @@ impl FormFactors {
     pub fn in_chunks(
         context: &Arc<Context>,
         scene: &SceneBuffers,
-        entry_points: &[PathVertex],
+        (entry_points, streams): (&[PathVertex], &[u32]),
         area_m2: f32,
         most: u32,
     ) -> Result<Self> {
@@ -131,7 +132,7 @@ impl FormFactors {
         };
         made.bound_batches(context, scene)?;
         if scene.emission.has_sky() {
-            made.sky = Some(SkyFactors::new(context, scene, &made.entry_points)?);
+            made.sky = Some(SkyFactors::new(context, scene, &made.entry_points, streams)?);
         }
         Ok(made)
     }

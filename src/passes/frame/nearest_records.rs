@@ -114,7 +114,7 @@ mod tests {
                 occluder: Vec3::ZERO,
                 facet: normal,
                 inverse_reach: 0.0,
-                unused: 0,
+                stream: 0,
             }
         };
         // All at one place, too.

@@ -363,7 +363,7 @@ mod tests {
             let point = |number: usize| {
                 let (position, normal) = place(number % 24);
                 let radius = if number.is_multiple_of(5) { 0.4 } else { 0.1 };
-                let (occluder, inverse_reach, unused) = (Vec3::ZERO, 0.0, 0);
+                let (occluder, inverse_reach, stream) = (Vec3::ZERO, 0.0, 0);
                 CachePoint {
                     position,
                     radius,
@@ -372,7 +372,7 @@ mod tests {
                     occluder,
                     facet: normal,
                     inverse_reach,
-                    unused,
+                    stream,
                 }
             };
             let points: Vec<CachePoint> = (0..1000).map(point).collect();

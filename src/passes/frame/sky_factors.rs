@@ -15,8 +15,6 @@ use std::sync::Arc;
 gpu_struct! {
     /// Push constants of `sky_visibility`.
     pub struct SkyVisibilityPush {
-        /// First index of the bound buffer of the entry points.
-        pub first_point: u32,
         /// First word of the dispatch in the bound buffer.
         pub first_word: u32,
         /// Words of the dispatch.
@@ -94,23 +92,36 @@ pub struct SkyFactors {
     beams: Pipeline,
     /// Sets of [`WORDS`] words an entry point, for each chunk of the entry points.
     visible: Vec<Buffer>,
+    /// Random stream index of each entry point, in the same chunks.
+    streams: Vec<Buffer>,
     /// Sets of an entry point: 1, or 3 if panes have colours.
     channels: u32,
 }
 
 impl SkyFactors {
-    /// Traces the rays of all entry points.
+    /// Traces the rays of all entry points. Each has a random stream index, in `streams`.
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub fn new(context: &Arc<Context>, scene: &SceneBuffers, entry_points: &SplitBuffer) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &SceneBuffers,
+        entry_points: &SplitBuffer,
+        streams: &[u32],
+    ) -> Result<Self> {
         let hemisphere = Hemisphere::new(SKY_RAYS).constants();
         let trace = Pipeline::new(context, VISIBILITY_STEM, &hemisphere)?;
-        let visible = entry_points.iter().map(|chunk| visible_rays(context, scene, &trace, chunk));
+        let own = |chunk: &Chunk| &streams[chunk.items.start as usize..chunk.items.end as usize];
+        let name = GrowsWith::EntryPoints.named("streams of paths");
+        let streams = entry_points.iter().map(|chunk| Buffer::from_slice(context, name, own(chunk)));
+        let streams = streams.collect::<Result<Vec<_>>>()?;
+        let chunks = entry_points.iter().zip(&streams);
+        let visible = chunks.map(|(chunk, streams)| visible_rays(context, scene, &trace, (chunk, streams)));
         Ok(Self {
             factors: Pipeline::new(context, "sky_factors", &hemisphere)?,
             beams: Pipeline::new(context, "sky_beams", &hemisphere)?,
             visible: visible.collect::<Result<_>>()?,
+            streams,
             channels: scene.light_channels,
         })
     }
@@ -126,7 +137,7 @@ impl SkyFactors {
         factors: &Buffer,
     ) {
         let Some(table) = light.sky else { return };
-        for (chunk, visible) in entry_points.iter().zip(&self.visible) {
+        for ((chunk, visible), streams) in entry_points.iter().zip(&self.visible).zip(&self.streams) {
             if chunk.items.start > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
@@ -147,6 +158,7 @@ impl SkyFactors {
                     ("Surfaces", &scene.surfaces),
                     ("Lights", light.table),
                     ("EntryPoints", &chunk.buffer),
+                    ("PathStreams", streams),
                     ("VisibleSky", visible),
                     ("FormFactors", factors),
                 ],
@@ -165,7 +177,7 @@ impl SkyFactors {
         beams: &Buffer,
     ) {
         let Some(table) = light.sky else { return };
-        for (chunk, visible) in entry_points.iter().zip(&self.visible) {
+        for ((chunk, visible), streams) in entry_points.iter().zip(&self.visible).zip(&self.streams) {
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch(
                 &self.beams,
@@ -185,6 +197,7 @@ impl SkyFactors {
                 &[
                     ("Lights", light.table),
                     ("GlossEntries", entries),
+                    ("PathStreams", streams),
                     ("VisibleSky", visible),
                     ("GlossBeams", beams),
                 ],
@@ -198,20 +211,14 @@ fn visible_rays(
     context: &Arc<Context>,
     scene: &SceneBuffers,
     trace: &Pipeline,
-    chunk: &Chunk,
+    (chunk, streams): (&Chunk, &Buffer),
 ) -> Result<Buffer> {
     let channels = scene.light_channels;
     let words = WORDS * channels * chunk.items.len() as u32;
     let visible =
         Buffer::storage(context, GrowsWith::EntryPoints.named("visible sky"), 4 * u64::from(words.max(1)))?;
     Chunks::new(1 << 12, words.max(1)).run(words, |first_word, word_count| {
-        let push = SkyVisibilityPush {
-            first_point: chunk.items.start,
-            first_word,
-            word_count,
-            channels,
-            seed: SKY_SEED,
-        };
+        let push = SkyVisibilityPush { first_word, word_count, channels, seed: SKY_SEED };
         let ((), timings) = context.run(|rec| {
             rec.pass(VISIBILITY_STEM).dispatch(
                 trace,
@@ -222,6 +229,7 @@ fn visible_rays(
                     ("Triangles", &scene.triangles),
                     ("Surfaces", &scene.surfaces),
                     ("EntryPoints", &chunk.buffer),
+                    ("PathStreams", streams),
                     ("VisibleSky", &visible),
                     ("TruncatedLoops", &scene.truncated_loops),
                 ],

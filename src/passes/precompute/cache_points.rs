@@ -75,8 +75,8 @@ impl SizeField {
         seed: u32,
         progress: &mut dyn Progress,
     ) -> Result<Self> {
-        let probe = ClearanceProbe::new(context, geometry.scene_size, seed)?;
-        let fragments = probed_fragments(&geometry.hvds.fragments, geometry.hvds.levels[0].len());
+        let probe = ClearanceProbe::new(context, geometry, seed)?;
+        let fragments = probed_fragments(&geometry.hvds.fragments, &geometry.names);
         begin_stage(progress, "clearances", fragments.len() as u64)?;
         let samples: Vec<_> =
             fragments.par_iter().map(|&fragment| geometry.draw(fragment, 0, seed)).collect();
@@ -130,7 +130,8 @@ pub fn place(
     let SizeField { probe, samples, clearances } = size_field;
     let neighbourhood = &Neighbourhood::new(geometry.hvds, samples, clearances);
     let demands = &Demand::of_fragment(geometry, &size_field.clearances_of(geometry, geometry.hvds));
-    let [mut unit, largest, sparse] = spread(demands, geometry.scene_size, budget);
+    let [mut unit, largest, sparse] =
+        spread(demands, geometry.scene_size, budget).map(|unit| geometry.naming.rounded(unit));
     let mut is_last = total(demands, |demand| demand.records(largest)) > HOPELESS * f64::from(budget);
     let first = unit;
     let mut known = HashMap::new();
@@ -254,7 +255,8 @@ impl Attempt<'_> {
             let count = CANDIDATES_PER_RECORD * self.demands[fragment].records(self.unit);
             let order =
                 self.is_last.then(|| self.demands[fragment].order(self.unit, self.geometry.scene_size));
-            let name = hash(fragment as u32);
+            // Hashed: `draw` shifts the points of seed 0 by a hash of the name itself.
+            let name = hash(self.geometry.names[fragment]);
             let rank = move |i: u32| match order {
                 None => hash(name ^ i),
                 Some(order) => order << 24 | hash(name ^ i) >> 8,
@@ -278,7 +280,7 @@ impl Attempt<'_> {
     fn probes(&self) -> Vec<Candidate> {
         let fragments = &self.geometry.hvds.fragments;
         let weight = |fragment: &Fragment| fragment.area_m2 / self.spacing_at(fragment.middle()).powi(2);
-        let all: f64 = fragments.iter().map(weight).sum();
+        let all = self.geometry.naming.rounded(fragments.iter().map(weight).sum());
         let counts =
             fragments.iter().map(|fragment| (f64::from(PROBES) * weight(fragment) / all).ceil() as u32);
         let of_fragment = |(fragment, count): (u32, u32)| (0..count).map(move |index| (fragment, index));

@@ -178,7 +178,7 @@ mod tests {
             occluder: Vec3::ZERO,
             facet: normal,
             inverse_reach: 0.0,
-            unused: 0,
+            stream: 0,
         };
         Placed { point, clearance: 1.0, spacing: 1.0 }
     }

@@ -110,7 +110,8 @@ impl<'a> RayDirections<'a> {
     /// The direction back along a ray.
     pub fn back(&self, ray: usize) -> DVec3 {
         let (point, ray) = (ray as u32 / self.strata.rays(), ray as u32 % self.strata.rays());
-        -(frame(self.points[point as usize].normal) * self.strata.direction(ray, point, self.seed))
+        let CachePoint { normal, stream, .. } = self.points[point as usize];
+        -(frame(normal) * self.strata.direction(ray, stream, self.seed))
     }
 }
 

@@ -1,11 +1,13 @@
 //! The surface on which cache points are placed.
 
-use super::fragment_points::{plane_sequence, point_in_polygon};
+use super::fragment_points::{name_of, plane_sequence, point_in_polygon};
 use crate::cpu::math::ClearDistance;
 use crate::cpu::sampling::hash;
-use crate::scene::{CellSizes, OpacityMaps, Triangle, fragment::Fragment, hvds::Hvds, solids::Solids};
+use crate::scene::{CellSizes, Naming, OpacityMaps, Triangle};
+use crate::scene::{fragment::Fragment, hvds::Hvds, solids::Solids};
 use crate::types::{CachePoint, Surface};
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 /// The scene as placement reads it.
 pub struct Geometry<'a> {
@@ -17,6 +19,10 @@ pub struct Geometry<'a> {
     pub surfaces: &'a [Surface],
     /// The hierarchy with the fragments on which candidates are drawn.
     pub hvds: &'a Hvds,
+    /// What random decisions are named by.
+    pub naming: Naming,
+    /// Name of each fragment, by [`Self::names_of`].
+    pub names: Vec<u32>,
     /// Diagonal of the scene, metres.
     pub scene_size: f32,
     /// Sizes of its cells.
@@ -31,6 +37,13 @@ pub struct Geometry<'a> {
 const TRIES: u32 = 256;
 
 impl Geometry<'_> {
+    /// A name for each fragment: its number, or one that follows from its place alone.
+    pub fn names_of(hvds: &Hvds, naming: Naming) -> Vec<u32> {
+        let by_place = |fragment: &Fragment| name_of(&fragment.corners, fragment.side % 2 == 1);
+        let name = |(number, fragment)| naming.pick(number as u32, || by_place(fragment));
+        hvds.fragments.par_iter().enumerate().map(name).collect()
+    }
+
     /// Whether a point of a side is in a hole.
     pub(super) fn is_hole(&self, point: &CachePoint) -> bool {
         self.opacity.is_hole_at(self.triangles, point.side / 2, point.position.as_dvec3())
@@ -60,12 +73,12 @@ impl Geometry<'_> {
     /// radius is left at zero. On a side with holes it is uniform over the rest, unless that is so
     /// small that all tries miss it.
     pub(super) fn draw(&self, fragment: usize, index: u32, seed: u32) -> CachePoint {
-        let drawn = self.draw_from(fragment, index, hash(fragment as u32 ^ hash(seed)));
+        let name = self.names[fragment];
+        let drawn = self.draw_from(fragment, index, hash(name ^ hash(seed)));
         if !self.opacity.has_holes(drawn.side / 2) {
             return drawn;
         }
-        let again =
-            |attempt| self.draw_from(fragment, attempt, hash(index ^ hash(fragment as u32 ^ hash(!seed))));
+        let again = |attempt| self.draw_from(fragment, attempt, hash(index ^ hash(name ^ hash(!seed))));
         let mut tries = std::iter::once(drawn).chain((0..TRIES).map(again));
         tries.find(|point| !self.is_hole(point)).unwrap_or(drawn)
     }
@@ -98,7 +111,7 @@ impl Geometry<'_> {
             occluder: Vec3::ZERO,
             facet: self.surfaces[side as usize / 2].normal_of(side % 2 == 1),
             inverse_reach: 0.0,
-            unused: 0,
+            stream: 0,
         }
     }
 }

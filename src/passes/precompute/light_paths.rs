@@ -26,8 +26,10 @@ gpu_struct! {
         pub throughput: Vec3,
         /// Unit direction of travel when it arrived; zero at an entry point.
         pub incoming: Vec3,
-        /// Random stream index of the path.
+        /// Index of the path.
         pub path: u32,
+        /// Its random stream index.
+        pub stream: u32,
         /// Vertices so far.
         pub depth: u32,
         /// One while the path continues.
@@ -36,10 +38,10 @@ gpu_struct! {
 }
 
 impl PathState {
-    /// The path with index `path` at its entry point. Roulette ends a path of low weight early.
-    pub fn at(path: u32, position: Vec3, side: u32, weight: f32) -> Self {
+    /// The path with these indices at its entry point. Roulette ends a path of low weight early.
+    pub fn at([path, stream]: [u32; 2], position: Vec3, side: u32, weight: f32) -> Self {
         let (throughput, incoming) = (Vec3::splat(weight), Vec3::ZERO);
-        Self { position, side, throughput, incoming, path, depth: 0, is_alive: 1 }
+        Self { position, side, throughput, incoming, path, stream, depth: 0, is_alive: 1 }
     }
 }
 
@@ -82,7 +84,8 @@ fn max_vertices(device_memory_bytes: u64) -> u64 {
 }
 
 /// Traces the path of each entry point and returns the vertices of all paths: those of one path in
-/// the order of the walk, the entry point first. `materials` as on the device.
+/// the order of the walk, the entry point first. Each entry point comes with its random stream
+/// index; `materials` as on the device.
 ///
 /// # Errors
 /// [`Error::OutOfMemory`] if there are too many vertices, for example if nothing is absorbed and no
@@ -92,16 +95,15 @@ pub fn trace(
     scene: &SceneBuffers,
     clusters: &ClusterBuffers,
     (materials, cell_sizes): (&[Material], &CellSizes),
-    entry_points: &[PathVertex],
+    (entry_points, streams): (&[PathVertex], &[u32]),
     seed: u32,
     progress: &mut dyn Progress,
 ) -> Result<Vec<Vertex>> {
     let mut vertices: Vec<Vertex> = Vec::with_capacity(entry_points.len() * 5);
     let mut live: Vec<PathState> = Vec::with_capacity(entry_points.len());
-    for (path, entry) in entry_points.iter().enumerate() {
-        let path = path as u32;
+    for ((path, entry), &stream) in (0..).zip(entry_points).zip(streams) {
         vertices.push(Vertex::new(path, entry, WHITE));
-        live.push(PathState::at(path, entry.position, entry.side, entry.weight));
+        live.push(PathState::at([path, stream], entry.position, entry.side, entry.weight));
     }
 
     let is_glossy = materials.iter().any(Material::may_be_glossy);

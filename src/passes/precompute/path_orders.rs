@@ -91,7 +91,7 @@ pub struct LightPaths {
     /// Paths grouped by the editable materials that reflect them, entry points aside. Empty if no
     /// material is editable.
     pub ranges: Vec<PathRange>,
-    /// Random stream index of each path. Empty if it equals the path's index.
+    /// Random stream index of each path.
     pub streams: Vec<u32>,
     /// Empty if nothing is glossy.
     pub arrivals: Arrivals,
@@ -100,13 +100,13 @@ pub struct LightPaths {
 }
 
 /// Reorders entry points and renumbers the paths, so that paths reflected by the same editable
-/// materials are consecutive. Returns the materials and the former index of each path. Entry points
-/// do not count: their reflection is part of the path's flux.
+/// materials are consecutive. Returns the materials of each path. Entry points do not count: their
+/// reflection is part of the path's flux.
 fn group(
     vertices: &mut [Vertex],
-    entry_points: &mut [PathVertex],
+    (entry_points, streams): (&mut [PathVertex], &mut [u32]),
     bit: impl Fn(u32) -> u32,
-) -> (Vec<u32>, Vec<u32>) {
+) -> Vec<u32> {
     let mut masks = vec![0; entry_points.len()];
     let mut pending: Vec<Option<u32>> = vec![None; entry_points.len()];
     for vertex in &*vertices {
@@ -126,26 +126,28 @@ fn group(
     vertices.iter_mut().for_each(|vertex| vertex.path = places[vertex.path as usize]);
     let sorted: Vec<PathVertex> = order.iter().map(|&path| entry_points[path as usize]).collect();
     entry_points.copy_from_slice(&sorted);
-    (order.iter().map(|&path| masks[path as usize]).collect(), order)
+    let sorted: Vec<u32> = order.iter().map(|&path| streams[path as usize]).collect();
+    streams.copy_from_slice(&sorted);
+    order.iter().map(|&path| masks[path as usize]).collect()
 }
 
 impl LightPaths {
-    /// The paths of these entry points from their vertices, and the entry points in the order of
-    /// the paths. If materials are editable, paths reflected by the same ones are consecutive.
-    /// `surfaces` in BVH order, `materials` as on the device.
+    /// The paths of these entry points and streams from their vertices, and the entry points in
+    /// the order of the paths. If materials are editable, paths reflected by the same ones are
+    /// consecutive. `surfaces` in BVH order, `materials` as on the device.
     pub fn new(
         mut vertices: Vec<Vertex>,
-        mut entry_points: Vec<PathVertex>,
+        (mut entry_points, mut streams): (Vec<PathVertex>, Vec<u32>),
         surfaces: &[Surface],
         materials: &[Material],
         base_clusters: u32,
         has_images: bool,
     ) -> (Vec<PathVertex>, Self) {
         let bits = editable_bits(materials);
-        let (mut masks, mut streams) = (Vec::new(), Vec::new());
+        let mut masks = Vec::new();
         if bits.iter().any(|&bit| bit != 0) {
             let bit = |side: u32| bits[surfaces[side as usize / 2].material as usize];
-            (masks, streams) = group(&mut vertices, &mut entry_points, bit);
+            masks = group(&mut vertices, (&mut entry_points, &mut streams), bit);
         }
         let may_be_glossy: Vec<bool> = materials.iter().map(Material::may_be_glossy).collect();
         let count = entry_points.len();

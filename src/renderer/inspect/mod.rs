@@ -90,6 +90,14 @@ impl Renderer {
         Ok(weights.iter().map(fraction).collect())
     }
 
+    /// All cache points, in the order of their records.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn cache_points(&self) -> Result<Vec<CachePoint>> {
+        self.transport.gather.cache_points.read()
+    }
+
     /// The cache point nearest to `position` on a surface with unit normal `normal`. A point with a
     /// different normal is returned only if no other exists. `None` if there are no cache points.
     /// Reads all of them.
@@ -97,7 +105,7 @@ impl Renderer {
     /// # Errors
     /// The device failed.
     pub fn nearest_cache_point(&self, position: Vec3, normal: Vec3) -> Result<Option<u32>> {
-        let points: Vec<CachePoint> = self.transport.gather.cache_points.read()?;
+        let points = self.cache_points()?;
         let distance = |point: &CachePoint| {
             let is_other = point.normal.dot(normal) < ALIKE;
             (is_other, point.position.distance_squared(position))

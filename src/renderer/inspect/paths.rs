@@ -47,7 +47,7 @@ impl Renderer {
         let steps = self.transport.path_scan.steps_of(entry_point)?;
         let Some(head) = steps.first() else { return Ok(Vec::new()) };
         let entry = self.transport.form_factors.entry_point(entry_point)?;
-        let name = self.world.path_streams.get(entry_point as usize).copied().unwrap_or(entry_point);
+        let stream = self.world.path_streams[entry_point as usize];
         let cell_sizes = &self.world.scene.cell_sizes;
         let clusters = match cell_sizes.regions.is_empty() {
             true => ClusterBuffers::none(&self.context)?,
@@ -58,7 +58,7 @@ impl Renderer {
             &self.world.buffers,
             (&clusters, cell_sizes),
             &self.world.traced_with,
-            PathState::at(name, entry.position, entry.side, head.weight),
+            PathState::at([0, stream], entry.position, entry.side, head.weight),
             self.world.scene.quality.seed,
         )?;
         let geometry = self.geometry()?;

@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::passes::frame::gather::Gather;
 use crate::passes::gather_targets::{GatherTarget, Met};
 use crate::passes::gloss_tables::GlossBin;
-use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS};
+use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS, far_cells};
 use crate::passes::precompute::rays::{RayAnswer, RayQuery};
 use crate::scene::octahedral;
 use crate::types::{CachePoint, NO_SIDE};
@@ -51,7 +51,7 @@ enum Kind {
 /// A gather target that some rays of a point read.
 struct Reading {
     target_index: u32,
-    material: u32,
+    met: Met,
     kind: Kind,
     /// The cluster that the target stands for.
     cluster: u32,
@@ -75,10 +75,11 @@ impl Renderer {
             hvds: &self.world.cluster_tables.hvds,
             strata: Strata { rings, sectors },
             seed: self.world.scene.quality.seed,
+            naming: self.world.scene.naming(),
             entry_points: &self.world.cluster_tables.entry_points,
             min_entry_points: MIN_ENTRY_POINTS,
         };
-        let rays = (0..tracing.strata.rays()).filter_map(|ray| tracing.ray(&place, point, ray));
+        let rays = (0..tracing.strata.rays()).filter_map(|ray| tracing.ray(&place, ray));
         let rays: Vec<Ray> = rays.collect();
         let query = |ray: &Ray| RayQuery { origin: ray.origin, direction: ray.direction.as_vec3() };
         let queries: Vec<RayQuery> = rays.iter().map(query).collect();
@@ -110,7 +111,8 @@ impl Renderer {
                 return segment;
             };
             segment.cluster = Some(cluster);
-            segment.target_index = reading_of(&readings, [cluster, material], -ray.direction);
+            let met = Met { material, is_far: is_far(&tracing, &hit, ray.direction) };
+            segment.target_index = reading_of(&readings, (cluster, met), -ray.direction);
             if let Some(target_index) = segment.target_index {
                 let colour = tracing.geometry.colour(hit.triangle, hit.barycentric).as_vec3();
                 let [diffuse, gloss] = radiances
@@ -158,7 +160,7 @@ impl Renderer {
         let patches = self.transport.live_sets.near_patches();
         let packing = &self.transport.gather.packing;
         let reading = |target_index: u32| {
-            let (target, Met { material, .. }) = packing.unpack(targets[target_index as usize])?;
+            let (target, met) = packing.unpack(targets[target_index as usize])?;
             let (kind, cluster) = match target {
                 GatherTarget::Sky(_) => return None,
                 GatherTarget::Cluster(cluster) => (Kind::Cluster, cluster),
@@ -168,16 +170,15 @@ impl Renderer {
                     (Kind::Bin(gloss_bin.direction), gloss_bin.cluster)
                 }
             };
-            Some(Reading { target_index, material, kind, cluster })
+            Some(Reading { target_index, met, kind, cluster })
         };
         Ok(target_indices.into_iter().filter_map(reading).collect())
     }
 }
 
-/// The index of the target that a ray reads if it met `cluster` and `material`; `back` points
-/// to its origin.
-fn reading_of(readings: &[Reading], [cluster, material]: [u32; 2], back: DVec3) -> Option<u32> {
-    let fits = |found: &&Reading| [found.cluster, found.material] == [cluster, material];
+/// The index of the target that a ray reads if it met that cluster so; `back` points to its origin.
+fn reading_of(readings: &[Reading], (cluster, met): (u32, Met), back: DVec3) -> Option<u32> {
+    let fits = |found: &&Reading| (found.cluster, found.met) == (cluster, met);
     // A gloss bin gets at most 1: rays of other directions may read it better.
     let fitness = |found: &Reading| match found.kind {
         Kind::Cluster | Kind::Patch => 2.0,
@@ -186,6 +187,15 @@ fn reading_of(readings: &[Reading], [cluster, material]: [u32; 2], back: DVec3) 
     let fitting = readings.iter().filter(fits);
     let best = fitting.max_by(|a, b| fitness(a).total_cmp(&fitness(b)));
     best.map(|found| found.target_index)
+}
+
+/// Whether a hit is so far away that bright clusters are sampled apart.
+fn is_far(tracing: &Tracing<'_>, hit: &Hit, direction: DVec3) -> bool {
+    let normal = tracing.geometry.normal(tracing.geometry.side(hit.triangle, direction));
+    let level = tracing.hvds.cell_at(hit.position.as_vec3(), normal).level;
+    let cell = tracing.hvds.grid.cell_size() * f64::from(1_u32 << level);
+    let Strata { rings, sectors } = tracing.strata;
+    hit.t > f64::from(far_cells(Hemisphere { rings, sectors })) * cell
 }
 
 /// The hit of a ray, from the device's answer.

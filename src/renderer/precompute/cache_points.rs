@@ -14,8 +14,9 @@ use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::visibility::near_clusters;
 use crate::passes::precompute::{Progress, entry_points};
 use crate::renderer::quality_warnings::uncovered;
-use crate::scene::{Measure, Scene};
+use crate::scene::{Measure, Naming, Scene};
 use crate::types::CachePoint;
+use glam::Vec3;
 use std::sync::Arc;
 
 /// A cache point sees near-field patches if its clearance is below this many base cells.
@@ -55,16 +56,27 @@ impl Points {
         let (quality, hvds, cell_size) = (&scene.quality, &hierarchy.hvds, hierarchy.cell_size);
         let mut placement = cache_points::place(size_field, &reachable.buffers, geometry, quality, progress)?;
         entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
+        let places: Vec<Vec3> = placement.points.iter().map(|placed| placed.point.position).collect();
+        let naming = scene.naming();
+        let streams = entry_points::streams_along_curve(&places, &hvds.grid, (quality, naming));
+        for (placed, stream) in placement.points.iter_mut().zip(streams) {
+            placed.point.stream = stream;
+        }
         let within =
             |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size * placed.spacing;
         let has_gaps = quality.gap_rounds > 0;
         let [is_narrow, is_near] =
             [NARROW, SEES_NEAR].map(|cells| within(if has_gaps { cells } else { 0.0 }));
         placement.points.sort_by_key(|placed| (!is_near(placed), !is_narrow(placed)));
+        if naming == Naming::Number {
+            (0..).zip(&mut placement.points).for_each(|(number, placed)| placed.point.stream = number);
+        }
         let mut points: Vec<CachePoint> = placement.points.iter().map(|placed| placed.point).collect();
         let mut neighbourhoods = Neighbourhoods::new(&placement.points);
         if scene.measuring_points()[0] > 0 {
-            let meters = meters::points(scene, &reachable.buffers, size_field, placement.min_radius)?;
+            let first = naming.pick(points.len() as u32, || 0);
+            let meters =
+                meters::points(scene, &reachable.buffers, size_field, (placement.min_radius, first))?;
             meters.iter().for_each(|_| neighbourhoods.push_alone());
             points.extend(meters);
         }

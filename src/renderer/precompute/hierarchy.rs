@@ -130,7 +130,8 @@ impl Hierarchy {
             false => 0.0,
         };
         let densities: Vec<f32> = cells.fragments.iter().zip(&clearances).map(of_fragment).collect();
-        let strata = Strata::new(&cells, &densities, nominal, quality.entry_points);
+        let strata =
+            Strata::new(&cells, &densities, nominal, quality.entry_points, (quality.seed, scene.naming()));
         let hemisphere = Hemisphere::new(quality.gather_rays);
         let finest_size = cells.grid.cell_size() as f32;
         let [resolved, parted] = narrow_cavities::resolved(scene.span_m(), finest_size, hemisphere);

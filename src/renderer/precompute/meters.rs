@@ -7,13 +7,14 @@ use crate::scene::{Meter, Scene};
 use crate::types::CachePoint;
 use bytemuck::Zeroable;
 
-/// The points of all meters, in order, each as many times as it has cache points. The radius is
-/// `radius`, or zero in a solid, where nothing is measured.
+/// The points of all meters, in order, each as many times as it has cache points. Their random
+/// streams are consecutive from `first_stream`. The radius is `radius`, or zero in a solid, where
+/// nothing is measured.
 pub(super) fn points(
     scene: &Scene,
     buffers: &SceneBuffers,
     size_field: &SizeField,
-    radius: f32,
+    (radius, first_stream): (f32, u32),
 ) -> Result<Vec<CachePoint>> {
     let of_meter = |meter: &Meter| {
         let point = |(position, normal)| CachePoint {
@@ -33,5 +34,6 @@ pub(super) fn points(
         }
     }
     let [_, times] = scene.measuring_points();
-    Ok(points.into_iter().flat_map(|point| std::iter::repeat_n(point, times)).collect())
+    let repeated = points.into_iter().flat_map(|point| std::iter::repeat_n(point, times));
+    Ok((first_stream..).zip(repeated).map(|(stream, point)| CachePoint { stream, ..point }).collect())
 }

@@ -13,6 +13,7 @@ use crate::passes::precompute::visibility::accessibility::{self, Accessibility};
 use crate::passes::precompute::{Progress, begin_stage, entry_points, gather_rays, light_paths};
 use crate::renderer::statistics::Watch;
 use crate::scene::Scene;
+use glam::Vec3;
 use std::sync::Arc;
 
 /// Traces everything that does not depend on lights. Reorders the scene's triangles to BVH order.
@@ -43,16 +44,19 @@ pub(in crate::renderer) fn precompute(
     let Hierarchy { hvds, clusters, strata, .. } = &hierarchy;
     let entry_points = entry_points::place(context, buffers, clusters, strata, seed)?;
     let entry_points = entry_points::without_holes(entry_points, scene);
+    let places: Vec<Vec3> = entry_points.iter().map(|point| point.position).collect();
+    let naming = scene.naming();
+    let streams = entry_points::streams_along_curve(&places, &hvds.grid, (&scene.quality, naming));
     watch.lap("entry points");
 
     // Light paths from the entry points; each vertex contributes to its cluster. [Yue §1, §2]
     let vertices = light_paths::trace(
-        context, buffers, clusters, (materials, &scene.cell_sizes), &entry_points, seed, progress,
+        context, buffers, clusters, (materials, &scene.cell_sizes), (&entry_points, &streams), seed, progress,
     )?;
-    let Accessibility { vertices, shown_m2 } = accessibility::measure(context, buffers, hvds, vertices, seed)?;
+    let Accessibility { vertices, shown_m2 } = accessibility::measure(context, buffers, hvds, vertices, (seed, naming))?;
     let (base_count, has_images) = (clusters.base_count, buffers.textures.are_used);
     let (entry_points, paths) =
-        LightPaths::new(vertices, entry_points, surfaces, materials, base_count, has_images);
+        LightPaths::new(vertices, (entry_points, streams), surfaces, materials, base_count, has_images);
     watch.lap("light paths");
 
     // Cache points, and the rays that gather irradiance there. [Yue §1, §3]

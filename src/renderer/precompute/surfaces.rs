@@ -84,6 +84,8 @@ impl Reachable {
             opacity: &scene.opacity,
             surfaces: &self.surfaces,
             hvds,
+            naming: scene.naming(),
+            names: Geometry::names_of(hvds, scene.naming()),
             scene_size: self.scene_size,
             cell_sizes: &scene.cell_sizes,
             solids: &self.solids,

@@ -9,7 +9,7 @@ use crate::cache_file::CacheMiss;
 use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD};
 use crate::passes::precompute::cache_points::RADIUS_RANGE;
 use crate::scene::hvds::Hvds;
-use crate::scene::{Scene, split_planes};
+use crate::scene::{Naming, Scene, split_planes};
 use crate::types::{CachePoint, NO_CLUSTER, ROUNDED, Surface};
 use glam::Vec3;
 
@@ -84,9 +84,15 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let base = hvds.levels[0].len();
     demand(contents.numbers.all_area_m2.is_finite() && contents.numbers.all_area_m2 >= 0.0, "area")?;
     demand(contents.numbers.clearance > 0.0, "clearance before the surface")?;
-    // None stands in a hole.
+    let has_holes = !scene.opacity.is_empty();
     let wanted = scene.quality.entry_points as usize;
-    let is_count = entry_points.len() == wanted || !scene.opacity.is_empty() && entry_points.len() < wanted;
+    let is_count = match scene.naming() {
+        // None stands in a hole.
+        Naming::Number => entry_points.len() == wanted || has_holes && entry_points.len() < wanted,
+        // Sums are rounded by a 64th, and a block of clusters has at most one point more than it
+        // asks for.
+        Naming::Place => entry_points.len() <= wanted + wanted / 60 + base,
+    };
     demand(is_count, "number of entry points")?;
     for point in entry_points {
         let is_held = point.cluster == NO_CLUSTER || (point.cluster as usize) < base;
@@ -118,9 +124,7 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
         end = group.steps.end;
     }
     demand(end as usize <= steps.len(), "groups of paths")?;
-    let names = &paths.streams;
-    let are_names = names.is_empty() || names.len() == entry_points.len();
-    demand(are_names && names.iter().all(|&name| is_path(name)), "names of paths")
+    demand(paths.streams.len() == entry_points.len(), "streams of paths")
 }
 
 /// Whether the scene has images: steps and gather rays then have colours.

@@ -8,7 +8,7 @@ use crate::scene::{Material, Meter, Scene};
 use glam::Vec3;
 
 /// Version of the contents and of the host's algorithms, which no shader hash covers.
-const CONTENTS: u32 = 10;
+const CONTENTS: u32 = 11;
 
 /// Dependencies that distinguish the entries of a folder. A new program or driver replaces the
 /// entry of the old one.
@@ -23,7 +23,7 @@ pub(super) fn key(context: &Context, scene: &Scene) -> Key {
         .with("geometry", geometry(scene))
         .with("materials", materials(&scene.materials))
         .with("viewpoints", viewpoints(&scene.viewpoints()))
-        .with("settings", hash(format!("{:?}", scene.quality).as_bytes()))
+        .with("settings", hash(format!("{:?} {:?}", scene.quality, scene.naming()).as_bytes()))
 }
 
 fn program(context: &Context) -> [u64; 2] {

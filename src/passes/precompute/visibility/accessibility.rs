@@ -13,7 +13,7 @@ use crate::passes::precompute::gather_rays::Hemisphere;
 use crate::passes::precompute::path_orders::Vertex;
 use crate::passes::precompute::{Chunks, each_part};
 use crate::passes::{SceneBuffers, loop_limit};
-use crate::scene::{hvds::Hvds, unweighted::NEARBY};
+use crate::scene::{Naming, hvds::Hvds, unweighted::NEARBY};
 use crate::types::{LOOP_TRUNCATED, NO_CLUSTER, OPEN};
 use glam::Vec3;
 use std::sync::Arc;
@@ -34,6 +34,8 @@ gpu_struct! {
         pub point_count: u32,
         /// Seed of all decisions.
         pub seed: u32,
+        /// Bits of a side that name it.
+        pub side_bits: u32,
         /// Distance beyond which hits do not count, metres.
         pub reach: f32,
     }
@@ -70,7 +72,7 @@ pub fn measure(
     scene: &SceneBuffers,
     hvds: &Hvds,
     mut vertices: Vec<Vertex>,
-    seed: u32,
+    names: (u32, Naming),
 ) -> Result<Accessibility> {
     let is_asked = |vertex: &Vertex| {
         vertex.cluster != NO_CLUSTER && hvds.unweighted[vertex.cluster as usize] != NO_CLUSTER
@@ -92,7 +94,7 @@ pub fn measure(
         let point =
             |vertex: &&mut Vertex| AccessibilityPoint { position: vertex.position, side: vertex.side };
         let points: Vec<_> = asked.iter().map(point).collect();
-        let open = open_rays(context, scene, &points, Hemisphere::new(rays), reach, seed)?;
+        let open = open_rays(context, scene, &points, Hemisphere::new(rays), reach, names)?;
         for (vertex, open) in asked.iter_mut().zip(open) {
             let counts = MIN_WEIGHT + (1.0 - MIN_WEIGHT) * open as f32 / rays as f32;
             vertex.accessibility = (counts * OPEN as f32).round() as u32;
@@ -118,13 +120,14 @@ pub fn open_rays(
     points: &[AccessibilityPoint],
     hemisphere: Hemisphere,
     reach: f32,
-    seed: u32,
+    (seed, naming): (u32, Naming),
 ) -> Result<Vec<u32>> {
     /// Maximum number of points of one dispatch.
     const LIMIT: u64 = 1 << 17;
     let bindable = context.limits().storage_range_bytes / size_of::<AccessibilityPoint>() as u64;
     let limit = (points.len() as u64).min(LIMIT).min(bindable).max(1);
     let pipeline = Pipeline::new(context, STEM, &hemisphere.constants())?;
+    let side_bits = naming.side_bits();
     let asked =
         Buffer::storage(context, "accessibility points", limit * size_of::<AccessibilityPoint>() as u64)?;
     let answered = Buffer::storage(context, "open rays", 4 * limit)?;
@@ -142,7 +145,7 @@ pub fn open_rays(
                 rec.pass(STEM).dispatch(
                     &pipeline,
                     [point_count, 1, 1],
-                    &AccessibilityPush { point_count, seed, reach },
+                    &AccessibilityPush { point_count, seed, side_bits, reach },
                     &[
                         ("Nodes", &scene.nodes),
                         ("Triangles", &scene.triangles),

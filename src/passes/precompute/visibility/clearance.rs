@@ -6,6 +6,7 @@ use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::precompute::gather_rays::Hemisphere;
+use crate::passes::precompute::geometry::Geometry;
 use crate::passes::precompute::{Chunks, Progress, advance, each_part};
 use crate::passes::{SceneBuffers, loop_limit};
 use crate::types::CachePoint;
@@ -37,6 +38,8 @@ gpu_struct! {
         pub candidate_count: u32,
         /// Seed of all decisions.
         pub seed: u32,
+        /// Bits of a side that name it.
+        pub side_bits: u32,
         /// Clearance where no ray hits, metres.
         pub scene_size: f32,
     }
@@ -63,6 +66,7 @@ pub(in crate::passes::precompute) struct ClearanceProbe {
     /// Size of the dispatches, from the durations of earlier ones.
     chunks: Mutex<Chunks>,
     scene_size: f32,
+    side_bits: u32,
     seed: u32,
 }
 
@@ -72,7 +76,7 @@ impl ClearanceProbe {
 
     pub(in crate::passes::precompute) fn new(
         context: &Arc<Context>,
-        scene_size: f32,
+        geometry: &Geometry<'_>,
         seed: u32,
     ) -> Result<Self> {
         let [rings, sectors] = Hemisphere::new(CLEARANCE_RAYS).constants();
@@ -90,7 +94,8 @@ impl ClearanceProbe {
             candidates,
             clearances,
             chunks: Mutex::new(Chunks::new(FIRST, limit)),
-            scene_size,
+            scene_size: geometry.scene_size,
+            side_bits: geometry.naming.side_bits(),
             seed,
         })
     }
@@ -106,7 +111,7 @@ impl ClearanceProbe {
         chunks.run_batches(candidates.len() as u32, |first, parts| {
             let count = parts.last().map_or(0, |part| part.end);
             self.from_host.write(&candidates[first as usize..(first + count) as usize]);
-            let (seed, scene_size) = (self.seed, self.scene_size);
+            let &Self { seed, scene_size, side_bits, .. } = self;
             let ((), timings) = self.context.run(|rec| {
                 each_part(rec, parts, |rec, part| {
                     let candidate_count = part.end - part.start;
@@ -115,7 +120,7 @@ impl ClearanceProbe {
                     rec.pass(STEM).dispatch(
                         &self.pipeline,
                         [candidate_count * self.pipeline.local_size()[0], 1, 1],
-                        &ClearancePush { candidate_count, seed, scene_size },
+                        &ClearancePush { candidate_count, seed, side_bits, scene_size },
                         &[
                             ("Nodes", &scene.nodes),
                             ("Triangles", &scene.triangles),

@@ -55,8 +55,11 @@ pub fn exposed_fractions(
     let near = |(&fragment, t): (&usize, f32)| (t >= 0.0 && t < GAP * cell(fragment)).then_some(fragment);
     let near: Vec<usize> = left.iter().zip(answers.iter().map(|answer| answer.t)).filter_map(near).collect();
     let around = |ray: u32| {
-        let (origin, normal) = origin(near[(ray / (POINTS * RAYS)) as usize], ray / RAYS % POINTS);
-        let [x, y, _] = plastic_sequence(ray ^ hash(seed) >> 8);
+        let fragment = near[(ray / (POINTS * RAYS)) as usize];
+        let (origin, normal) = origin(fragment, ray / RAYS % POINTS);
+        let of_fragment = ray % (POINTS * RAYS);
+        let first = geometry.naming.pick(ray - of_fragment, || hash(geometry.names[fragment]) >> 8);
+        let [x, y, _] = plastic_sequence((first + of_fragment) ^ hash(seed) >> 8);
         RayQuery { origin, direction: (normal + sphere([x, y])).try_normalize().unwrap_or(normal) }
     };
     let queries: Vec<_> =

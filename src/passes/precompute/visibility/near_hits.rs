@@ -119,7 +119,7 @@ impl NearHits {
                 continue;
             }
             // The hit of the ray on the cluster's plane, clamped to its box.
-            let direction = (frame * strata.direction(ray, index, sources.seed)).as_vec3();
+            let direction = (frame * strata.direction(ray, point.stream, sources.seed)).as_vec3();
             let facing = direction.dot(patch.normal).min(-1e-3);
             let distance = (patch.middle - point.position).dot(patch.normal) / facing;
             let place = point.position + distance.clamp(0.0, 2.0 * reach) * direction;

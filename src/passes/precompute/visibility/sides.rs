@@ -7,8 +7,10 @@
 //! lights do not matter: an enclosure without a camera is not visible.
 
 use crate::cpu::math::ClearDistance;
+use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::passes::SceneBuffers;
+use crate::passes::precompute::fragment_points::name_of;
 use crate::passes::precompute::rays::{RayQuery, Rays};
 use crate::scene::{Measure, Scene, Triangle, solids::Solids};
 use crate::types::{NO_SIDE, Surface};
@@ -101,6 +103,7 @@ pub fn deactivate_unreachable(
     let mut sources = Vec::new();
     let outside = side_count;
     let is_active = |surfaces: &[Surface], side: usize| surfaces[side / 2].side_is_active(side % 2 == 1);
+    let naming = scene.naming();
     let rays_per_side = RAYS_PER_SIDE.max(RAYS / side_count.max(1)) as u32;
     for side in 0..side_count {
         if !is_active(surfaces, side) {
@@ -108,12 +111,15 @@ pub fn deactivate_unreachable(
         }
         let [p0, p1, p2] = scene.triangles[side / 2].positions;
         let normal = surfaces[side / 2].normal_of(side % 2 == 1);
+        let name = || name_of(&[p0, p1, p2], side % 2 == 1);
+        let first = naming.pick(side as u32 * rays_per_side, || name() >> 8);
+        let other = naming.pick(side as u32, || hash(name()) >> 8);
         for ray in 0..rays_per_side {
-            let u = plastic_sequence(side as u32 * rays_per_side + ray);
+            let u = plastic_sequence(first + ray);
             let along = u[0].sqrt();
             let position = (1.0 - along) * p0 + along * ((1.0 - u[1]) * p1 + u[1] * p2);
             // Lambert's law needs no frame: the normal plus a point on the unit sphere.
-            let direction = normal + sphere([u[2], plastic_sequence(ray ^ side as u32)[0]]);
+            let direction = normal + sphere([u[2], plastic_sequence(other ^ ray)[0]]);
             queries.push(RayQuery { origin: position + clear_distance.at(position) * normal, direction });
             sources.push(side);
         }

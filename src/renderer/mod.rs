@@ -160,7 +160,8 @@ impl Renderer {
         scene: Scene,
         mut made: Precomputed,
     ) -> Result<(World, Transport, Statistics)> {
-        // Paths are grouped by editable materials after they are traced.
+        // A path's stream is its number before paths are grouped by editable materials. Rays of the
+        // sky take the number after that.
         let numbers: Vec<u32> = (0..made.entry_points.len() as u32).collect();
         let streams = match scene.naming() {
             Naming::Number => &numbers,

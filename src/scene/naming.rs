@@ -1,10 +1,9 @@
 //! What the random decisions of the precomputation are named by.
 
 /// What the random decisions of the precomputation are named by.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Naming {
     /// Numbers: of triangles, paths and records. Those of the whole scene are stratified.
-    #[default]
     Number,
     /// Places: surface that does not move keeps its decisions while other surface moves. What lies
     /// in different parts of the scene is not stratified together.

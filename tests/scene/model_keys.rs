@@ -1,8 +1,8 @@
-//! The keys `matrix` and `material` of a model.
+//! The keys `matrix`, `material` and `movable` of a model.
 
 use glam::{DMat4, DQuat, DVec3, EulerRot, Vec3};
 use lightpaths::scene::save::{Edited, SceneText};
-use lightpaths::scene::{LoadOptions, Scene};
+use lightpaths::scene::{LoadOptions, Naming, Scene};
 
 use super::refused::message;
 use super::{CAMERA, HEAD, LIGHT, SQUARE, close, load};
@@ -33,6 +33,16 @@ fn a_matrix_is_the_transform_of_the_three_keys() {
     assert!((stated.origin - by_matrix.origin).length() < 1e-6);
     for (a, b) in stated.triangles.iter().zip(&by_matrix.triangles) {
         assert!((0..3).all(|i| close(a.positions[i], b.positions[i]) && close(a.normals[i], b.normals[i])));
+    }
+}
+
+/// One model that can move is enough to name random decisions by place.
+#[test]
+fn decisions_are_named_by_place_where_a_model_is_movable() {
+    for (keys, naming) in
+        [("", Naming::Number), ("movable = false", Naming::Number), ("movable = true", Naming::Place)]
+    {
+        assert_eq!(with_keys(keys).unwrap().naming(), naming, "{keys}");
     }
 }
 

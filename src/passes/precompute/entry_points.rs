@@ -254,8 +254,7 @@ pub fn streams_along_curve(
 }
 
 /// Levels of halving from the scene to the cubes of [`streams_along_curve`]: a room with that
-/// budget of cache points has some 25 in each. Points on either side of a cube's face are not
-/// stratified among themselves; cubes of half that width have a tenth more noise.
+/// budget of cache points has some 25 in each. Points of different cubes are not stratified.
 fn cube_bits(cache_points: u32) -> u32 {
     (cache_points / 128).max(1).ilog2() / 2
 }

@@ -53,7 +53,8 @@ pub(in crate::renderer) fn precompute(
     let vertices = light_paths::trace(
         context, buffers, clusters, (materials, &scene.cell_sizes), (&entry_points, &streams), seed, progress,
     )?;
-    let Accessibility { vertices, shown_m2 } = accessibility::measure(context, buffers, hvds, vertices, (seed, naming))?;
+    let Accessibility { vertices, shown_m2 } =
+        accessibility::measure(context, buffers, hvds, vertices, (seed, naming))?;
     let (base_count, has_images) = (clusters.base_count, buffers.textures.are_used);
     let (entry_points, paths) =
         LightPaths::new(vertices, (entry_points, streams), surfaces, materials, base_count, has_images);

@@ -20,6 +20,7 @@ layout(constant_id = 1) const uint SECTORS = 0;
 struct Clearance {
     float distance;  // metres; INTERIOR in a solid
     vec3 occluder;       // nearest occluder plane as in CachePoint, if it faces 45° or more away from the surface; else zero
+    int inner;           // probes that meet inner sides, less probes that meet others
 };
 const float INTERIOR = -1.0;
 const float UNKNOWN = -2.0;  // truncated loop
@@ -113,6 +114,6 @@ void main() {
         // take no part in transport.
         if (inner_hits[0] > 0 || is_inner(hit, direction)) nearest[0] = INTERIOR;
     }
-    if (nearest[0] == UNKNOWN || !loops_completed(push.candidate_count)) clearances[index] = Clearance(UNKNOWN, vec3(0.0));
-    else clearances[index] = Clearance(nearest[0], occluder);
+    if (nearest[0] == UNKNOWN || !loops_completed(push.candidate_count)) clearances[index] = Clearance(UNKNOWN, vec3(0.0), 0);
+    else clearances[index] = Clearance(nearest[0], occluder, inner_hits[0]);
 }

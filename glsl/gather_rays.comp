@@ -19,6 +19,7 @@ layout(local_size_x_id = 3) in;
 layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
 layout(constant_id = 2) const uint SKY_SIDE = 0;  // of the sky's table; 0: rays out of the scene read nothing
+layout(constant_id = 4) const uint HAS_MOVABLE = 0;  // 1: models can move; hits on all other surface are kept
 
 struct GatherRaysPush {
     Grid grid;
@@ -31,6 +32,8 @@ struct GatherRaysPush {
     float min_entry_points;  // minimum sample count of a cluster
     float min_distance; // lower bound of distances in gradients, metres
     float far_cells;      // least distance at which bright clusters are sampled apart, in base cells there
+    vec3 movable_low;     // corners of the models that can move
+    vec3 movable_high;
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -41,12 +44,15 @@ layout(scalar, binding = 4) readonly buffer CellClusters { uint cell_clusters[];
 layout(scalar, binding = 5) readonly buffer ClusterLinks { ClusterLink links[]; };
 layout(scalar, binding = 6) readonly buffer UnweightedClusters { uint unweighted_clusters[]; };
 layout(scalar, binding = 7) readonly buffer CachePoints { CachePoint cache_points[]; };
-layout(scalar, binding = 8) writeonly buffer GatherRays { GatherRay gather_rays[]; };
+layout(scalar, binding = 8) buffer GatherRays { GatherRay gather_rays[]; };
 layout(scalar, binding = 9) writeonly buffer RayColours { uint ray_colours[]; };  // of the image at the hit, packed
 layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
-layout(scalar, binding = 11) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
-layout(scalar, binding = 12) readonly buffer Textures { Texture textures[]; };
-layout(scalar, binding = 13) readonly buffer Texels { uint texels[]; };
+layout(scalar, binding = 11) readonly buffer HitRows { uint hit_rows[]; };  // of each cache point: its row in kept_hits, or NO_ROW
+layout(scalar, binding = 12) buffer KeptHits { uint kept_hits[]; };  // triangle that each ray meets on surface that cannot move, or NO_HIT
+layout(scalar, binding = 13) buffer TracedRays { uint traced_rays[]; };  // among triangles that cannot move, and others
+layout(scalar, binding = 14) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 15) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 16) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { GatherRaysPush push; };
 
 #include "include/triangles.glsl"
@@ -104,6 +110,69 @@ vec2 gradient_weight(Stratum s) {
          - around * inverse_nearer(t, distances[after]) * vec2(-sin(high), cos(high));
 }
 
+const uint NO_ROW = 0xffffffffu;
+const uint ROW_IS_KEPT = 0x80000000u;
+const uint NO_HIT = 0x7fffffffu;
+const uint IS_NEAR = 0x80000000u;  // flag of a triangle: models that can move may be nearer
+// Roots of the two trees (src/scene/bvh.rs).
+const uint STATIC_ROOT = 1u;
+const uint MOVABLE_ROOT = 2u;
+
+// A ray of the hemisphere of a cache point.
+struct GatherDirection {
+    vec3 direction;
+    float cosine;     // to the shading normal
+    bool is_outside;  // of the surface
+};
+
+GatherDirection direction_of(uint ray, CachePoint point, mat3 frame) {
+    vec3 local = stratum_direction(stratum_of(ray), point.stream, push.seed);
+    vec3 direction = frame * local;
+    // If the shading normal leans away from the geometric one, part of its hemisphere lies
+    // inside the surface.
+    return GatherDirection(direction, local.z, dot(direction, point.facet) > 0.0);
+}
+
+// Writes what a ray of the row that begins at `first` reads. Returns the distance of its hit.
+float write_target(uint first, uint ray, vec3 origin, GatherDirection found, bool is_hit, Hit hit) {
+    uint target = NO_TARGET;
+    float distance = FAR;
+    vec3 direction = found.direction;
+    if (is_hit) {
+        distance = hit.t;
+        // The solid angle of one stratum.
+        float footprint = SHARE * sqrt(PI / (float(RINGS * SECTORS) * found.cosine)) * hit.t;
+        float cells;
+        uint cluster = cluster_for(hit, direction, footprint, cells);
+        uint material = surface_at(hit.triangle).material;
+        if (cluster != NO_CLUSTER) target = cluster | ((material << 1 | uint(cells > push.far_cells)) << push.cluster_bits);
+        if (HAS_TEXTURES != 0u) ray_colours[first + ray] = pack_colour(passed_by_panes(Ray(origin, direction, hit.t)) * image_at(material, hit.triangle, hit.barycentric));
+    } else if (SKY_SIDE != 0u && found.is_outside) {
+        target = push.first_sky + octahedral_cell(direction, SKY_SIDE);
+        if (HAS_TEXTURES != 0u) ray_colours[first + ray] = pack_colour(passed_by_panes(Ray(origin, direction, FAR)));
+    }
+    gather_rays[first + ray].target = target;
+    return distance;
+}
+
+// The hit of a ray with one triangle. Whether a walk found the triangle or an earlier walk did, the
+// hit has the same bits.
+bool meets_triangle(uint triangle, vec3 origin, vec3 direction, out Hit hit) {
+    hit = Hit(FAR, 0u, vec3(0.0));
+    return triangle != NO_HIT && intersect_triangle(triangle, origin, shear_along(without_zeros(direction)), hit);
+}
+
+// Whether a ray comes near models that can move before it ends.
+bool nears_movable(vec3 origin, vec3 direction, float t) {
+    vec3 slack = vec3(1e-5 * largest_of(push.movable_high - push.movable_low) + scene_clear_distance());
+    vec3 inverse = 1.0 / without_zeros(direction);
+    vec3 a = (push.movable_low - slack - origin) * inverse;
+    vec3 b = (push.movable_high + slack - origin) * inverse;
+    float enter = max(largest_of(min(a, b)), 0.0);
+    vec3 leave = max(a, b);
+    return enter <= min(min(leave.x, leave.y), min(leave.z, t));
+}
+
 void main() {
     uint local_point = flat_workgroup();
     if (local_point >= push.point_count) return;
@@ -113,30 +182,57 @@ void main() {
     mat3 frame = frame_around(point.normal);
     uint first = (push.first_row + local_point) * RINGS * SECTORS;
 
-    for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
-        vec3 local = stratum_direction(stratum_of(ray), point.stream, push.seed);
-        vec3 direction = frame * local;
-        uint target = NO_TARGET;
-        float distance = FAR;
-        Hit hit;
-        // If the shading normal leans away from the geometric one, part of its hemisphere lies
-        // inside the surface.
-        bool is_outside = dot(direction, point.facet) > 0.0;
-        if (is_outside && trace(Ray(origin, direction, FAR), false, hit)) {
-            distance = hit.t;
-            // The solid angle of one stratum.
-            float footprint = SHARE * sqrt(PI / (float(RINGS * SECTORS) * local.z)) * hit.t;
-            float cells;
-            uint cluster = cluster_for(hit, direction, footprint, cells);
-            uint material = surface_at(hit.triangle).material;
-            if (cluster != NO_CLUSTER) target = cluster | ((material << 1 | uint(cells > push.far_cells)) << push.cluster_bits);
-            if (HAS_TEXTURES != 0u) ray_colours[first + ray] = pack_colour(passed_by_panes(Ray(origin, direction, hit.t)) * image_at(material, hit.triangle, hit.barycentric));
-        } else if (SKY_SIDE != 0u && is_outside) {
-            target = push.first_sky + octahedral_cell(direction, SKY_SIDE);
-            if (HAS_TEXTURES != 0u) ray_colours[first + ray] = pack_colour(passed_by_panes(Ray(origin, direction, FAR)));
+    if (HAS_MOVABLE == 0u) {
+        for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
+            GatherDirection ahead = direction_of(ray, point, frame);
+            Hit hit;
+            bool is_hit = ahead.is_outside && trace(Ray(origin, ahead.direction, FAR), false, hit);
+            distances[ray] = write_target(first, ray, origin, ahead, is_hit, hit);
         }
-        distances[ray] = distance;
-        gather_rays[first + ray].target = target;
+    } else {
+        // The triangle that each ray meets takes the place of its target until the end.
+        uint row = hit_rows[index];
+        bool is_kept = row != NO_ROW && (row & ROW_IS_KEPT) != 0u;
+        uint first_hit = (row & ~ROW_IS_KEPT) * RINGS * SECTORS;
+        uint fixed_rays = 0u;
+        uint movable_rays = 0u;
+        for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
+            GatherDirection ahead = direction_of(ray, point, frame);
+            uint triangle = NO_HIT;
+            Hit hit;
+            if (is_kept) {
+                triangle = kept_hits[first_hit + ray];
+            } else if (ahead.is_outside) {
+                if (trace_from(STATIC_ROOT, Nodes, 0u, 0u, Ray(origin, ahead.direction, FAR), false, hit)) triangle = hit.triangle;
+                ++fixed_rays;
+            }
+            if (row != NO_ROW && !is_kept) kept_hits[first_hit + ray] = triangle;
+            bool is_hit = meets_triangle(triangle, origin, ahead.direction, hit);
+            bool is_near = ahead.is_outside && nears_movable(origin, ahead.direction, is_hit ? hit.t : FAR);
+            gather_rays[first + ray].target = triangle | (is_near ? IS_NEAR : 0u);
+        }
+        // Few rays come near models that can move. The lanes look for theirs first, and trace them
+        // side by side.
+        uint ray = gl_LocalInvocationIndex;
+        while (true) {
+            while (ray < RINGS * SECTORS && (gather_rays[first + ray].target & IS_NEAR) == 0u) ray += gl_WorkGroupSize.x;
+            if (ray >= RINGS * SECTORS) break;
+            GatherDirection ahead = direction_of(ray, point, frame);
+            uint triangle = gather_rays[first + ray].target & ~IS_NEAR;
+            Hit hit;
+            meets_triangle(triangle, origin, ahead.direction, hit);
+            if (trace_from(MOVABLE_ROOT, Nodes, 0u, 0u, Ray(origin, ahead.direction, hit.t), false, hit)) triangle = hit.triangle;
+            gather_rays[first + ray].target = triangle;
+            ++movable_rays;
+        }
+        for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
+            GatherDirection ahead = direction_of(ray, point, frame);
+            Hit hit;
+            bool is_hit = meets_triangle(gather_rays[first + ray].target, origin, ahead.direction, hit);
+            distances[ray] = write_target(first, ray, origin, ahead, is_hit, hit);
+        }
+        atomicAdd(traced_rays[0], fixed_rays);
+        atomicAdd(traced_rays[1], movable_rays);
     }
     barrier();
     for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {

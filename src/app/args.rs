@@ -9,7 +9,7 @@ use super::{note, progress};
 use crate::cache_file::{Folder, misnamed};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, ContextOptions, TuningChange};
-use crate::renderer::{Progress, Renderer, Store};
+use crate::renderer::{Kept, Progress, Renderer, Store};
 use crate::scene::{LoadOptions, Place, Quality, Scene, Up};
 
 /// Largest image side in pixels; the device may hold less.
@@ -246,6 +246,21 @@ impl DeviceArgs {
     ) -> Result<Renderer> {
         let (renderer, warnings) = self.renderer_with_warnings(store, context, scene)?;
         warnings.iter().for_each(|warning| self.warn(warning));
+        Ok(renderer)
+    }
+
+    /// The same with what the precomputation before left.
+    pub(super) fn renderer_keeping(
+        &self,
+        context: &Arc<Context>,
+        scene: Scene,
+        kept: &mut Kept,
+    ) -> Result<Renderer> {
+        let said = scene.warnings.len();
+        let mut progress = self.progress();
+        let renderer = Renderer::new_keeping(context, scene, kept, progress.as_mut())?;
+        progress.finish();
+        renderer.scene().warnings[said..].iter().for_each(|warning| self.warn(warning));
         Ok(renderer)
     }
 

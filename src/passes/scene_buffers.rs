@@ -5,6 +5,7 @@ use crate::gpu::spirv::{HAS_CUTOUTS, HAS_PANES, HAS_REGIONS};
 use crate::gpu::{Buffer, Context};
 use crate::passes::GrowsWith;
 use crate::passes::{EmissionBuffers, TextureBuffers, loop_limit};
+use crate::scene::bvh::Movable;
 use crate::scene::{Material, Scene, bvh::Bvh, panes, silhouettes};
 use crate::types::{self, EDITABLE, MAY_BE_GLOSSY};
 use bytemuck::{Pod, Zeroable};
@@ -27,6 +28,8 @@ pub struct SceneBuffers {
     pub materials: Buffer,
     /// Images of the materials' diffuse albedo.
     pub textures: TextureBuffers,
+    /// The part of the tree with models that can move.
+    pub movable: Option<Movable>,
     /// Lights of one colour each that stand for a light: 3 if panes have colours, else 1.
     pub light_channels: u32,
     /// Light that surfaces and the sky send to a viewer.
@@ -74,6 +77,7 @@ impl SceneBuffers {
             materials: Buffer::from_slice(context, "materials", &reflectances(materials))?,
             textures: TextureBuffers::new(context, texture_coordinates, materials, !panes.is_empty())?,
             emission: EmissionBuffers::new(context, materials, scene.emission.clone())?,
+            movable: bvh.movable,
             light_channels: panes::light_channels(panes),
             ray_counts: [ray_count()?, ray_count()?, ray_count()?],
             truncated_loops: Buffer::host_flag(context, "truncated")?,

@@ -37,6 +37,7 @@ mod statistics;
 mod transport;
 mod world;
 
+pub use crate::passes::precompute::kept::Kept;
 pub use crate::passes::precompute::{Progress, Silent};
 pub use ablation::{Exact, Stage};
 pub use dirty::Work;
@@ -103,8 +104,33 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn new(context: &Arc<Context>, scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
-        let (start, mut scene) = (Instant::now(), scene);
-        let made = precompute::precompute(context, &mut scene, progress)?;
+        Self::trace(context, scene, None, progress)
+    }
+
+    /// As [`Self::new`], with what the precomputation before left: less is traced if only models
+    /// that can move have moved since. The bits are the same.
+    ///
+    /// # Errors
+    /// As for [`Self::new`].
+    #[doc(hidden)]
+    pub fn new_keeping(
+        context: &Arc<Context>,
+        scene: Scene,
+        kept: &mut Kept,
+        progress: &mut dyn Progress,
+    ) -> Result<Self> {
+        Self::trace(context, scene, Some(kept), progress)
+    }
+
+    fn trace(
+        context: &Arc<Context>,
+        mut scene: Scene,
+        kept: Option<&mut Kept>,
+        progress: &mut dyn Progress,
+    ) -> Result<Self> {
+        let start = Instant::now();
+        let kept = precompute_cache::begun(kept, &scene);
+        let made = precompute::precompute(context, &mut scene, kept, progress)?;
         Self::from_precomputed(context, scene, made, start, progress)
     }
 

@@ -142,7 +142,7 @@ impl Preview {
 
 /// Builds the acceleration structure and uploads the scene.
 fn scene_buffers(context: &Arc<Context>, mut scene: Scene) -> Result<SceneBuffers> {
-    let bvh = Bvh::build(&scene.triangles)?;
+    let bvh = Bvh::of_scene(&scene)?;
     scene.reorder(&bvh.order);
     let surfaces: Vec<_> =
         scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();

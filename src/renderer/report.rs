@@ -170,6 +170,8 @@ pub struct Statistics {
     pub largest_binding_bytes: u64,
     /// Numbers of items, by name.
     pub counts: BTreeMap<String, u64>,
+    /// Numbers of results of the precomputation before that were kept, and of all, by their kind.
+    pub kept: BTreeMap<String, [u64; 2]>,
     /// Fractions of work that frames skip, 0..=1.
     pub skipped: BTreeMap<String, f64>,
     /// Fractions of energy that clamping removes, 0..=1.

@@ -233,6 +233,16 @@ impl Scene {
         }
     }
 
+    /// Whether each triangle, in the order of loading, belongs to a model that can move.
+    pub(crate) fn movable_triangles(&self) -> Vec<bool> {
+        let mut is_movable = vec![false; self.objects.len()];
+        let models = self.model_objects.iter().zip(&self.model_is_movable);
+        for (objects, _) in models.filter(|(_, is_movable)| **is_movable) {
+            objects.clone().for_each(|object| is_movable[object as usize] = true);
+        }
+        self.triangles.iter().map(|triangle| is_movable[triangle.object as usize]).collect()
+    }
+
     /// Total one-sided surface area without holes, m².
     pub fn area_m2(&self) -> f64 {
         let solid =

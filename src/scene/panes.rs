@@ -48,7 +48,7 @@ pub fn tree(panes: &[Pane], [first_node, first_triangle]: [usize; 2]) -> Result<
         material: 0,
         object: 0,
     };
-    let Bvh { mut nodes, order } = Bvh::build(&panes.iter().map(triangle).collect::<Vec<_>>())?;
+    let Bvh { mut nodes, order, .. } = Bvh::build(&panes.iter().map(triangle).collect::<Vec<_>>())?;
     for node in &mut nodes {
         node.children.x += first_node as u32;
         node.children.y += first_triangle as u32;

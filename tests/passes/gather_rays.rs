@@ -11,10 +11,11 @@ use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::gather_targets::{GatherTarget, GatherTargetPacking, Met};
 use lightpaths::passes::precompute::Silent;
-use lightpaths::passes::precompute::gather_rays::{self, Hemisphere, RayTable};
+use lightpaths::passes::precompute::gather_rays::{self, Hemisphere, RayTable, Rows};
+use lightpaths::passes::precompute::kept::hits::KeptHits;
 use lightpaths::passes::precompute::visibility::clearance::{Clearance, ClearancePush};
 use lightpaths::scene::Naming;
-use lightpaths::types::{CachePoint, NO_TARGET};
+use lightpaths::types::{CachePoint, GatherRay, NO_TARGET};
 
 const SEED: u32 = 5;
 
@@ -49,7 +50,7 @@ fn trace(world: &World, points: &[CachePoint], rings: u32, packing: GatherTarget
 
 #[test]
 fn targets_and_gradient_weights_equal_the_reference() {
-    for world in [World::room(), World::new(&textured(room()), 16)] {
+    for world in [World::room(), World::new(&textured(room()), 16), World::room_with_movable_leaves()] {
         targets_and_gradient_weights_equal_the_reference_in(&world);
     }
 }
@@ -137,7 +138,54 @@ fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
     assert_silent(&world.context);
 }
 
-const UNTOUCHED: Clearance = Clearance { distance: -1.0, occluder: Vec3::ZERO };
+/// Rows of points that stay are kept, in whatever order the points come.
+#[test]
+fn kept_hits_change_no_ray() {
+    let world = World::room_with_movable_leaves();
+    assert!(world.buffers.movable.is_some());
+    let packing = GatherTargetPacking::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
+    let hemisphere = Hemisphere { rings: 4, sectors: 16 };
+    let points = world.cache_points(&mut Random::new(47), 90, 0.1);
+    let trace = |points: &[CachePoint], rows: Rows<'_>| {
+        let buffer = Buffer::from_slice(&world.context, "cache points", points).unwrap();
+        let (context, buffers, clusters) = (&world.context, &world.buffers, &world.clusters);
+        let asked = (&buffer, rows);
+        let traced = gather_rays::trace_keeping(
+            context,
+            buffers,
+            clusters,
+            asked,
+            hemisphere,
+            packing,
+            SEED,
+            &mut Silent,
+        );
+        let (table, traced) = traced.unwrap();
+        let words = |ray: &GatherRay| [ray.target, ray.gradient];
+        (table.read().unwrap().iter().map(words).collect::<Vec<_>>(), traced)
+    };
+    let (reference, alone) = trace(&points, Rows::none(90));
+    // Room for all but ten.
+    let mut hits = KeptHits::new(&world.context, [1, 2], [64, 80]).unwrap();
+    let mut keep = |points: &[CachePoint]| {
+        let assigned = hits.assign(points);
+        let found = trace(points, Rows::new(&hits, assigned.rows.clone()));
+        hits.fill(assigned);
+        found
+    };
+    let (first, all) = keep(&points[..60]);
+    let turned: Vec<CachePoint> = points.iter().rev().copied().collect();
+    let (second, others) = keep(&turned);
+    let rows = |rays: &[[u32; 2]]| rays.chunks_exact(64).map(<[_]>::to_vec).collect::<Vec<_>>();
+    assert_eq!(rows(&first), rows(&reference)[..60]);
+    assert_eq!(rows(&second).into_iter().rev().collect::<Vec<_>>(), rows(&reference));
+    // Rays below the surface are not traced.
+    assert!(alone.fixed > 90 * 32 && all.fixed < alone.fixed && alone.fixed == all.fixed + others.fixed);
+    assert!(others.movable == alone.movable && (1..90 * 64).contains(&alone.movable), "{alone:?}");
+    assert_silent(&world.context);
+}
+
+const UNTOUCHED: Clearance = Clearance { distance: -1.0, occluder: Vec3::ZERO, inner: 0 };
 
 #[test]
 fn clearances_equal_the_reference() {

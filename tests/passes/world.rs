@@ -100,7 +100,7 @@ impl World {
 
     pub(crate) fn on_grid(scene: &Scene, grid: CellGrid) -> Self {
         let context = context();
-        let bvh = Bvh::build(&scene.triangles).unwrap();
+        let bvh = Bvh::of_scene(scene).unwrap();
         let mut ordered = scene.clone();
         ordered.reorder(&bvh.order);
         let sees = surfaces::sides_that_see_something(&ordered.triangles);
@@ -143,6 +143,17 @@ impl World {
     /// The room with images on its walls.
     pub(crate) fn textured_room() -> Self {
         Self::new(&textured(room()), 16)
+    }
+
+    /// The room with floating triangles that can move.
+    pub(crate) fn room_with_movable_leaves() -> Self {
+        let mut scene = room();
+        let walls = shapes::closed_box(Vec3::ONE, 0.5).triangles.len();
+        scene.triangles.iter_mut().skip(walls).for_each(|leaf| leaf.object = 1);
+        scene.objects = ["walls", "leaves"].map(str::to_owned).to_vec();
+        scene.model_objects = vec![0..1, 1..2];
+        scene.model_is_movable = vec![false, true];
+        Self::new(&scene, 16)
     }
 
     /// The room with holes in every third triangle.

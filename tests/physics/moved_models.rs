@@ -1,11 +1,14 @@
 //! A movable crate moves in a room. Random decisions are named by place, so the picture changes
-//! where the crate's light does, and the noise elsewhere stays.
+//! where the crate's light does, and the noise elsewhere stays. What a move cannot change is kept,
+//! and every picture equals that of a cold start.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use crate::common::{assert_silent, context};
-use glam::Vec3;
-use lightpaths::renderer::{Layer, Renderer, Silent};
+use glam::{Quat, Vec3};
+use lightpaths::cpu::sampling::hash;
+use lightpaths::renderer::{Kept, Layer, Progress, Renderer, Silent};
 use lightpaths::scene::{LightKind, Material, Quality, Scene, Triangle, shapes};
 use lightpaths::types::CachePoint;
 
@@ -79,4 +82,123 @@ fn noise_stays_where_nothing_moves() {
     assert!(all > 1000 && kept == all, "{kept} of {all} far points are kept");
     assert!(by_move > 0.0 && by_move * 10.0 < by_seed, "{by_move:.2e}, by a seed {by_seed:.2e}");
     assert_silent(&context());
+}
+
+/// The room with two crates that can move. Each stands somewhere, turned by an angle, or is hidden.
+#[derive(Clone)]
+struct Stage {
+    crates: [Option<(Vec3, f32)>; 2],
+    lamp: Vec3,
+    wood: f32,
+}
+
+impl Stage {
+    fn scene(&self) -> Scene {
+        let mut scene = room(Vec3::ZERO, 1);
+        let walls = scene.triangles.len() - crate_at(Vec3::ZERO).count();
+        scene.triangles.truncate(walls);
+        for (object, place) in (1..).zip(&self.crates) {
+            let Some((middle, angle)) = *place else { continue };
+            let turn = Quat::from_rotation_y(angle);
+            scene.triangles.extend(crate_at(Vec3::ZERO).map(|triangle| Triangle {
+                positions: triangle.positions.map(|corner| middle + turn * corner),
+                normals: triangle.normals.map(|normal| turn * normal),
+                object,
+                ..triangle
+            }));
+        }
+        scene.objects = ["walls", "first crate", "second crate"].map(str::to_owned).to_vec();
+        scene.model_objects = vec![0..1, 1..2, 2..3];
+        scene.model_is_movable = vec![false, true, true];
+        scene.lights[0].kind = LightKind::Point { position: self.lamp, intensity: Vec3::ONE };
+        scene.materials[1].diffuse = Vec3::new(self.wood, 0.3, 0.1);
+        let small =
+            Quality { entry_points: 4000, cache_points: 500, gather_rays: 64, cells: 24, ..Quality::DRAFT };
+        scene.quality = Quality { seed: 1, ..small };
+        scene
+    }
+
+    /// One of several edits. Most are moves.
+    fn change(&mut self, number: u32) {
+        let random = |i: u32| hash(hash(number) ^ i) as f32 / u32::MAX as f32;
+        let which = usize::from(random(1) < 0.3);
+        let step = 0.3 * Vec3::new(random(2) - 0.5, 0.0, random(3) - 0.5);
+        let home = Vec3::new([-2.0, 1.5][which], -1.05, 0.5);
+        let place = &mut self.crates[which];
+        match (hash(number) % 8, *place) {
+            (0, _) => self.lamp += 0.5 * step,
+            (1, _) => self.wood = 0.2 + 0.6 * random(4),
+            (2, Some(_)) => *place = None,
+            (_, Some((middle, angle))) => *place = Some((middle + step, angle + random(5))),
+            // Standing on the floor, or a little in it or in the other crate.
+            (_, None) => *place = Some((home + 0.1 * Vec3::new(random(6), -random(7), random(8)), 0.0)),
+        }
+    }
+}
+
+fn picture(mut renderer: Renderer) -> Vec<[u32; 3]> {
+    renderer.frame().unwrap();
+    renderer.layer(Layer::Beauty).unwrap().iter().map(|pixel| pixel.map(f32::to_bits)).collect()
+}
+
+/// Stops a precomputation where a stage begins, as a window does that has something newer to trace.
+struct StopAt(&'static str);
+
+impl Progress for StopAt {
+    fn stage(&mut self, name: &str, _: u64) {
+        if name == self.0 {
+            resume_unwind(Box::new(()));
+        }
+    }
+
+    fn advance(&mut self, _: u64) {}
+
+    fn finish(&mut self) {}
+}
+
+/// Changes the stage `count` times, one after another.
+fn check_changes(count: u32) {
+    let crates = [Some((Vec3::new(-2.0, -1.05, 0.5), 0.3)), None];
+    let mut stage = Stage { crates, lamp: Vec3::new(0.4, 0.5, 0.3), wood: 0.5 };
+    let mut kept = Kept::default();
+    let (mut counts, mut stopped) = (BTreeMap::<String, [u64; 2]>::new(), 0);
+    for number in 0..count {
+        stage.change(number);
+        if number % 5 == 4 {
+            // Another change comes before its light paths are there.
+            let at =
+                StopAt(["cells", "light paths", "cache points", "gather rays", "merged rays"][stopped % 5]);
+            let traced = AssertUnwindSafe(|| {
+                drop(Renderer::new_keeping(&context(), stage.scene(), &mut kept, &mut { at }));
+            });
+            assert!(catch_unwind(traced).is_err(), "it is stopped");
+            stopped += 1;
+            continue;
+        }
+        let renderer = Renderer::new_keeping(&context(), stage.scene(), &mut kept, &mut Silent).unwrap();
+        for (kind, [some, all]) in renderer.statistics().unwrap().kept {
+            let count = counts.entry(kind).or_default();
+            *count = [count[0] + some, count[1] + all];
+        }
+        let cold = Renderer::new(&context(), stage.scene(), &mut Silent).unwrap();
+        assert!(picture(renderer) == picture(cold), "change {number} differs from a cold start");
+    }
+    println!("kept, and all: {counts:?}");
+    assert_eq!(counts.len(), 5);
+    for (kind, [kept, all]) in counts {
+        assert!(5 * kept > all && kept < all, "{kind}: {kept} of {all}");
+    }
+    assert_silent(&context());
+}
+
+#[test]
+fn moves_equal_cold_starts() {
+    check_changes(30);
+}
+
+/// Takes minutes.
+#[test]
+#[ignore = "the same with more moves"]
+fn many_moves_equal_cold_starts() {
+    check_changes(500);
 }

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use super::document::{Document, History, Parts};
 use super::snapshots::Snapshots;
-use super::stage::{Progressed, Ready, Wake, Worker, record_preview};
+use super::stage::{Progressed, Ready, SharedKept, Wake, Worker, record_preview};
 use super::view_request::ViewRequest;
 use super::watch::Watch;
 use crate::app::exposure::Exposure;
@@ -133,6 +133,7 @@ pub(super) struct Session {
     is_unmetered: bool,
     /// Traces light paths. `None` once the last renderer is there, or failed.
     worker: Option<Worker>,
+    kept: SharedKept,
     shown: Option<ViewRequest>,
     /// The frame that is recorded and not submitted.
     recorded: Option<Recorded>,
@@ -165,6 +166,7 @@ impl Session {
             Exposure::Stops(stops) => (stops, None),
             Exposure::Auto => (0.0, Some(0.0)),
         };
+        let kept = SharedKept::default();
         Ok(Self {
             history: History::new(&document),
             snapshots: Snapshots::default(),
@@ -200,7 +202,8 @@ impl Session {
             goal: renderers::Goal::DraftFirst,
             generation: 0,
             is_unmetered: false,
-            worker: Some(Worker::start(context, &scene, source.store.clone(), &wake)?),
+            worker: Some(Worker::start(context, &scene, source.store.clone(), &kept, &wake)?),
+            kept,
             shown: None,
             recorded: None,
             in_flight: VecDeque::new(),

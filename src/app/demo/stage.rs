@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,7 @@ use crate::app::estimate::Estimate;
 use crate::app::meters::{self, Found, Goal, Wish};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Recorder};
-use crate::renderer::{Preview, Progress, RecordedFrame, Renderer, Store};
+use crate::renderer::{Kept, Preview, Progress, RecordedFrame, Renderer, Store};
 use crate::scene::{Material, Scene};
 
 /// Shortest time between progress updates: drawing takes time from the worker.
@@ -25,6 +25,14 @@ const BREATH: Duration = Duration::from_millis(100);
 
 /// Called from any thread when there is a new state to show.
 pub(super) type Wake = Arc<dyn Fn() + Send + Sync>;
+
+/// What precomputations of a draft and of the scene's own settings leave to the next ones.
+pub(super) type SharedKept = Arc<[Mutex<Kept>; 2]>;
+
+/// A cancelled worker leaves it as it was.
+fn kept_of(kept: &SharedKept, settings: usize) -> MutexGuard<'_, Kept> {
+    kept[settings].lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// A thread that traces the light paths of a scene: of a draft first, if the scene's settings are
 /// finer than a draft's.
@@ -107,6 +115,7 @@ impl Worker {
         context: &Arc<Context>,
         scene: &Scene,
         store: Option<Store>,
+        kept: &SharedKept,
         wake: &Wake,
     ) -> Result<Self> {
         let progress = Mutex::new(Progressed { estimate: Estimate::begin(), is_draft: false });
@@ -115,10 +124,10 @@ impl Worker {
         let told = Told { shared: shared.clone(), wake: wake.clone(), wake_up: Instant::now() };
         let (sender, made) = mpsc::channel();
         let work = {
-            let (context, scene) = (context.clone(), scene.clone());
+            let (context, scene, kept) = (context.clone(), scene.clone(), kept.clone());
             move || {
                 let wake = told.wake.clone();
-                let done = trace(&context, scene, store.as_ref(), told, &sender);
+                let done = trace(&context, scene, (store.as_ref(), &kept), told, &sender);
                 wake();
                 done
             }
@@ -163,7 +172,7 @@ impl Worker {
 fn trace(
     context: &Arc<Context>,
     scene: Scene,
-    store: Option<&Store>,
+    (store, kept): (Option<&Store>, &SharedKept),
     mut told: Told,
     made: &Sender<Renderer>,
 ) -> Result<()> {
@@ -182,14 +191,17 @@ fn trace(
     if is_finer && !is_stored {
         begin(true);
         let draft = Scene { quality: scene.draft.clone(), ..scene.clone() };
-        send(Renderer::new(context, draft, &mut told)?)?;
+        send(Renderer::new_keeping(context, draft, &mut kept_of(kept, 0), &mut told)?)?;
         (told.wake)();
     }
     begin(false);
     let mut say = |line: &str| shared.said.lock().expect("no holder panics").push(line.to_owned());
     send(match store {
-        None => Renderer::new(context, scene, &mut told)?,
-        Some(store) => Renderer::cached(context, scene, store, &mut told, &mut say)?,
+        None => Renderer::new_keeping(context, scene, &mut kept_of(kept, 1), &mut told)?,
+        Some(store) => {
+            let stores = (store, Some(&mut *kept_of(kept, 1)));
+            Renderer::cached_keeping(context, scene, stores, &mut told, &mut say)?
+        }
     })
 }
 

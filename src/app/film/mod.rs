@@ -16,7 +16,7 @@ use super::output::{OutputFile, create_folder};
 use super::{overlap, picture};
 use crate::error::{Error, Result};
 use crate::image::ExrLayer;
-use crate::renderer::{Layer, Renderer, Silent};
+use crate::renderer::{Kept, Layer, Renderer, Silent};
 use crate::scene::{Scene, film};
 use frame_range::FrameRange;
 use video::Video;
@@ -93,7 +93,11 @@ impl Film {
         if film.moves_models() {
             (film, scene) = film::Film::load_at(&self.film, &options, first)?;
         }
-        let mut renderer = self.device_args.renderer_from(store.as_ref(), &context, scene)?;
+        let mut kept = Kept::default();
+        let mut renderer = match film.moves_models() {
+            true => self.device_args.renderer_keeping(&context, scene, &mut kept)?,
+            false => self.device_args.renderer_from(store.as_ref(), &context, scene)?,
+        };
         renderer.set_display_transform(transform);
         renderer.set_serialised(false);
         let start = Instant::now();
@@ -106,7 +110,7 @@ impl Film {
                 (film, scene) = film::Film::load_at(&self.film, &options, frame)?;
                 // Two renderers may not fit the device.
                 drop(renderer);
-                renderer = Renderer::new(&context, scene, &mut Silent)?;
+                renderer = Renderer::new_keeping(&context, scene, &mut kept, &mut Silent)?;
                 renderer.set_display_transform(transform);
                 renderer.set_serialised(false);
                 precompute_s += renderer.precompute_s();

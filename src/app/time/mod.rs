@@ -7,6 +7,7 @@ mod floors;
 mod host_rays;
 pub(super) mod lights;
 pub(super) mod measure;
+mod moved;
 mod paper;
 mod predict;
 mod rates;
@@ -35,6 +36,7 @@ use crate::renderer::{Layer, Statistics};
 use crate::scene::{Scene, builtin};
 use lights::Relit;
 use measure::Measurement;
+use moved::Moved;
 use predict::AssumedRates;
 use ray_rates::RayRates;
 use verify::Energy;
@@ -88,6 +90,8 @@ struct Timed {
     rays: RayRates,
     /// Results by number of lights.
     relit: BTreeMap<u32, Relit>,
+    /// `None` if no model can move.
+    moved: Option<Moved>,
 }
 
 impl Time {
@@ -160,6 +164,7 @@ fn time_scene(
         return Ok(Err(energy));
     }
     // On its own context: the reported peak memory is the renderer's.
+    let moved = moved::measure(&device_args.open()?, &traced)?;
     let rays = ray_rates::measure(&device_args.open()?, traced)?;
     let measurement = measure::measure(&context, &mut renderer, frames)?;
     if !measurement.settled {
@@ -168,5 +173,5 @@ fn time_scene(
     let (size, statistics) = (renderer.size(), renderer.statistics()?);
     let relit = lights::measure(&mut renderer, light_counts, frames, context.is_cpu())?;
     device_args.report_validation(&context);
-    Ok(Ok(Timed { name, triangles, lights, size, statistics, measurement, energy, rays, relit }))
+    Ok(Ok(Timed { name, triangles, lights, size, statistics, measurement, energy, rays, relit, moved }))
 }

@@ -9,6 +9,7 @@ use super::bandwidth::CopyRates;
 use super::edit_tables;
 use super::floors::Limits;
 use super::measure::{PassSummary, STAGES, Summary};
+use super::moved::Moved;
 use super::paper::{self, COLUMNS, LIGHT_COUNTS};
 use super::predict::AssumedRates;
 use super::rates::Rates;
@@ -35,6 +36,7 @@ pub(super) fn table(timed: &Timed, copy_gbps: Option<f64>, predict: Option<&Assu
     let mut text = format!("\n{name}: {triangles} triangles, {width}x{height}, energy {energy}\n\n");
     columns(&mut text, timed);
     precompute(&mut text, timed);
+    timed.moved.iter().for_each(|moved| moved.write(&mut text));
     rays(&mut text, timed);
     passes(&mut text, timed, copy_gbps);
     counts(&mut text, timed);
@@ -256,6 +258,7 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>, predict: Option<&AssumedRat
         "fps_by_lights": fps_by_lights,
         "by_lights": relit.collect::<Map<String, Value>>(),
         "scene_lights": timed.lights,
+        "moved": timed.moved.as_ref().map(Moved::json),
         "energy": timed.energy,
         "mrays_per_s": timed.rays,
         "floors_ms": floors_ms,

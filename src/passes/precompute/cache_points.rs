@@ -13,6 +13,7 @@ pub use super::coverage::Placed;
 use super::coverage::{Cover, Neighbourhood, Records, earlier_covers};
 use super::fragment_points::probed_fragments;
 use super::geometry::Geometry;
+use super::kept::Kept;
 use super::visibility::clearance::{Clearance, ClearanceProbe};
 use super::{Progress, advance, begin_stage};
 use crate::cpu::sampling::hash;
@@ -57,13 +58,13 @@ pub struct Placement {
 
 /// Clearances measured all over the active surface: one sample a fragment, or fewer in a cluster
 /// with many fragments.
-pub struct SizeField {
-    probe: ClearanceProbe,
+pub struct SizeField<'a> {
+    probe: ClearanceProbe<'a>,
     samples: Vec<CachePoint>,
     clearances: Vec<f32>,
 }
 
-impl SizeField {
+impl<'a> SizeField<'a> {
     /// Measures the clearances of points on the fragments.
     ///
     /// # Errors
@@ -72,10 +73,10 @@ impl SizeField {
         context: &Arc<Context>,
         buffers: &SceneBuffers,
         geometry: &Geometry<'_>,
-        seed: u32,
+        (seed, kept): (u32, Option<&'a Kept>),
         progress: &mut dyn Progress,
     ) -> Result<Self> {
-        let probe = ClearanceProbe::new(context, geometry, seed)?;
+        let probe = ClearanceProbe::new(context, geometry, (seed, kept))?;
         let fragments = probed_fragments(&geometry.hvds.fragments, &geometry.names);
         begin_stage(progress, "clearances", fragments.len() as u64)?;
         let samples: Vec<_> =
@@ -112,7 +113,7 @@ impl SizeField {
 /// # Errors
 /// The device lacks memory or failed.
 pub fn place(
-    size_field: &SizeField,
+    size_field: &SizeField<'_>,
     buffers: &SceneBuffers,
     geometry: &Geometry<'_>,
     quality: &Quality,
@@ -177,7 +178,7 @@ fn place_of(candidate: &CachePoint) -> [u32; 4] {
 struct Attempt<'a> {
     buffers: &'a SceneBuffers,
     geometry: &'a Geometry<'a>,
-    probe: &'a ClearanceProbe,
+    probe: &'a ClearanceProbe<'a>,
     neighbourhood: &'a Neighbourhood<'a>,
     demands: &'a [Demand<'a>],
     unit: f64,

@@ -49,7 +49,7 @@ impl Cover {
 /// the distance to it.
 pub(super) struct Neighbourhood<'a> {
     hvds: &'a Hvds,
-    /// Samples by cell.
+    /// Samples by cell, those of a cell by clearance: it bounds what later ones can tell.
     samples: Vec<Sample>,
     /// First sample of each cell, and the end.
     first: Vec<u32>,
@@ -81,6 +81,11 @@ impl<'a> Neighbourhood<'a> {
                 Sample { position: point.position, normal: point.normal, clearance };
             next[cell] += 1;
         }
+        let cells = first.windows(2).filter(|ends| ends[1] - ends[0] > 1);
+        for ends in cells {
+            let of_cell = &mut samples[ends[0] as usize..ends[1] as usize];
+            of_cell.sort_unstable_by(|a, b| a.clearance.total_cmp(&b.clearance));
+        }
         Self { hvds, samples, first }
     }
 
@@ -88,18 +93,25 @@ impl<'a> Neighbourhood<'a> {
     pub(super) fn clamp(&self, candidate: &CachePoint, clearance: f32) -> f32 {
         let Hvds { grid, octree, .. } = self.hvds;
         let centre = grid.cell_of(candidate.position, candidate.normal);
-        let level = octree.cell_at(grid, centre).level;
+        let own = octree.cell_at(grid, centre);
+        let level = own.level;
         let width = 1 << level;
         let around = [centre.saturating_sub(UVec3::splat(width)), (centre + width).min(grid.cells - 1)];
         let mut clamped = clearance;
-        octree.visit(grid, around, level, |cell| {
+        let mut look = |cell: usize| {
             for sample in &self.samples[self.first[cell] as usize..self.first[cell + 1] as usize] {
-                if sample.clearance < clamped && sample.normal.dot(candidate.normal) > 0.5 {
+                if sample.clearance >= clamped {
+                    break;
+                }
+                if sample.normal.dot(candidate.normal) > 0.5 {
                     let distance = sample.position.distance(candidate.position);
                     clamped = clamped.min(sample.clearance + distance);
                 }
             }
-        });
+        };
+        // The nearest samples bound the clearance most.
+        look(own.word);
+        octree.visit(grid, around, level, look);
         clamped
     }
 }

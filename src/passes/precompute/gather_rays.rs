@@ -1,6 +1,7 @@
 //! Gather rays of all cache points: the cluster that each reads, and its weight in the gradient.
 //! [Yue §3, Figure 2] In: cache points, clusters. Out: gather rays, a row a cache point.
 
+use super::kept::hits::{KeptHits, NO_ROW};
 use super::{Chunks, Progress, advance, begin_stage};
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::{Error, Result};
@@ -12,7 +13,7 @@ use crate::passes::gather_targets::{GatherTarget, GatherTargetPacking};
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::unweighted::NEARBY;
 use crate::types::{CachePoint, GatherRay, Grid};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -37,6 +38,10 @@ gpu_struct! {
         pub min_distance: f32,
         /// What [`far_cells`] returns.
         pub far_cells: f32,
+        /// Low corner of the models that can move, metres.
+        pub movable_low: Vec3,
+        /// Their high corner.
+        pub movable_high: Vec3,
     }
 }
 
@@ -235,16 +240,77 @@ pub fn trace(
     seed: u32,
     progress: &mut dyn Progress,
 ) -> Result<RayTable> {
+    let points = (cache_points, Rows::none(point_count));
+    Ok(trace_keeping(context, scene, clusters, points, hemisphere, packing, seed, progress)?.0)
+}
+
+/// Rows of the hits of cache points on surface that cannot move.
+pub struct Rows<'a> {
+    hits: Option<&'a Buffer>,
+    of_points: Vec<u32>,
+}
+
+impl<'a> Rows<'a> {
+    /// No hits are kept.
+    pub fn none(point_count: u32) -> Self {
+        Self { hits: None, of_points: vec![NO_ROW; point_count as usize] }
+    }
+
+    /// The rows of points that [`KeptHits::assign`] returned.
+    pub fn new(hits: &'a KeptHits, of_points: Vec<u32>) -> Self {
+        Self { hits: Some(&hits.buffer), of_points }
+    }
+}
+
+/// Rays that were traced for gather rays.
+#[derive(Clone, Copy, Default, Debug, PartialEq, Eq)]
+pub struct TracedRays {
+    /// Among surface that cannot move.
+    pub fixed: u32,
+    /// Among models that can move.
+    pub movable: u32,
+}
+
+/// As [`trace`], with the hits of earlier rays. Rows without hits get those of these rays.
+///
+/// # Errors
+/// The same as of [`trace`].
+#[expect(clippy::too_many_arguments, reason = "one call, at one place")]
+pub fn trace_keeping(
+    context: &Arc<Context>,
+    scene: &SceneBuffers,
+    clusters: &ClusterBuffers,
+    (cache_points, rows): (&Buffer, Rows<'_>),
+    hemisphere: Hemisphere,
+    packing: GatherTargetPacking,
+    seed: u32,
+    progress: &mut dyn Progress,
+) -> Result<(RayTable, TracedRays)> {
+    let point_count = rows.of_points.len() as u32;
     let [rings, sectors] = hemisphere.constants();
     let invocations = ("local_size_x", group_size(context, hemisphere)?);
-    let constants =
-        [rings, sectors, invocations, ("SKY_SIDE", packing.sky_side()), scene.textures.constant()];
+    let constants = [
+        rings,
+        sectors,
+        invocations,
+        ("SKY_SIDE", packing.sky_side()),
+        ("HAS_MOVABLE", u32::from(scene.movable.is_some())),
+        scene.textures.constant(),
+    ];
     let pipeline = Pipeline::new(context, STEM, &constants)?;
+    let [movable_low, movable_high] = scene.movable.map_or([Vec3::ZERO; 2], |movable| movable.bounds);
+    let of_points = match &rows.of_points[..] {
+        [] => &[NO_ROW],
+        rows => rows,
+    };
+    let of_points = Buffer::from_slice(context, "rows of kept hits", of_points)?;
+    let unused = Buffer::storage(context, "no kept hits", 4)?;
+    let traced = Buffer::from_slice(context, "traced rays", &[0u32; 2])?;
     let table = RayTable::new(context, scene, point_count, hemisphere)?;
     begin_stage(progress, "gather rays", u64::from(point_count))?;
     let mut chunks = Chunks::new(64, point_count.max(1));
-    for (first_point, rows, [rays, colours]) in table.buffers(point_count) {
-        chunks.run_batches(rows, |first_row, parts| {
+    for (first_point, rows_here, [rays, colours]) in table.buffers(point_count) {
+        chunks.run_batches(rows_here, |first_row, parts| {
             let push = |part: &Range<u32>| GatherRaysPush {
                 grid: *clusters.grid,
                 first_point: first_point + first_row + part.start,
@@ -256,6 +322,8 @@ pub fn trace(
                 min_entry_points: MIN_ENTRY_POINTS,
                 min_distance: packing.min_distance,
                 far_cells: far_cells(hemisphere),
+                movable_low,
+                movable_high,
             };
             let ((), timings) = context.run(|rec| {
                 for part in parts {
@@ -276,6 +344,9 @@ pub fn trace(
                             ("GatherRays", rays),
                             ("RayColours", colours),
                             ("TruncatedLoops", &scene.truncated_loops),
+                            ("HitRows", &of_points),
+                            ("KeptHits", rows.hits.unwrap_or(&unused)),
+                            ("TracedRays", &traced),
                         ]),
                     );
                 }
@@ -286,5 +357,6 @@ pub fn trace(
         })?;
     }
     scene.refuse_truncated_loops(STEM, 0)?;
-    Ok(table)
+    let traced: Vec<u32> = traced.read()?;
+    Ok((table, TracedRays { fixed: traced[0], movable: traced[1] }))
 }

@@ -10,6 +10,7 @@ pub mod gather_rays;
 pub mod geometry;
 pub mod gloss;
 mod gradient_packing;
+pub mod kept;
 pub mod light_paths;
 pub mod live_clusters;
 pub mod merged_rays;

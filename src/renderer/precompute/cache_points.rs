@@ -49,7 +49,7 @@ impl Points {
         context: &Arc<Context>,
         scene: &Scene,
         reachable: &Reachable,
-        (size_field, geometry): (&SizeField, &Geometry<'_>),
+        (size_field, geometry): (&SizeField<'_>, &Geometry<'_>),
         hierarchy: &Hierarchy,
         progress: &mut dyn Progress,
     ) -> Result<Self> {

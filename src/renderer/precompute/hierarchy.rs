@@ -7,6 +7,7 @@ use crate::passes::precompute::cache_points::SizeField;
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::geometry::Geometry;
+use crate::passes::precompute::kept::Kept;
 use crate::passes::precompute::visibility::near_clusters::{self, Extent, Patch};
 use crate::passes::precompute::visibility::{Visibility, exposed_fractions, inconsistent, narrow_cavities};
 use crate::passes::precompute::{Progress, begin_stage};
@@ -38,7 +39,12 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    pub(super) fn new(scene: &Scene, reachable: &Reachable, progress: &mut dyn Progress) -> Result<Self> {
+    pub(super) fn new(
+        scene: &Scene,
+        reachable: &Reachable,
+        kept: Option<&Kept>,
+        progress: &mut dyn Progress,
+    ) -> Result<Self> {
         begin_stage(progress, "cells", 1)?;
         let (low, high) = scene.bounds();
         let is_direct = is_direct(scene);
@@ -54,7 +60,7 @@ impl Cells {
             }
             let geometry = reachable.geometry(scene, &hvds);
             let exposed =
-                exposed_fractions::exposed_fractions(&geometry, reachable.tracer(), &scene.quality)?;
+                exposed_fractions::exposed_fractions(&geometry, reachable.segments(), &scene.quality, kept)?;
             Ok::<_, Error>(hvds.without_interior(&exposed))
         };
         // Neither needs the other, and parts of each run on one core.
@@ -106,7 +112,7 @@ impl Hierarchy {
         scene: &Scene,
         reachable: &Reachable,
         (cells, gaps): (Hvds, &[f32]),
-        (size_field, geometry): (&SizeField, &Geometry<'_>),
+        (size_field, geometry): (&SizeField<'_>, &Geometry<'_>),
     ) -> Result<(Self, Vec<String>)> {
         let quality = &scene.quality;
         let cell_size = geometry.hvds.grid.cell_size() as f32;

@@ -13,7 +13,7 @@ use bytemuck::Zeroable;
 pub(super) fn points(
     scene: &Scene,
     buffers: &SceneBuffers,
-    size_field: &SizeField,
+    size_field: &SizeField<'_>,
     (radius, first_stream): (f32, u32),
 ) -> Result<Vec<CachePoint>> {
     let of_meter = |meter: &Meter| {

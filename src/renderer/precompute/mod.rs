@@ -17,7 +17,8 @@ use crate::gpu::Buffer;
 use crate::passes::frame::near_field::NearCluster;
 use crate::passes::gather_targets::GatherTargetPacking;
 use crate::passes::gloss_tables::GlossTables;
-use crate::passes::precompute::gather_rays::Hemisphere;
+use crate::passes::precompute::gather_rays::{Hemisphere, TracedRays};
+use crate::passes::precompute::kept::KeptCount;
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
@@ -27,6 +28,7 @@ use crate::scene::hvds::Hvds;
 use crate::types::{PathVertex, Surface};
 use cache_points::Points;
 use hierarchy::Hierarchy;
+use std::collections::BTreeMap;
 use surfaces::Reachable;
 use targets::Targets;
 
@@ -77,13 +79,36 @@ struct Steps {
     paths: LightPaths,
     points: Points,
     targets: Targets,
+    kept: Option<KeptCounts>,
+}
+
+/// What was kept of the precomputation before.
+struct KeptCounts {
+    results: Vec<(&'static str, KeptCount)>,
+    traced: TracedRays,
+    /// Number of gather rays.
+    rays: u32,
+}
+
+impl KeptCounts {
+    /// Number of kept results of each kind, and of all.
+    fn by_kind(&self) -> BTreeMap<String, [u64; 2]> {
+        let Self { traced, rays, .. } = self;
+        let of_rays = |others: u32| [rays - others, *rays].map(u64::from);
+        let rays = [
+            ("hits of gather rays", of_rays(traced.fixed)),
+            ("gather rays away from models that can move", of_rays(traced.movable)),
+        ];
+        let results = self.results.iter().map(|(kind, count)| (*kind, [count.kept, count.all]));
+        results.chain(rays).map(|(kind, counts)| (kind.to_owned(), counts)).collect()
+    }
 }
 
 impl Steps {
     /// Keeps what frames and queries read, with statistics.
     fn finish(self, scene: &Scene, watch: Watch) -> Precomputed {
         let statistics = self.statistics(scene, watch);
-        let Self { reachable, hierarchy, entry_points, shown_m2, paths, points, targets } = self;
+        let Self { reachable, hierarchy, entry_points, shown_m2, paths, points, targets, .. } = self;
         let is_glossy = targets.gloss.is_some();
         let (buffers, surfaces, enclosures) = reachable.finish(scene);
         Precomputed {
@@ -145,6 +170,7 @@ impl Steps {
             !hvds.inconsistent.is_empty() || *name != "clusters of inconsistent visibility"
         });
         statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), value)));
+        statistics.kept = self.kept.as_ref().map(KeptCounts::by_kind).unwrap_or_default();
         if let Some(gloss) = &targets.gloss {
             let directions = u64::from(targets.outgoing.count());
             statistics.counts.insert("directions of the sphere".into(), directions);

@@ -4,23 +4,27 @@ use super::cache_points::Points;
 use super::hierarchy::{Cells, Hierarchy};
 use super::surfaces::Reachable;
 use super::targets::{Sources, Targets};
-use super::{Precomputed, Steps};
+use super::{KeptCounts, Precomputed, Steps};
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::passes::precompute::cache_points::SizeField;
+use crate::passes::precompute::gather_rays::{self, RayTable, Rows};
+use crate::passes::precompute::kept::Kept;
 use crate::passes::precompute::path_orders::LightPaths;
 use crate::passes::precompute::visibility::accessibility::{self, Accessibility};
-use crate::passes::precompute::{Progress, begin_stage, entry_points, gather_rays, light_paths};
+use crate::passes::precompute::{Progress, begin_stage, entry_points, light_paths};
 use crate::renderer::statistics::Watch;
 use crate::scene::Scene;
 use glam::Vec3;
 use std::sync::Arc;
 
 /// Traces everything that does not depend on lights. Reorders the scene's triangles to BVH order.
+/// `kept`: what the precomputation before leaves to this one, and this one to the next.
 #[rustfmt::skip] // A step a line.
 pub(in crate::renderer) fn precompute(
     context: &Arc<Context>,
     scene: &mut Scene,
+    mut kept: Option<&mut Kept>,
     progress: &mut dyn Progress,
 ) -> Result<Precomputed> {
     let mut watch = Watch::start();
@@ -29,12 +33,16 @@ pub(in crate::renderer) fn precompute(
     // The acceleration structure, and the sides of triangles that light can reach.
     let reachable = Reachable::new(context, scene, progress, &mut watch)?;
     let (buffers, surfaces, materials) = (&reachable.buffers, &reachable.surfaces, &scene.materials);
+    if let Some(kept) = &mut kept {
+        kept.note_sides(surfaces, &reachable.bvh.order);
+    }
+    let near = kept.as_deref();
 
     // Surface in cells, and the distance from each surface to the next.
-    let Cells { requested, finest, gaps } = Cells::new(scene, &reachable, progress)?;
+    let Cells { requested, finest, gaps } = Cells::new(scene, &reachable, near, progress)?;
     watch.lap("cells");
     let geometry = reachable.geometry(scene, &requested);
-    let size_field = SizeField::new(context, buffers, &geometry, seed, progress)?;
+    let size_field = SizeField::new(context, buffers, &geometry, (seed, near), progress)?;
     let sizes = (&size_field, &geometry);
     watch.lap("clearances");
 
@@ -54,7 +62,7 @@ pub(in crate::renderer) fn precompute(
         context, buffers, clusters, (materials, &scene.cell_sizes), (&entry_points, &streams), seed, progress,
     )?;
     let Accessibility { vertices, shown_m2 } =
-        accessibility::measure(context, buffers, hvds, vertices, (seed, naming))?;
+        accessibility::measure(context, buffers, hvds, vertices, (seed, naming), near.zip(Some(&surfaces[..])))?;
     let (base_count, has_images) = (clusters.base_count, buffers.textures.are_used);
     let (entry_points, paths) =
         LightPaths::new(vertices, (entry_points, streams), surfaces, materials, base_count, has_images);
@@ -63,10 +71,8 @@ pub(in crate::renderer) fn precompute(
     // Cache points, and the rays that gather irradiance there. [Yue §1, §3]
     let points = Points::place(context, scene, &reachable, sizes, &hierarchy, progress)?;
     watch.lap("cache points");
-    let (hemisphere, count, hits) = (hierarchy.hemisphere, points.count(), points.hits);
-    let rays = gather_rays::trace(
-        context, buffers, clusters, &points.buffer, count, hemisphere, hits, seed, progress,
-    )?;
+    drop(size_field);
+    let (rays, kept) = gather(context, scene, (&reachable, &hierarchy, &points), kept, progress)?;
 
     begin_stage(progress, "merged rays", 1)?;
     // What each ray reads: a cluster, a patch of it, or one of its outgoing directions.
@@ -75,5 +81,40 @@ pub(in crate::renderer) fn precompute(
 
     warnings.extend(points.warning(scene).into_iter().chain(targets.warnings(scene, &points)));
     scene.warnings.extend(warnings);
-    Ok(Steps { reachable, hierarchy, entry_points, shown_m2, paths, points, targets }.finish(scene, watch))
+    Ok(Steps { reachable, hierarchy, entry_points, shown_m2, paths, points, targets, kept }.finish(scene, watch))
+}
+
+/// Traces the gather rays of all cache points. With `kept`, also returns how many results were kept
+/// and how many rays were traced.
+fn gather(
+    context: &Arc<Context>,
+    scene: &Scene,
+    (reachable, hierarchy, points): (&Reachable, &Hierarchy, &Points),
+    kept: Option<&mut Kept>,
+    progress: &mut dyn Progress,
+) -> Result<(RayTable, Option<KeptCounts>)> {
+    let Hierarchy { clusters, hemisphere, .. } = hierarchy;
+    let trace = |rows, progress: &mut dyn Progress| {
+        let points_and_rows = (&points.buffer, rows);
+        let seed = scene.quality.seed;
+        gather_rays::trace_keeping(
+            context,
+            &reachable.buffers,
+            clusters,
+            points_and_rows,
+            *hemisphere,
+            points.hits,
+            seed,
+            progress,
+        )
+    };
+    let Some(kept) = kept else { return Ok((trace(Rows::none(points.count()), progress)?.0, None)) };
+    let counts = kept.counts();
+    let most = scene.quality.cache_points + scene.measuring_points().iter().product::<usize>() as u32;
+    let hits = kept.hits(context, hemisphere.rays(), most)?;
+    let assigned = hits.assign(&points.points);
+    let (rays, traced) = trace(Rows::new(hits, assigned.rows.clone()), progress)?;
+    hits.fill(assigned);
+    kept.end();
+    Ok((rays, Some(KeptCounts { results: counts, traced, rays: points.count() * hemisphere.rays() })))
 }

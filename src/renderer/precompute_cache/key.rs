@@ -39,29 +39,46 @@ fn push(words: &mut Vec<u32>, v: Vec3) {
     words.extend(v.to_array().map(f32::to_bits));
 }
 
+/// Hash of what light paths depend on, beside triangles, viewpoints and program.
+pub(in crate::renderer) fn surroundings(scene: &Scene) -> [u64; 2] {
+    let (low, high) = scene.bounds();
+    let mut words = Vec::new();
+    push(&mut words, low);
+    push(&mut words, high);
+    push_others(&mut words, scene);
+    let settings = hash(format!("{:?} {:?}", scene.quality, scene.naming()).as_bytes());
+    let parts = [hash(bytemuck::cast_slice(&words)), materials(&scene.materials), settings];
+    hash(bytemuck::cast_slice(&parts))
+}
+
 fn geometry(scene: &Scene) -> [u64; 2] {
     let mut words = Vec::new();
     for triangle in &scene.triangles {
         triangle.positions.iter().chain(&triangle.normals).for_each(|&v| push(&mut words, v));
         words.push(triangle.material);
     }
+    push_others(&mut words, scene);
+    hash(bytemuck::cast_slice(&words))
+}
+
+/// All geometry but triangles.
+fn push_others(words: &mut Vec<u32>, scene: &Scene) {
     for corner in scene.texture_coordinates.iter().flatten() {
         words.extend(corner.to_array().map(f32::to_bits));
     }
     words.extend(scene.opacity.contents());
     words.push(scene.emission.sky_side());
     for region in &scene.cell_sizes.regions {
-        [region.low, region.high].into_iter().for_each(|v| push(&mut words, v));
+        [region.low, region.high].into_iter().for_each(|v| push(words, v));
         words.push(region.halvings);
     }
     words.push((scene.cell_sizes.reach_m as f32).to_bits());
     for pane in &scene.panes {
-        pane.positions.iter().chain([&pane.colour]).for_each(|&v| push(&mut words, v));
+        pane.positions.iter().chain([&pane.colour]).for_each(|&v| push(words, v));
     }
     for (position, normal) in scene.meters.iter().flat_map(Meter::points) {
-        [position, normal].into_iter().for_each(|v| push(&mut words, v));
+        [position, normal].into_iter().for_each(|v| push(words, v));
     }
-    hash(bytemuck::cast_slice(&words))
 }
 
 /// Hash of all properties but the names: each affects light paths, at once or after an edit.

@@ -13,7 +13,8 @@ use super::{Progress, Renderer};
 use crate::cache_file::{CacheMiss, File, Folder, Key};
 use crate::error::{Error, Result};
 use crate::gpu::Context;
-use crate::scene::Scene;
+use crate::passes::precompute::kept::Kept;
+use crate::scene::{Naming, Scene};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -51,8 +52,23 @@ impl Renderer {
         progress: &mut dyn Progress,
         say: &mut dyn FnMut(&str),
     ) -> Result<Self> {
-        let (start, mut scene) = (Instant::now(), scene);
-        let made = store.obtain(context, &mut scene, progress, say)?;
+        Self::cached_keeping(context, scene, (store, None), progress, say)
+    }
+
+    /// As [`Self::cached`], with what the precomputation before left.
+    ///
+    /// # Errors
+    /// As for [`Self::cached`].
+    #[doc(hidden)]
+    pub fn cached_keeping(
+        context: &Arc<Context>,
+        mut scene: Scene,
+        (store, kept): (&Store, Option<&mut Kept>),
+        progress: &mut dyn Progress,
+        say: &mut dyn FnMut(&str),
+    ) -> Result<Self> {
+        let start = Instant::now();
+        let made = store.obtain(context, &mut scene, kept, progress, say)?;
         Self::from_precomputed(context, scene, made, start, progress)
     }
 
@@ -68,7 +84,7 @@ impl Renderer {
         progress: &mut dyn Progress,
     ) -> Result<(Scene, Written)> {
         let key = key::key(context, &scene);
-        let made = precompute(context, &mut scene, progress)?;
+        let made = precompute(context, &mut scene, None, progress)?;
         let tables = write::Tables::from_precomputed(&made)?;
         let writer = tables.sections(&made);
         let failed = |error: std::io::Error| Error::output(file, format!("cannot be written: {error}"));
@@ -76,6 +92,14 @@ impl Renderer {
         let written = Written { bytes: writer.file_bytes(&key), precompute_s: made.statistics.precompute_s };
         Ok((scene, written))
     }
+}
+
+/// What the precomputation before left, for one of this scene. `None` if random decisions are named
+/// by number: a move changes all of them.
+pub(super) fn begun<'a>(kept: Option<&'a mut Kept>, scene: &Scene) -> Option<&'a mut Kept> {
+    let kept = kept.filter(|_| scene.naming() == Naming::Place)?;
+    kept.begin(scene, key::surroundings(scene));
+    Some(kept)
 }
 
 /// The reason why the contents of a file cannot be the light paths of a scene; their key is not
@@ -114,6 +138,7 @@ impl Store {
         &self,
         context: &Arc<Context>,
         scene: &mut Scene,
+        kept: Option<&mut Kept>,
         progress: &mut dyn Progress,
         say: &mut dyn FnMut(&str),
     ) -> Result<Precomputed> {
@@ -137,7 +162,7 @@ impl Store {
         if miss != CacheMiss::Missing {
             say(&format!("{} {miss}; its light paths are traced anew", file.display()));
         }
-        let made = precompute(context, scene, progress)?;
+        let made = precompute(context, scene, begun(kept, scene), progress)?;
         if context.replacement_count() != replacements {
             // The key names the shaders from before.
             return Ok(made);

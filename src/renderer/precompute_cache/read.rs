@@ -57,7 +57,7 @@ impl Checked {
 
     /// Checks the contents of a file against a scene, without comparing their key.
     pub(super) fn from_file(scene: &Scene, file: &File) -> Result<std::result::Result<Self, CacheMiss>> {
-        let bvh = Bvh::build(&scene.triangles)?;
+        let bvh = Bvh::of_scene(scene)?;
         let (low, high) = scene.bounds();
         let finest = grid::finest_cells(scene.quality.cells);
         let grid = grid::Cells::new(low, high, finest, &scene.cell_sizes).grid;

@@ -82,7 +82,8 @@ impl Session {
     }
 
     fn start_worker(&mut self, scene: &Scene) -> Result<()> {
-        self.worker = Some(Worker::start(&self.context, scene, self.source.store.clone(), &self.wake)?);
+        self.worker =
+            Some(Worker::start(&self.context, scene, self.source.store.clone(), &self.kept, &self.wake)?);
         Ok(())
     }
 }

@@ -40,7 +40,18 @@ fn direct_light(session: &Session, context: &Arc<Context>) -> Vec<[u8; 4]> {
 
 #[test]
 fn models_are_hidden_moved_and_added_like_a_cold_start() {
+    edits_equal_cold_starts(SCENE);
+}
+
+/// The same if much of the light paths is kept.
+#[test]
+fn movable_models_are_hidden_moved_and_added_like_a_cold_start() {
+    edits_equal_cold_starts(&SCENE.replace("panel.obj\"\n", "panel.obj\"\nmovable = true\n"));
+}
+
+fn edits_equal_cold_starts(scene: &str) {
     let (context, folder) = (context(), folder());
+    fs::write(folder.path().join("s.toml"), scene).unwrap();
     let mut session = open(&context, &folder.path().join("s.toml"), |_| ());
     let first = picture(&mut session);
     let mut shown = vec![first.clone()];

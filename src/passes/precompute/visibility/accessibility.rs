@@ -10,11 +10,12 @@ use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::precompute::gather_rays::Hemisphere;
+use crate::passes::precompute::kept::{Kept, names::name_of};
 use crate::passes::precompute::path_orders::Vertex;
 use crate::passes::precompute::{Chunks, each_part};
 use crate::passes::{SceneBuffers, loop_limit};
 use crate::scene::{Naming, hvds::Hvds, unweighted::NEARBY};
-use crate::types::{LOOP_TRUNCATED, NO_CLUSTER, OPEN};
+use crate::types::{LOOP_TRUNCATED, NO_CLUSTER, OPEN, Surface};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -63,7 +64,8 @@ pub struct Accessibility {
 }
 
 /// Measures the accessibility, within [`NEARBY`], of vertices in clusters that have an unweighted
-/// one, and derives the area that these clusters show.
+/// one, and derives the area that these clusters show. `kept`: results of the precomputation
+/// before, and the surface of each triangle.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -73,6 +75,7 @@ pub fn measure(
     hvds: &Hvds,
     mut vertices: Vec<Vertex>,
     names: (u32, Naming),
+    kept: Option<(&Kept, &[Surface])>,
 ) -> Result<Accessibility> {
     let is_asked = |vertex: &Vertex| {
         vertex.cluster != NO_CLUSTER && hvds.unweighted[vertex.cluster as usize] != NO_CLUSTER
@@ -94,7 +97,20 @@ pub fn measure(
         let point =
             |vertex: &&mut Vertex| AccessibilityPoint { position: vertex.position, side: vertex.side };
         let points: Vec<_> = asked.iter().map(point).collect();
-        let open = open_rays(context, scene, &points, Hemisphere::new(rays), reach, names)?;
+        let find = |points: &[AccessibilityPoint]| {
+            open_rays(context, scene, points, Hemisphere::new(rays), reach, names)
+        };
+        let open = match kept {
+            None => find(&points)?,
+            Some((kept, surfaces)) => {
+                let name = |point: &AccessibilityPoint| {
+                    let normal = surfaces[point.side as usize / 2].normal_of(point.side % 2 == 1);
+                    name_of([point.position, normal], [rays, reach.to_bits()])
+                };
+                let is_kept = |point: &AccessibilityPoint, _: &u32| kept.is_clear([point.position; 2], reach);
+                kept.all("accessibilities", &points, name, is_kept, find)?
+            }
+        };
         for (vertex, open) in asked.iter_mut().zip(open) {
             let counts = MIN_WEIGHT + (1.0 - MIN_WEIGHT) * open as f32 / rays as f32;
             vertex.accessibility = (counts * OPEN as f32).round() as u32;

@@ -1,12 +1,15 @@
 //! Clearances: the distance from candidate cache points to the nearest visible surface, and their
 //! nearest occluder plane. [Tabellion §4] In: candidates. Out: metres and a plane, for each.
 
+use crate::cpu::hemisphere::{Strata, frame};
+use crate::cpu::sampling::hash_pair;
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_TRANSFER, TRANSFER_TO_COMPUTE};
 use crate::gpu::{Buffer, Context, HostBlock, HostUpload, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::precompute::gather_rays::Hemisphere;
 use crate::passes::precompute::geometry::Geometry;
+use crate::passes::precompute::kept::{Kept, names::name_of_point};
 use crate::passes::precompute::{Chunks, Progress, advance, each_part};
 use crate::passes::{SceneBuffers, loop_limit};
 use crate::types::CachePoint;
@@ -22,6 +25,8 @@ gpu_struct! {
         /// Plane of that surface, as in `CachePoint`, if it faces 45° or more away from the
         /// candidate's; else zero.
         pub occluder: Vec3,
+        /// Rays to any distance that meet inner sides, less rays that meet others.
+        pub inner: i32,
     }
 }
 
@@ -54,10 +59,15 @@ pub const STEM: &str = "clearance";
 /// Candidates of the first dispatch: few, because their duration is not known yet.
 const FIRST: u32 = 256;
 const CLEARANCE_RAYS: u32 = 64;
+/// Rays that find every hit, however far, and the stride from each to the next, as in the shader.
+const PROBES: u32 = 8;
+const STRIDE: u32 = 11;
 
 /// Device side: clearances of candidates.
-pub(in crate::passes::precompute) struct ClearanceProbe {
+pub(in crate::passes::precompute) struct ClearanceProbe<'a> {
     context: Arc<Context>,
+    /// Of the precomputation before.
+    kept: Option<&'a Kept>,
     pipeline: Pipeline,
     candidates: Buffer,
     clearances: Buffer,
@@ -70,14 +80,14 @@ pub(in crate::passes::precompute) struct ClearanceProbe {
     seed: u32,
 }
 
-impl ClearanceProbe {
+impl<'a> ClearanceProbe<'a> {
     /// Maximum number of candidates of one dispatch.
     const LIMIT: u32 = 1 << 15;
 
     pub(in crate::passes::precompute) fn new(
         context: &Arc<Context>,
         geometry: &Geometry<'_>,
-        seed: u32,
+        (seed, kept): (u32, Option<&'a Kept>),
     ) -> Result<Self> {
         let [rings, sectors] = Hemisphere::new(CLEARANCE_RAYS).constants();
         let constants = [rings, sectors];
@@ -87,6 +97,7 @@ impl ClearanceProbe {
         let candidates = buffer("candidates", size_of::<CachePoint>())?;
         let clearances = buffer("clearances", size_of::<Clearance>())?;
         Ok(Self {
+            kept,
             context: context.clone(),
             pipeline: Pipeline::new(context, STEM, &constants)?,
             from_host: HostUpload::of(context, "candidates on the host", &candidates)?,
@@ -101,6 +112,36 @@ impl ClearanceProbe {
     }
 
     pub(in crate::passes::precompute) fn measure(
+        &self,
+        scene: &SceneBuffers,
+        candidates: &[CachePoint],
+        progress: Option<&mut dyn Progress>,
+    ) -> Result<Vec<Clearance>> {
+        let measure = |candidates: &[CachePoint]| self.trace(scene, candidates, progress);
+        let Some(kept) = self.kept else { return measure(candidates) };
+        let is_kept = |candidate: &CachePoint, clearance: &Clearance| {
+            let place = candidate.position;
+            // Each probe counts one up or down. Enough of them must be as they were.
+            let changed = || 2 * kept.meeting(place, self.probes(candidate));
+            clearance.distance >= 0.0
+                && kept.is_clear([place; 2], clearance.distance)
+                && clearance.inner + changed() <= 0
+        };
+        kept.all("clearances", candidates, name_of_point, is_kept, measure)
+    }
+
+    /// Directions of the rays that find every hit.
+    fn probes(&self, candidate: &CachePoint) -> impl Iterator<Item = Vec3> + use<> {
+        let Hemisphere { rings, sectors } = Hemisphere::new(CLEARANCE_RAYS);
+        let strata = Strata { rings, sectors };
+        let [x, y, z] = candidate.position.to_array().map(f32::to_bits);
+        let name = hash_pair(x, hash_pair(y, hash_pair(z, candidate.side & self.side_bits)));
+        let (frame, seed) = (frame(candidate.normal), self.seed);
+        let ray = move |number: u32| number * STRIDE % CLEARANCE_RAYS;
+        (0..PROBES).map(move |number| (frame * strata.direction(ray(number), name, seed)).as_vec3())
+    }
+
+    fn trace(
         &self,
         scene: &SceneBuffers,
         candidates: &[CachePoint],

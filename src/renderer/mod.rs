@@ -119,7 +119,14 @@ impl Renderer {
         kept: &mut Kept,
         progress: &mut dyn Progress,
     ) -> Result<Self> {
-        Self::trace(context, scene, Some(kept), progress)
+        match Self::trace(context, scene.clone(), Some(kept), progress) {
+            // What is kept takes memory, too.
+            Err(error) if error.is_out_of_memory() => {
+                *kept = Kept::default();
+                Self::new(context, scene, progress)
+            }
+            traced => traced,
+        }
     }
 
     fn trace(

@@ -105,3 +105,31 @@ fn a_device_of_little_memory_gives_the_same_picture_or_says_what_to_lower() {
         assert!(stage.read("a.exr") == whole, "{case}: what was there is as it was");
     }
 }
+
+/// Both tries of an allocation fail once. All light paths are then traced anew.
+#[test]
+fn a_film_goes_on_where_its_kept_results_leave_too_little_memory() {
+    let stage = Stage::new();
+    let film = "film MOVES -o f --format exr";
+    let outcome = stage.run(film, LITTLE);
+    outcome.assert_done(LITTLE);
+    let count = outcome.calls["vkAllocateMemory"];
+    let frames = || [0, 1].map(|frame| stage.read(&format!("f/frame-0000{frame}.exr")));
+    let whole = frames();
+    assert!(whole[0] != whole[1], "the model moves");
+    let calls: Vec<u64> = (1..=10).map(|part| part * count / 11).collect();
+    let mut done = 0;
+    for call in calls {
+        let fault = |call: u64| format!("vkAllocateMemory:{call}:VK_ERROR_OUT_OF_DEVICE_MEMORY");
+        let faults = format!("{},{},{LITTLE}", fault(call), fault(call + 1));
+        let outcome = stage.run(film, &faults);
+        if outcome.status.success() {
+            assert!(frames() == whole, "{faults}");
+            done += 1;
+        } else {
+            outcome.assert_failed(4, &["vkAllocateMemory", " needs "], &faults);
+        }
+    }
+    // Allocations outside of precomputations have nothing to make room for them.
+    assert!(done >= 7, "{done} of 10");
+}

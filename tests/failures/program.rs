@@ -28,6 +28,12 @@ gather_rays = 16\ncells = 8\n";
 const FILM: &str = "scene = \"cube.toml\"\nfps = 2\nduration = 2.0\n[[camera]]\ntime = 0.0\nposition = [0, 1, 0.9]\n\
 [[camera]]\ntime = 1.9\nposition = [0.4, 0.7, 0.8]\n";
 
+/// A small cube that moves in the large one, in two frames.
+const MOVES: &str = "scene = \"pair.toml\"\nfps = 2\nduration = 1.0\n\
+[[model]]\nname = \"small\"\ntime = 0.0\ntranslate = [-0.5, 0.1, 0]\n\
+[[model]]\nname = \"small\"\ntime = 0.9\ntranslate = [-0.4, 0.1, 0]\n";
+const SMALL: &str = "[[model]]\nfile = \"cube.obj\"\nname = \"small\"\nmovable = true\nscale = 0.2\ntranslate = [-0.5, 0.1, 0]\n";
+
 /// Folders of scenes and of results, and the layer.
 pub struct Stage {
     scenes: TempDir,
@@ -50,14 +56,22 @@ pub struct Outcome {
 impl Stage {
     pub fn new() -> Self {
         let scenes = tempfile::tempdir().unwrap();
-        for (name, text) in [("cube.obj", CUBE), ("cube.toml", SCENE), ("walk.toml", FILM)] {
+        let pair = format!("{SMALL}{SCENE}");
+        let files = [
+            ("cube.obj", CUBE),
+            ("cube.toml", SCENE),
+            ("walk.toml", FILM),
+            ("pair.toml", &pair),
+            ("moves.toml", MOVES),
+        ];
+        for (name, text) in files {
             fs::write(scenes.path().join(name), text).unwrap();
         }
         Self { scenes, folder: tempfile::tempdir().unwrap(), layer: Layer::new() }
     }
 
-    /// The program with these arguments, separated by spaces: `CUBE` and `FILM` are the scene
-    /// and the film.
+    /// The program with these arguments, separated by spaces: `CUBE` is the scene, `FILM` and
+    /// `MOVES` are films.
     pub fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
         command.current_dir(self.folder.path()).args(self.words(arguments));
@@ -69,6 +83,7 @@ impl Stage {
         let word = |word: &str| match word {
             "CUBE" => place("cube.toml"),
             "FILM" => place("walk.toml"),
+            "MOVES" => place("moves.toml"),
             other => other.to_owned(),
         };
         arguments.split_whitespace().map(word).collect()

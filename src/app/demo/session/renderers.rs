@@ -2,7 +2,7 @@
 //! draft makes room.
 
 use super::{Session, Stage};
-use crate::app::demo::stage::Worker;
+use crate::app::demo::stage::{SharedKept, Worker};
 use crate::error::{Error, Result};
 use crate::renderer::Preview;
 use crate::scene::Scene;
@@ -62,6 +62,7 @@ impl Session {
             self.alarm(format!("a draft only: {error}"));
         }
         self.end_frames(0)?;
+        self.kept = SharedKept::default();
         let preview = match Preview::new(&self.context, self.scene.clone()) {
             Err(error) if error.is_out_of_memory() => {
                 self.alarm(format!("a draft only: {error}"));

@@ -3,6 +3,7 @@
 use crate::common::{assert_silent, context};
 use crate::tables::Tables;
 use glam::{Vec2, Vec3};
+use lightpaths::cache_file::Folder;
 use lightpaths::renderer::{Layer, Renderer, Silent, Store};
 use lightpaths::scene::{Image, LoadOptions, OpacityMaps, Quality, Scene, Texture};
 use std::fs;
@@ -144,6 +145,27 @@ fn a_textured_scene() {
 #[test]
 fn a_scene_with_holes() {
     compare(&with_holes(small_diffuse()));
+}
+
+/// Models that can move have a tree of their own: the order of triangles depends on which they are.
+#[test]
+fn a_scene_with_a_movable_model() {
+    let scene = |model_is_movable: [bool; 2]| {
+        let mut scene = small_diffuse();
+        let teapot = scene.objects.len() as u32 - 1;
+        scene.model_objects = vec![0..teapot, teapot..teapot + 1];
+        scene.model_is_movable = model_is_movable.to_vec();
+        scene
+    };
+    compare(&scene([false, true]));
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::Folder(Folder { path: folder.path().to_owned(), limit_bytes: u64::MAX });
+    for model_is_movable in [[false, true], [true, false], [true, true], [false, false]] {
+        let scene = scene(model_is_movable);
+        let traced = Renderer::cached(&context(), scene, &store, &mut Silent, &mut |_| ()).unwrap();
+        let first = &traced.statistics().unwrap().precompute_stages[0].0;
+        assert_ne!(first, "stored light paths", "{model_is_movable:?}");
+    }
 }
 
 /// Fewer light paths, for tests that do not depend on their number.

@@ -4,7 +4,7 @@
 use crate::cache_file::{Key, hash};
 use crate::gpu::Context;
 use crate::gpu::shaders::{SHADERS, Shader};
-use crate::scene::{Material, Meter, Scene};
+use crate::scene::{Material, Meter, Naming, Scene};
 use glam::Vec3;
 
 /// Version of the contents and of the host's algorithms, which no shader hash covers.
@@ -56,6 +56,10 @@ fn geometry(scene: &Scene) -> [u64; 2] {
     for triangle in &scene.triangles {
         triangle.positions.iter().chain(&triangle.normals).for_each(|&v| push(&mut words, v));
         words.push(triangle.material);
+    }
+    if scene.naming() == Naming::Place {
+        // Models that can move have a tree of their own.
+        words.extend(scene.movable_triangles().into_iter().map(u32::from));
     }
     push_others(&mut words, scene);
     hash(bytemuck::cast_slice(&words))

@@ -60,7 +60,7 @@ impl Cells {
             }
             let geometry = reachable.geometry(scene, &hvds);
             let exposed =
-                exposed_fractions::exposed_fractions(&geometry, reachable.segments(), &scene.quality, kept)?;
+                exposed_fractions::exposed_fractions(&geometry, reachable.tracer(), &scene.quality, kept)?;
             Ok::<_, Error>(hvds.without_interior(&exposed))
         };
         // Neither needs the other, and parts of each run on one core.

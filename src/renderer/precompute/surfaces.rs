@@ -18,7 +18,6 @@ pub(super) struct Reachable {
     pub(super) bvh: Bvh,
     pub(super) solids: Solids,
     pub(super) rays: Rays,
-    segments: Rays,
     pub(super) buffers: SceneBuffers,
     /// Attributes of each triangle; sides that light cannot reach are inactive.
     pub(super) surfaces: Vec<Surface>,
@@ -52,7 +51,7 @@ impl Reachable {
         let (solids, sees) = rayon::join(of_scene, || surfaces::sides_that_see_something(&scene.triangles));
         let warnings: Vec<String> = lost_lights(&solids, &scene.lights).collect();
         scene.warnings.extend(warnings);
-        let (rays, segments) = (Rays::new(context)?, Rays::of_segments(context)?);
+        let rays = Rays::new(context)?;
         // A side that sees the sky alone receives its light.
         let is_active = |sees: [bool; 2]| sees.map(|sees| sees || scene.emission.sky.is_some());
         let pairs = scene.triangles.iter().zip(&sees);
@@ -70,7 +69,7 @@ impl Reachable {
         watch.lap("surfaces");
         let (low, high) = scene.bounds();
         let scene_size = (high - low).length();
-        Ok(Self { bvh, solids, rays, segments, buffers, surfaces, groups, sees, scene_size, clear_distance })
+        Ok(Self { bvh, solids, rays, buffers, surfaces, groups, sees, scene_size, clear_distance })
     }
 
     /// Whether a side reflects light to some surface.
@@ -97,11 +96,6 @@ impl Reachable {
     /// Tracer and scene, as steps that trace rays take them.
     pub(super) fn tracer(&self) -> (&Rays, &SceneBuffers) {
         (&self.rays, &self.buffers)
-    }
-
-    /// The same for rays that end somewhere.
-    pub(super) fn segments(&self) -> (&Rays, &SceneBuffers) {
-        (&self.segments, &self.buffers)
     }
 
     /// The results that frames and queries read.

@@ -23,7 +23,6 @@ const GAP: f32 = 1.0 / 16.0;
 const RAYS: u32 = 12;
 
 /// Returns the fraction of each fragment that is neither a hole nor interior nor covered, 0..=1.
-/// `segments` finds hits of segments.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -54,7 +53,7 @@ pub fn exposed_fractions(
 /// The same of some fragments.
 fn exposed(
     geometry: &Geometry<'_>,
-    (segments, buffers): (&Rays, &SceneBuffers),
+    (rays, buffers): (&Rays, &SceneBuffers),
     quality: &Quality,
     fragments: &[u32],
 ) -> Result<Vec<f32>> {
@@ -77,13 +76,14 @@ fn exposed(
     };
     let ahead = |fragment: usize| {
         let (origin, direction) = origin(fragment, 0);
-        RayQuery { origin, direction: GAP * cell(fragment) * direction }
+        RayQuery { origin, direction }
     };
     let left = fragments.iter().zip(&mut all).filter(|(_, open)| **open > 0.0);
     let left: Vec<(usize, &mut f32)> = left.map(|(&fragment, open)| (fragment as usize, open)).collect();
     let queries: Vec<_> = left.par_iter().map(|&(fragment, _)| ahead(fragment)).collect();
-    let answers = segments.trace(buffers, &queries)?;
-    let hits = left.into_iter().zip(answers).filter(|(_, answer)| answer.t >= 0.0);
+    let answers = rays.trace(buffers, &queries)?;
+    let is_near = |fragment: usize, t: f32| t >= 0.0 && t < GAP * cell(fragment);
+    let hits = left.into_iter().zip(answers).filter(|((fragment, _), answer)| is_near(*fragment, answer.t));
     let (near, open): (Vec<usize>, Vec<&mut f32>) = hits.map(|(fragment, _)| fragment).unzip();
     let around = |ray: u32| {
         let fragment = near[(ray / (POINTS * RAYS)) as usize];
@@ -91,15 +91,16 @@ fn exposed(
         let of_fragment = ray % (POINTS * RAYS);
         let first = geometry.naming.pick(ray - of_fragment, || hash(geometry.names[fragment]) >> 8);
         let [x, y, _] = plastic_sequence((first + of_fragment) ^ hash(seed) >> 8);
-        let direction = (normal + sphere([x, y])).try_normalize().unwrap_or(normal);
-        RayQuery { origin, direction: COVERED_SIGHT * cell(fragment) * direction }
+        RayQuery { origin, direction: (normal + sphere([x, y])).try_normalize().unwrap_or(normal) }
     };
     let queries: Vec<_> =
         (0..near.len() * (POINTS * RAYS) as usize).into_par_iter().map(|ray| around(ray as u32)).collect();
-    let answers = segments.trace(buffers, &queries)?;
-    for (open, answers) in open.into_iter().zip(answers.chunks_exact((POINTS * RAYS) as usize)) {
+    let answers = rays.trace(buffers, &queries)?;
+    let answers = answers.chunks_exact((POINTS * RAYS) as usize);
+    for ((&fragment, open), answers) in near.iter().zip(open).zip(answers) {
+        let is_covered = |t: f32| t >= 0.0 && t < COVERED_SIGHT * cell(fragment);
         let points = answers.chunks_exact(RAYS as usize);
-        let covered = points.filter(|point| point.iter().all(|answer| answer.t >= 0.0)).count();
+        let covered = points.filter(|point| point.iter().all(|answer| is_covered(answer.t))).count();
         *open *= 1.0 - covered as f32 / POINTS as f32;
     }
     Ok(all)

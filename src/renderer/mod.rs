@@ -119,6 +119,9 @@ impl Renderer {
         kept: &mut Kept,
         progress: &mut dyn Progress,
     ) -> Result<Self> {
+        if scene.naming() == Naming::Number {
+            return Self::new(context, scene, progress);
+        }
         match Self::trace(context, scene.clone(), Some(kept), progress) {
             // What is kept takes memory, too.
             Err(error) if error.is_out_of_memory() => {

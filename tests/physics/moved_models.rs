@@ -196,6 +196,26 @@ fn moves_equal_cold_starts() {
     check_changes(30);
 }
 
+/// The walls can move, too: there is one tree, and no hit is kept.
+#[test]
+fn moves_among_movable_walls_equal_cold_starts() {
+    let crates = [Some((Vec3::new(-2.0, -1.05, 0.5), 0.3)), None];
+    let mut stage = Stage { crates, lamp: Vec3::new(0.4, 0.5, 0.3), wood: 0.5 };
+    let mut kept = Kept::default();
+    let mut results = 0;
+    for x in [0.0, 0.1, 0.2] {
+        stage.crates[0] = Some((Vec3::new(x - 2.0, -1.05, 0.5), 0.3));
+        let scene = || Scene { model_is_movable: vec![true; 3], ..stage.scene() };
+        let renderer = Renderer::new_keeping(&context(), scene(), &mut kept, &mut Silent).unwrap();
+        let counts = renderer.statistics().unwrap().kept;
+        assert_eq!(counts.len(), 3, "{counts:?}");
+        results += counts.values().map(|[kept, _]| kept).sum::<u64>();
+        let cold = Renderer::new(&context(), scene(), &mut Silent).unwrap();
+        assert!(picture(renderer) == picture(cold), "{x}");
+    }
+    assert!(results > 1000, "{results} results are kept");
+}
+
 /// Takes minutes.
 #[test]
 #[ignore = "the same with more moves"]

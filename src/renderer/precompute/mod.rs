@@ -85,20 +85,20 @@ struct Steps {
 /// What was kept of the precomputation before.
 struct KeptCounts {
     results: Vec<(&'static str, KeptCount)>,
-    traced: TracedRays,
-    /// Number of gather rays.
-    rays: u32,
+    /// Gather rays that were traced, and their number. `None` if all surface is in one tree.
+    rays: Option<(TracedRays, u32)>,
 }
 
 impl KeptCounts {
     /// Number of kept results of each kind, and of all.
     fn by_kind(&self) -> BTreeMap<String, [u64; 2]> {
-        let Self { traced, rays, .. } = self;
-        let of_rays = |others: u32| [rays - others, *rays].map(u64::from);
-        let rays = [
-            ("hits of gather rays", of_rays(traced.fixed)),
-            ("gather rays away from models that can move", of_rays(traced.movable)),
-        ];
+        let rays = self.rays.iter().flat_map(|(traced, all)| {
+            let others = |some: u32| [all - some, *all].map(u64::from);
+            [
+                ("gather rays not traced among surface that stays", others(traced.fixed)),
+                ("gather rays not traced among models that can move", others(traced.movable)),
+            ]
+        });
         let results = self.results.iter().map(|(kind, count)| (*kind, [count.kept, count.all]));
         results.chain(rays).map(|(kind, counts)| (kind.to_owned(), counts)).collect()
     }

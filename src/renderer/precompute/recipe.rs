@@ -109,12 +109,19 @@ fn gather(
         )
     };
     let Some(kept) = kept else { return Ok((trace(Rows::none(points.count()), progress)?.0, None)) };
-    let counts = kept.counts();
+    let results = kept.counts();
+    // One tree of all surface: any move changes it, and no hit can be kept.
+    if reachable.buffers.movable.is_none() {
+        let (rays, _) = trace(Rows::none(points.count()), progress)?;
+        kept.end();
+        return Ok((rays, Some(KeptCounts { results, rays: None })));
+    }
     let most = scene.quality.cache_points + scene.measuring_points().iter().product::<usize>() as u32;
     let hits = kept.hits(context, hemisphere.rays(), most)?;
     let assigned = hits.assign(&points.points);
     let (rays, traced) = trace(Rows::new(hits, assigned.rows.clone()), progress)?;
     hits.fill(assigned);
     kept.end();
-    Ok((rays, Some(KeptCounts { results: counts, traced, rays: points.count() * hemisphere.rays() })))
+    let all = points.count() * hemisphere.rays();
+    Ok((rays, Some(KeptCounts { results, rays: Some((traced, all)) })))
 }

@@ -51,10 +51,14 @@ const uint PROBES = 8u;
 shared float nearest[gl_WorkGroupSize.x];
 shared uint nearest_ray[gl_WorkGroupSize.x];
 shared int inner_hits[gl_WorkGroupSize.x];  // of probes, less other ones
+shared uint least_distance;                 // that a lane has found, as bits: what is further cannot be the nearest
 
 // Ray `number` of all, so that any first ones are spread over the hemisphere. The number of rays,
 // 4·k², has no factor of 11.
 uint spread(uint number) { return number * 11u % (RINGS * SECTORS); }
+
+// The next float above a positive one: a ray up to there finds hits at the distance itself.
+float just_above(float distance) { return uintBitsToFloat(floatBitsToUint(distance) + 1u); }
 
 bool is_inner(Hit hit, vec3 direction) {
     Surface surface = surface_at(hit.triangle);
@@ -73,6 +77,8 @@ void main() {
     uvec3 bits = floatBitsToUint(point.position);
     uint name = hash(bits.x, hash(bits.y, hash(bits.z, point.side & push.side_bits)));
 
+    if (gl_LocalInvocationIndex == 0u) least_distance = floatBitsToUint(push.scene_size);
+    barrier();
     float closest = push.scene_size;
     uint closest_ray = NO_TARGET;
     int inner = 0;
@@ -81,7 +87,10 @@ void main() {
         vec3 local = stratum_direction(stratum_of(ray), name, push.seed);
         Hit hit;
         bool is_probe = number < PROBES;
-        if (local.z > 0.1736 && trace(Ray(origin, frame * local, is_probe ? push.scene_size : closest), false, hit)) {
+        // Floats that are not negative compare alike as integers.
+        float least = uintBitsToFloat(atomicMin(least_distance, floatBitsToUint(closest)));
+        float reach = is_probe ? push.scene_size : min(closest, just_above(least));
+        if (local.z > 0.1736 && trace(Ray(origin, frame * local, reach), false, hit)) {
             if (is_probe) inner += is_inner(hit, frame * local) ? 1 : -1;
             closest_ray = hit.t < closest ? ray : closest_ray;
             closest = min(hit.t, closest);
@@ -104,7 +113,7 @@ void main() {
     vec3 occluder = vec3(0.0);
     Hit hit;
     vec3 direction = frame * stratum_direction(stratum_of(min(nearest_ray[0], RINGS * SECTORS - 1u)), name, push.seed);
-    if (nearest[0] != UNKNOWN && nearest_ray[0] != NO_TARGET && trace(Ray(origin, direction, push.scene_size), false, hit)) {
+    if (nearest[0] != UNKNOWN && nearest_ray[0] != NO_TARGET && trace(Ray(origin, direction, just_above(nearest[0])), false, hit)) {
         vec3 plane = surface_at(hit.triangle).normal;
         float distance = dot(plane, hit_position(hit) - point.position);
         // A standing wall or a covering surface: the view of the scene changes behind either.

@@ -12,11 +12,14 @@
 #include "include/math.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint SEGMENTS = 0;  // 1: segments from the origin to origin + direction, any hit
+layout(constant_id = 0) const uint SEGMENTS = 0;  // 1: segments, any hit
 
 struct RayQuery { vec3 origin; vec3 direction; };
 struct RayAnswer { float t; uint side; };
-struct RaysPush { uint ray_count; };
+struct RaysPush {
+    uint ray_count;
+    float reach;  // of the rays, in units of their directions
+};
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
@@ -34,8 +37,7 @@ void main() {
     if (index >= push.ray_count) return;
     RayQuery query = queries[index];
     Hit hit;
-    bool segments = SEGMENTS == 1u;
-    bool is_hit = trace(Ray(query.origin, query.direction, segments ? 1.0 : 1e30), segments, hit);
+    bool is_hit = trace(Ray(query.origin, query.direction, push.reach), SEGMENTS == 1u, hit);
     bool is_truncated = !loops_completed(push.ray_count);
     if (is_truncated || !is_hit) {
         answers[index] = RayAnswer(-1.0, is_truncated ? LOOP_TRUNCATED : NO_SIDE);

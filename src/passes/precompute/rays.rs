@@ -36,16 +36,23 @@ gpu_struct! {
     pub struct RaysPush {
         /// Rays in the list.
         pub ray_count: u32,
+        /// How far they go, in units of their directions.
+        pub reach: f32,
     }
 }
 
 /// Layouts of the structs shared with the shader.
 pub const LAYOUTS: &[Layout] = &[RayQuery::LAYOUT, RayAnswer::LAYOUT, RaysPush::LAYOUT];
 
+/// Reach of rays that find every hit, in units of their directions.
+const FAR: f32 = 1e30;
+
 /// The pipeline that traces lists of rays.
 pub struct Rays {
     context: Arc<Context>,
     pipeline: Pipeline,
+    /// Reach of rays for which the caller states none.
+    reach: f32,
 }
 
 impl Rays {
@@ -72,7 +79,8 @@ impl Rays {
 
     fn with(context: &Arc<Context>, are_segments: bool) -> Result<Self> {
         let constants = [("SEGMENTS", u32::from(are_segments))];
-        Ok(Self { context: context.clone(), pipeline: Pipeline::new(context, Self::STEM, &constants)? })
+        let pipeline = Pipeline::new(context, Self::STEM, &constants)?;
+        Ok(Self { context: context.clone(), pipeline, reach: if are_segments { 1.0 } else { FAR } })
     }
 
     /// Traces all rays.
@@ -83,11 +91,34 @@ impl Rays {
         Ok(self.trace_timed(scene, queries)?.0)
     }
 
+    /// Traces all rays as far as `reach`, in units of their directions: what is further away is not
+    /// found, and costs nothing.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn trace_within(
+        &self,
+        scene: &SceneBuffers,
+        queries: &[RayQuery],
+        reach: f32,
+    ) -> Result<Vec<RayAnswer>> {
+        Ok(self.traced(scene, queries, reach)?.0)
+    }
+
     /// Traces all rays. Returns the hits and the device time, milliseconds.
     ///
     /// # Errors
     /// The device lacks memory or failed.
     pub fn trace_timed(&self, scene: &SceneBuffers, queries: &[RayQuery]) -> Result<(Vec<RayAnswer>, f64)> {
+        self.traced(scene, queries, self.reach)
+    }
+
+    fn traced(
+        &self,
+        scene: &SceneBuffers,
+        queries: &[RayQuery],
+        reach: f32,
+    ) -> Result<(Vec<RayAnswer>, f64)> {
         // Dispatches of a submission share the buffers.
         let limit = (queries.len() as u32).clamp(1, 2 * Self::LIMIT);
         let asked = Buffer::storage(&self.context, "ray queries", u64::from(limit) * 24)?;
@@ -100,7 +131,7 @@ impl Rays {
             from_host.write(&queries[first..first + count]);
             let ((), timings) = self.context.run(|rec| {
                 each_part(rec, parts, |rec, part| {
-                    let push = RaysPush { ray_count: part.end - part.start };
+                    let push = RaysPush { ray_count: part.end - part.start, reach };
                     rec.copy_from_host::<RayQuery>(&from_host, part.clone(), &asked);
                     rec.barrier(TRANSFER_TO_COMPUTE);
                     self.record(rec, scene, &asked, &answered, push);
@@ -129,7 +160,7 @@ impl Rays {
         let queries = &queries[..queries.len().min(Self::LIMIT as usize)];
         let asked = Buffer::from_slice(&self.context, "ray queries", queries)?;
         let answered = Buffer::storage(&self.context, "ray answers", queries.len().max(1) as u64 * 8)?;
-        let push = RaysPush { ray_count: queries.len() as u32 };
+        let push = RaysPush { ray_count: queries.len() as u32, reach: self.reach };
         self.dispatch(scene, &asked, &answered, push)?;
         (0..repeats).map(|_| self.dispatch(scene, &asked, &answered, push)).collect()
     }

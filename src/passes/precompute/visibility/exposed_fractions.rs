@@ -81,7 +81,9 @@ fn exposed(
     let left = fragments.iter().zip(&mut all).filter(|(_, open)| **open > 0.0);
     let left: Vec<(usize, &mut f32)> = left.map(|(&fragment, open)| (fragment as usize, open)).collect();
     let queries: Vec<_> = left.par_iter().map(|&(fragment, _)| ahead(fragment)).collect();
-    let answers = rays.trace(buffers, &queries)?;
+    let sizes = left.par_iter().map(|&(fragment, _)| cell(fragment));
+    let largest_cell = sizes.reduce(|| 0.0, f32::max);
+    let answers = rays.trace_within(buffers, &queries, GAP * largest_cell)?;
     let is_near = |fragment: usize, t: f32| t >= 0.0 && t < GAP * cell(fragment);
     let hits = left.into_iter().zip(answers).filter(|((fragment, _), answer)| is_near(*fragment, answer.t));
     let (near, open): (Vec<usize>, Vec<&mut f32>) = hits.map(|(fragment, _)| fragment).unzip();
@@ -95,7 +97,7 @@ fn exposed(
     };
     let queries: Vec<_> =
         (0..near.len() * (POINTS * RAYS) as usize).into_par_iter().map(|ray| around(ray as u32)).collect();
-    let answers = rays.trace(buffers, &queries)?;
+    let answers = rays.trace_within(buffers, &queries, COVERED_SIGHT * largest_cell)?;
     let answers = answers.chunks_exact((POINTS * RAYS) as usize);
     for ((&fragment, open), answers) in near.iter().zip(open).zip(answers) {
         let is_covered = |t: f32| t >= 0.0 && t < COVERED_SIGHT * cell(fragment);

@@ -52,8 +52,8 @@ pub fn inconsistent(
                 };
                 queries.extend(pairs(points.len()).map(segment));
             }
-            let answers = rays.trace(scene, &queries)?;
-            let mut is_blocked = answers.iter().map(|answer| (0.0..1.0).contains(&answer.t));
+            let answers = rays.trace_within(scene, &queries, 1.0)?;
+            let mut is_blocked = answers.iter().map(|answer| answer.t >= 0.0);
             for &cluster in clusters {
                 let children: Vec<u32> = children(cluster).collect();
                 let is_parted = groups(children.len(), &mut is_blocked) > 1;

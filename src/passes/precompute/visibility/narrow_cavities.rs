@@ -80,11 +80,10 @@ pub fn inconsistent(
         (0..patches.len()).filter(|&patch| patches[patch].clearance.is_finite()).collect();
     let queries: Vec<RayQuery> = holding.iter().map(|&patch| query(&patches[patch])).collect();
     let mut holds = vec![[false; 2]; hvds.parents.len()];
-    for (&cluster, answer) in holding.iter().zip(rays.trace(scene, &queries)?) {
+    for (&cluster, answer) in holding.iter().zip(rays.trace_within(scene, &queries, parted)?) {
         // From the middle of a convex cluster the ray starts inside and meets a back side.
-        let is_inside = answer.side != NO_SIDE
-            && answer.t < parted
-            && surfaces[answer.side as usize / 2].side_is_active(answer.side % 2 == 1);
+        let is_inside =
+            answer.side != NO_SIDE && surfaces[answer.side as usize / 2].side_is_active(answer.side % 2 == 1);
         holds[cluster][usize::from(is_inside)] = true;
     }
     if holds.iter().all(|holds| !holds[1]) {

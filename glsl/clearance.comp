@@ -51,7 +51,7 @@ const uint PROBES = 8u;
 shared float nearest[gl_WorkGroupSize.x];
 shared uint nearest_ray[gl_WorkGroupSize.x];
 shared int inner_hits[gl_WorkGroupSize.x];  // of probes, less other ones
-shared uint least_distance;                 // that a lane has found, as bits: what is further cannot be the nearest
+shared uint min_distance;                   // that a lane has found, as bits: what is further cannot be the nearest
 
 // Ray `number` of all, so that any first ones are spread over the hemisphere. The number of rays,
 // 4·k², has no factor of 11.
@@ -77,7 +77,7 @@ void main() {
     uvec3 bits = floatBitsToUint(point.position);
     uint name = hash(bits.x, hash(bits.y, hash(bits.z, point.side & push.side_bits)));
 
-    if (gl_LocalInvocationIndex == 0u) least_distance = floatBitsToUint(push.scene_size);
+    if (gl_LocalInvocationIndex == 0u) min_distance = floatBitsToUint(push.scene_size);
     barrier();
     float closest = push.scene_size;
     uint closest_ray = NO_TARGET;
@@ -88,7 +88,7 @@ void main() {
         Hit hit;
         bool is_probe = number < PROBES;
         // Floats that are not negative compare alike as integers.
-        float least = uintBitsToFloat(atomicMin(least_distance, floatBitsToUint(closest)));
+        float least = uintBitsToFloat(atomicMin(min_distance, floatBitsToUint(closest)));
         float reach = is_probe ? push.scene_size : min(closest, just_above(least));
         if (local.z > 0.1736 && trace(Ray(origin, frame * local, reach), false, hit)) {
             if (is_probe) inner += is_inner(hit, frame * local) ? 1 : -1;

@@ -20,20 +20,23 @@ pub struct Tolerance {
     pub(crate) below2: f32,
     pub(crate) facets: f32,
     pub(crate) inverse_normal_error: f32,
+    /// Factor of its weight behind its nearest occluder plane.
+    behind: f32,
 }
 
 impl Tolerance {
     /// Valid records: 1 / sqrt(1 - cos 10°) between normals, 12° above the plane between both and
     /// 4° below it. [Tabellion §4; Ward]
     pub const VALID: Self =
-        Self { above2: 0.04, below2: 0.004, facets: FACETS_ALIKE, inverse_normal_error: 8.1131 };
+        Self { above2: 0.04, below2: 0.004, facets: FACETS_ALIKE, inverse_normal_error: 8.1131, behind: 0.0 };
     /// Relaxed validity, where valid records are few: 45° above the plane, 30° below it, 90°
     /// between facets, 72° between normals.
-    pub const RELAXED: Self = Self { above2: 0.5, below2: 0.25, facets: 0.0, inverse_normal_error: 1.2 };
+    pub const RELAXED: Self =
+        Self { above2: 0.5, below2: 0.25, facets: 0.0, inverse_normal_error: 1.2, behind: 0.1 };
     /// What placement asks first of every surface if the budget does not suffice: 60° between
     /// facets, 30° between normals.
     pub(crate) const SPARSE: Self =
-        Self { above2: 0.5, below2: 0.25, facets: 0.5, inverse_normal_error: 2.7321 };
+        Self { above2: 0.5, below2: 0.25, facets: 0.5, inverse_normal_error: 2.7321, behind: 0.0 };
 }
 
 /// Height of a point at offset `d` from a record above the plane between both. Shading normals give
@@ -51,15 +54,16 @@ pub fn cover_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: 
     let height = height_between(d, n, facet, record);
     let reach = 0.01 * record.radius;
     let height2 = if height > 0.0 { within.above2 } else { within.below2 };
-    if height * height > height2 * (distance2 + reach * reach) || d.dot(record.occluder) > 1.0 {
+    if height * height > height2 * (distance2 + reach * reach) {
         return 0.0;
     }
+    let part = if d.dot(record.occluder) > 1.0 { within.behind } else { 1.0 };
     if facet.dot(record.facet) < within.facets {
         return 0.0;
     }
     let position_error = distance2.sqrt() / record.radius;
     let normal_error = (1.0 - n.dot(record.normal)).max(0.0).sqrt() * within.inverse_normal_error;
-    1.0 - position_error.max(normal_error)
+    part * (1.0 - position_error.max(normal_error))
 }
 
 /// As [`cover_weight`], for a pixel: the shader's `record_weight`. It is zero for a point that is
@@ -135,6 +139,21 @@ mod tests {
         }
         // The nearer its normal, the more a record counts.
         assert!(weight(20.0, Tolerance::RELAXED) > 2.0 * weight(50.0, Tolerance::RELAXED));
+    }
+
+    #[test]
+    fn behind_its_occluder_a_record_counts_only_where_others_are_few() {
+        // A wall stands across, 0.2 m away.
+        let beside = CachePoint { occluder: Vec3::X / 0.2, ..record(Vec3::Y) };
+        let weight =
+            |at: f32, within: Tolerance| record_weight(at * Vec3::X, Vec3::Y, Vec3::Y, &beside, within);
+        for (at, valid, relaxed) in [(0.1, 0.9, 0.9), (0.3, 0.0, 0.07), (-0.3, 0.7, 0.7)] {
+            for (within, expected) in
+                [(Tolerance::VALID, valid), (Tolerance::SPARSE, valid), (Tolerance::RELAXED, relaxed)]
+            {
+                assert!((weight(at, within) - expected).abs() < 1e-6, "{at}: {}", weight(at, within));
+            }
+        }
     }
 
     #[test]

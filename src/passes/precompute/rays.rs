@@ -91,8 +91,7 @@ impl Rays {
         Ok(self.trace_timed(scene, queries)?.0)
     }
 
-    /// Traces all rays as far as `reach`, in units of their directions: what is further away is not
-    /// found, and costs nothing.
+    /// Traces all rays as far as `reach`, in units of their directions, and finds nothing beyond.
     ///
     /// # Errors
     /// The device lacks memory or failed.

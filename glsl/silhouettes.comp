@@ -11,6 +11,7 @@
 #include "include/dispatch.glsl"
 #include "include/quirks.glsl"
 #include "include/math.glsl"
+#include "include/lines.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -52,13 +53,6 @@ bool is_silhouette(SilhouetteEdge edge, LightSource light) {
     float first = side_of(along, edge.first - edge.from, to_edge);
     float second = side_of(along, edge.second - edge.from, to_edge);
     return first == 0.0 || second == 0.0 || (first > 0.0) == (second > 0.0);
-}
-
-// Shortens `span` of a line to where a value above zero at some end stays so.
-void clip(float from, float to, inout vec2 span) {
-    float crossing = from / (from - to);
-    if (from < 0.0) span.x = to < 0.0 ? 2.0 : max(span.x, crossing);
-    else if (to < 0.0) span.y = min(span.y, crossing);
 }
 
 // Draws a line on a face, column by column along its longer axis.

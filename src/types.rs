@@ -58,6 +58,20 @@ gpu_struct! {
     }
 }
 
+/// An edge at which pixels of every view may show two surfaces, in place of its second triangle.
+pub const EVERY_VIEW: u32 = u32::MAX;
+
+gpu_struct! {
+    /// An edge of the mesh at which a pixel may show two surfaces.
+    pub struct MeshEdge {
+        /// A triangle of which it is a side: 4·triangle + the number of the corner opposite.
+        pub own: u32,
+        /// Likewise the other triangle, if the edge counts only where it is an outline; else
+        /// [`EVERY_VIEW`].
+        pub other: u32,
+    }
+}
+
 gpu_struct! {
     /// Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3] It has five times four words: a
     /// processor loads four words about as fast as one.
@@ -430,6 +444,7 @@ pub const LAYOUTS: &[Layout] = &[
     Triangle::LAYOUT,
     Surface::LAYOUT,
     SilhouetteEdge::LAYOUT,
+    MeshEdge::LAYOUT,
     Node::LAYOUT,
     Grid::LAYOUT,
     Guide::LAYOUT,

@@ -172,7 +172,7 @@ fn the_reader_sees_what_a_shader_declares() {
         has_workgroup_count: true,
     };
     assert_eq!(module, expected);
-    assert_eq!(spirv::reflect(&Shader::named("edge_mark").words()).local_size, [8, 8, 1]);
+    assert_eq!(spirv::reflect(&Shader::named("edge_mark").words()).local_size, [64, 1, 1]);
     let module = spirv::reflect(&Shader::named("prefix_sum_reduce").words());
     assert_eq!(module.bindings[1].access, spirv::Access::Write);
 

@@ -35,6 +35,14 @@ struct SilhouetteEdge {
     vec3 second;  // that of the other; the same if shadows end at this edge for every light
 };
 
+// An edge of the mesh at which a pixel may show two surfaces.
+struct MeshEdge {
+    uint own;    // a triangle of which it is a side: 4·triangle + the number of the corner opposite
+    uint other;  // likewise the other triangle, if the edge counts only where it is an outline; else EVERY_VIEW
+};
+
+const uint EVERY_VIEW = 0xffffffffu;
+
 // Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3] Five times four words: a CPU loads
 // four words in about the time of one.
 struct Node {

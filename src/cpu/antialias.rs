@@ -4,7 +4,7 @@ use crate::cpu::primary::{Seen, direction_through, seen_through};
 use crate::cpu::rays::Geometry;
 use crate::cpu::records::FACETS_ALIKE;
 use crate::cpu::sampling::{hash, hash_pair, sample_3d, sobol};
-use crate::types::{NO_SIDE, PixelSurface, Surface, View};
+use crate::types::{EVERY_VIEW, MeshEdge, NO_SIDE, PixelSurface, Surface, View};
 use glam::{DVec2, DVec3, Vec3};
 
 /// Samples of a pixel for each sample of a light in a fragment; `glsl/include/antialias.glsl` has
@@ -58,6 +58,101 @@ pub fn edges(
 ) -> Vec<bool> {
     let is_edge = |index: usize, other| is_edge(thresholds, surfaces, [&pixels[index], &pixels[other]]);
     (0..pixels.len()).map(|index| beside(index, [width, height]).any(|other| is_edge(index, other))).collect()
+}
+
+/// How far behind the plane of a pixel's surface an edge of that surface may be, in pixel widths.
+const BEHIND: f64 = 0.1;
+
+/// Marks the pixels of an image, row by row, that an edge of the mesh crosses where it is not behind
+/// what their middles show.
+pub fn crossed(
+    geometry: Geometry<'_>,
+    view: &View,
+    edges: &[MeshEdge],
+    pixels: &[PixelSurface],
+) -> Vec<bool> {
+    let mut marks = vec![false; pixels.len()];
+    let eye = view.position.as_dvec3();
+    let corner = |name: u32, after: u32| {
+        let triangle = &geometry.triangles[name as usize / 4];
+        triangle.positions[((name % 4 + after) % 3) as usize].as_dvec3()
+    };
+    for edge in edges {
+        let [opposite, from, to] = [0, 1, 2].map(|after| corner(edge.own, after));
+        let side = |third: DVec3| (to - from).cross(third - from).dot(from - eye);
+        if edge.other != EVERY_VIEW && (side(opposite) > 0.0) != (side(corner(edge.other, 0)) > 0.0) {
+            continue;
+        }
+        let Some(ends) = line(view, [from, to]) else { continue };
+        let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])].map(|end| end.truncate());
+        let size = DVec2::new(f64::from(view.width), f64::from(view.height)) - 1.0;
+        let [low, high] = [low, high].map(|end| end.floor().clamp(DVec2::ZERO, size));
+        let is_steep = (ends[1].y - ends[0].y).abs() > (ends[1].x - ends[0].x).abs();
+        for (y, x) in
+            (low.y as u32..=high.y as u32).flat_map(|y| (low.x as u32..=high.x as u32).map(move |x| (y, x)))
+        {
+            let cell = DVec2::new(f64::from(x), f64::from(y));
+            let Some(_) = within(ends, cell, [true; 2]) else { continue };
+            let Some(middle) = within(ends, cell, [!is_steep, is_steep]) else { continue };
+            let index = (y * view.width + x) as usize;
+            marks[index] |= is_seen(geometry.surfaces, view, &pixels[index], middle);
+        }
+    }
+    marks
+}
+
+/// The ends of the part of a line that is in front of the camera: in pixels, and 1 / depth.
+fn line(view: &View, ends: [DVec3; 2]) -> Option<[DVec3; 2]> {
+    let [right, up] = [view.right, view.up].map(|axis| axis.as_dvec3() / axis.as_dvec3().length_squared());
+    let seen = |point: DVec3| {
+        let d = point - view.position.as_dvec3();
+        DVec3::new(d.dot(right), -d.dot(up), d.dot(view.forward.as_dvec3()))
+    };
+    let [mut a, mut b] = ends.map(seen);
+    // The part within the image: each of five planes cuts off what is behind it.
+    for plane in [
+        DVec3::Z,
+        DVec3::new(1.0, 0.0, 1.0),
+        DVec3::new(-1.0, 0.0, 1.0),
+        DVec3::new(0.0, 1.0, 1.0),
+        DVec3::new(0.0, -1.0, 1.0),
+    ] {
+        let [before, after] = [a, b].map(|end| plane.dot(end) - 1e-12);
+        if before < 0.0 && after < 0.0 {
+            return None;
+        }
+        let crossing = a.lerp(b, before / (before - after));
+        (a, b) = (if before < 0.0 { crossing } else { a }, if after < 0.0 { crossing } else { b });
+    }
+    let half = 0.5 * DVec2::new(f64::from(view.width), f64::from(view.height));
+    let in_image = |end: DVec3| ((1.0 + end.truncate() / end.z) * half).extend(1.0 / end.z);
+    Some([a, b].map(in_image))
+}
+
+/// The middle of the part of a line whose coordinates are within a pixel, of the axes that count.
+fn within([from, to]: [DVec3; 2], pixel: DVec2, axes: [bool; 2]) -> Option<DVec3> {
+    let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
+    for axis in (0..2).filter(|&axis| axes[axis]) {
+        let (start, along) = (from[axis] - pixel[axis], to[axis] - from[axis]);
+        let at = [0.0, 1.0].map(|side| (side - start) / along);
+        if along == 0.0 && !(0.0..=1.0).contains(&start) {
+            return None;
+        }
+        if along != 0.0 {
+            (enters, leaves) = (enters.max(at[0].min(at[1])), leaves.min(at[0].max(at[1])));
+        }
+    }
+    (enters <= leaves).then(|| from.lerp(to, 0.5 * (enters + leaves)))
+}
+
+/// Whether a point of an edge is not behind what a pixel's middle shows.
+fn is_seen(surfaces: &[Surface], view: &View, shown: &PixelSurface, point: DVec3) -> bool {
+    if shown.side == NO_SIDE {
+        return true;
+    }
+    let position = view.position.as_dvec3() + direction_through(view, point.truncate()) / point.z;
+    let plane = facet(surfaces, shown.side).as_dvec3();
+    (position - shown.position.as_dvec3()).dot(plane) > -BEHIND * f64::from(shown.footprint).sqrt()
 }
 
 /// The pixels of an image in tile order: tiles of 8×8 pixels, row by row, with a Morton

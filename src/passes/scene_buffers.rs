@@ -1,13 +1,14 @@
 //! The scene on the device: the bindings of every pass that traces rays.
 
+use crate::cpu::records::FACETS_ALIKE;
 use crate::error::Result;
 use crate::gpu::spirv::{HAS_CUTOUTS, HAS_PANES, HAS_REGIONS};
 use crate::gpu::{Buffer, Context};
 use crate::passes::GrowsWith;
 use crate::passes::{EmissionBuffers, TextureBuffers, loop_limit};
 use crate::scene::bvh::Movable;
-use crate::scene::{Material, Scene, bvh::Bvh, panes, silhouettes};
-use crate::types::{self, EDITABLE, MAY_BE_GLOSSY};
+use crate::scene::{Material, Scene, bvh::Bvh, mesh_edges::Mesh, panes, silhouettes};
+use crate::types::{self, EDITABLE, MAY_BE_GLOSSY, MeshEdge};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use std::sync::Arc;
@@ -22,6 +23,9 @@ pub struct SceneBuffers {
     pub triangles: Buffer,
     /// Normals, material and sides of each triangle.
     pub surfaces: Buffer,
+    /// Edges at which a pixel may show two surfaces, and their number; zero if they are not known.
+    pub mesh_edges: Buffer,
+    pub mesh_edge_count: u32,
     /// `SilhouetteEdge`s. `None`: they are not known.
     pub silhouette_edges: Option<Buffer>,
     /// `Reflectance` of each material.
@@ -73,6 +77,8 @@ impl SceneBuffers {
                 false => triangles.with_constant(HAS_CUTOUTS),
             },
             surfaces: list(context, "surfaces", surfaces, is_bound)?,
+            mesh_edges: Buffer::storage(context, "mesh edges", size_of::<MeshEdge>() as u64)?,
+            mesh_edge_count: 0,
             silhouette_edges: None,
             materials: Buffer::from_slice(context, "materials", &reflectances(materials))?,
             textures: TextureBuffers::new(context, texture_coordinates, materials, !panes.is_empty())?,
@@ -84,19 +90,34 @@ impl SceneBuffers {
         })
     }
 
-    /// Finds the edges at which shadows may end, if frames use them. Not in a scene with holes: the
+    /// Adds the edges at which a pixel may show two surfaces.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn with_mesh_edges(mut self, context: &Arc<Context>, scene: &Scene, mesh: &Mesh) -> Result<Self> {
+        let edges = mesh.seen_edges(&scene.triangles, f64::from(FACETS_ALIKE));
+        if let Some(list) = edge_list(context, "mesh edges", &edges)? {
+            self.mesh_edges = list;
+            self.mesh_edge_count = edges.len() as u32;
+        }
+        Ok(self)
+    }
+
+    /// Adds the edges at which shadows may end, if frames use them. Not in a scene with holes: the
     /// shadow of a hole ends where there is no edge.
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub fn with_silhouettes(mut self, context: &Arc<Context>, bvh: &Bvh, scene: &Scene) -> Result<Self> {
+    pub fn with_silhouettes(
+        mut self,
+        context: &Arc<Context>,
+        bvh: &Bvh,
+        scene: &Scene,
+        mesh: &Mesh,
+    ) -> Result<Self> {
         if context.tuning().finds_alike && scene.opacity.is_empty() {
-            let edges = silhouettes::edges(bvh, &scene.triangles);
-            let size = size_of_val(&*edges) as u64;
-            if size <= context.limits().storage_range_bytes && !edges.is_empty() {
-                let name = GrowsWith::Triangles.named("silhouette edges");
-                self.silhouette_edges = Some(Buffer::from_slice(context, name, &edges)?);
-            }
+            let edges = silhouettes::edges(bvh, &scene.triangles, mesh);
+            self.silhouette_edges = edge_list(context, "silhouette edges", &edges)?;
         }
         Ok(self)
     }
@@ -146,6 +167,13 @@ fn trees(bvh: &Bvh, scene: &Scene) -> Result<(Vec<types::Node>, Vec<types::Trian
         words[WORDS * triangle + 7] = level;
     }
     Ok((nodes, list))
+}
+
+/// A list of edges; `None` if it is empty, or longer than a binding.
+fn edge_list<T: Pod>(context: &Arc<Context>, name: &str, edges: &[T]) -> Result<Option<Buffer>> {
+    let fits = size_of_val(edges) as u64 <= context.limits().storage_range_bytes;
+    let list = || Buffer::from_slice(context, GrowsWith::Triangles.named(name), edges);
+    (fits && !edges.is_empty()).then(list).transpose()
 }
 
 fn list<T: Pod>(context: &Arc<Context>, name: &str, items: &[T], is_bound: bool) -> Result<Buffer> {

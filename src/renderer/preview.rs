@@ -9,6 +9,7 @@ use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::GrowsWith;
 use crate::passes::{SceneBuffers, reflectances};
+use crate::scene::mesh_edges::Mesh;
 use crate::scene::{Camera, DisplayTransform, Emission, Light, Material, Scene, bvh::Bvh, surfaces};
 use crate::types::View;
 use glam::Vec3;
@@ -146,7 +147,8 @@ fn scene_buffers(context: &Arc<Context>, mut scene: Scene) -> Result<SceneBuffer
     scene.reorder(&bvh.order);
     let surfaces: Vec<_> =
         scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
-    SceneBuffers::new(context, &bvh, &scene, &surfaces)
+    let mesh = Mesh::of(&scene.triangles);
+    SceneBuffers::new(context, &bvh, &scene, &surfaces)?.with_mesh_edges(context, &scene, &mesh)
 }
 
 /// The plan of a frame with direct light alone.

@@ -47,6 +47,7 @@ pub mod material;
 mod material_images;
 mod material_names;
 pub mod measures;
+pub mod mesh_edges;
 mod metallic;
 pub mod meter;
 mod missed;

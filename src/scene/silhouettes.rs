@@ -2,110 +2,52 @@
 //! triangle, a light can only appear or disappear where the line to it meets such an edge: where
 //! the surface folds as seen from the light, where it ends, or where two surfaces intersect.
 
+use super::mesh_edges::{Mesh, Side};
 use super::{Triangle, bvh::Bvh, host_bvh::HostBvh};
 use crate::types::SilhouetteEdge;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use std::collections::HashMap;
 
-/// Sine of the angle between two triangles up to which their edge is no fold.
-const FLAT: f64 = 1e-6;
 /// An edge is cut into pieces of at most this fraction of the scene's diagonal, so that
 /// invocations that draw them have similar work.
 const PIECE: f32 = 1.0 / 32.0;
 
-/// An edge of the welded mesh: corners by number, and the triangles that have it.
-struct MeshEdge {
-    corners: [u32; 2],
-    triangles: Vec<u32>,
-}
-
 /// The edges of these triangles, which are in the order of the tree.
-pub fn edges(bvh: &Bvh, triangles: &[Triangle]) -> Vec<SilhouetteEdge> {
-    let (corners, places) = weld(triangles);
-    let mesh = mesh_edges(&corners);
-    let folds = mesh.par_iter().filter_map(|edge| fold(edge, &corners, &places));
-    let mut found: Vec<SilhouetteEdge> = folds.collect();
-    found.extend(intersections(bvh, triangles, &mesh, &corners, &places));
-    let (low, high) = places
+pub fn edges(bvh: &Bvh, triangles: &[Triangle], mesh: &Mesh) -> Vec<SilhouetteEdge> {
+    let mut found: Vec<SilhouetteEdge> = mesh.edges().filter_map(|edge| fold(mesh, edge)).collect();
+    found.extend(intersections(bvh, triangles, mesh));
+    let (low, high) = mesh
+        .places
         .iter()
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &place| (low.min(place), high.max(place)));
     let longest = PIECE * (high - low).length();
     found.iter().flat_map(|edge| pieces(edge, longest)).collect()
 }
 
-/// The corners of each triangle as numbers, equal for equal places, and the place of each number.
-fn weld(triangles: &[Triangle]) -> (Vec<[u32; 3]>, Vec<Vec3>) {
-    let mut numbers = HashMap::new();
-    let mut places = Vec::new();
-    let corners = triangles.iter().map(|triangle| {
-        triangle.positions.map(|place| {
-            // Both zeros are one place.
-            let key = (place + Vec3::ZERO).to_array().map(f32::to_bits);
-            *numbers.entry(key).or_insert_with(|| {
-                places.push(place);
-                places.len() as u32 - 1
-            })
-        })
-    });
-    let corners = corners.collect();
-    (corners, places)
-}
-
-fn mesh_edges(corners: &[[u32; 3]]) -> Vec<MeshEdge> {
-    let mut sides: Vec<([u32; 2], u32)> = (0..)
-        .zip(corners)
-        .flat_map(|(triangle, &[a, b, c])| {
-            [[a, b], [b, c], [c, a]].map(|[a, b]| ([a.min(b), a.max(b)], triangle))
-        })
-        .collect();
-    sides.par_sort_unstable();
-    let edges = sides.chunk_by(|a, b| a.0 == b.0).filter(|chunk| chunk[0].0[0] != chunk[0].0[1]);
-    let edge = |chunk: &[([u32; 2], u32)]| MeshEdge {
-        corners: chunk[0].0,
-        triangles: chunk.iter().map(|side| side.1).collect(),
-    };
-    edges.map(edge).collect()
-}
-
 /// The edge if it may be a silhouette. An edge of one triangle, or of more than two, is one for
 /// every light: both of its opposite corners are the same.
-fn fold(edge: &MeshEdge, corners: &[[u32; 3]], places: &[Vec3]) -> Option<SilhouetteEdge> {
-    let opposite = |triangle: u32| {
-        let corner = corners[triangle as usize].into_iter().find(|corner| !edge.corners.contains(corner));
-        corner.map_or(places[edge.corners[0] as usize], |corner| places[corner as usize])
-    };
-    let [from, to] = edge.corners.map(|corner| places[corner as usize]);
-    let first = opposite(edge.triangles[0]);
-    let second = if let [_, second] = edge.triangles[..] { opposite(second) } else { first };
-    let is_flat = {
-        let along = (to - from).as_dvec3();
-        let [a, b] =
-            [first, second].map(|corner| along.cross((corner - from).as_dvec3()).normalize_or_zero());
-        a.dot(b) < 0.0 && a.cross(b).length() < FLAT
-    };
-    (!is_flat).then_some(SilhouetteEdge { from, to, first, second })
+fn fold(mesh: &Mesh, edge: &[Side]) -> Option<SilhouetteEdge> {
+    let [from, to] = edge[0].ends.map(|end| mesh.places[end as usize]);
+    let first = mesh.opposite(edge[0]);
+    let second = if let [_, second] = edge { mesh.opposite(*second) } else { first };
+    (!mesh.is_flat(edge)).then_some(SilhouetteEdge { from, to, first, second })
 }
 
 /// The lines along which triangles intersect that have no edge in common.
-fn intersections(
-    bvh: &Bvh,
-    triangles: &[Triangle],
-    mesh: &[MeshEdge],
-    corners: &[[u32; 3]],
-    places: &[Vec3],
-) -> Vec<SilhouetteEdge> {
+fn intersections(bvh: &Bvh, triangles: &[Triangle], mesh: &Mesh) -> Vec<SilhouetteEdge> {
+    let Mesh { corners, places, .. } = mesh;
     let tree = HostBvh::without_holes(bvh, triangles);
-    let met = mesh.par_iter().flat_map_iter(|edge| {
-        let [from, to] = edge.corners.map(|corner| places[corner as usize]);
+    let met = mesh.edges().flat_map_iter(|edge| {
+        let ends = edge[0].ends;
+        let [from, to] = ends.map(|end| places[end as usize]);
         let near = tree.near(from, to - from).into_iter();
-        let others = near.filter(|&other| edge.corners.iter().all(|c| !corners[other as usize].contains(c)));
+        let others = near.filter(move |&other| ends.iter().all(|end| !corners[other as usize].contains(end)));
         let points = others.filter_map(move |other| {
             let point = crossing([from, to].map(Vec3::as_dvec3), triangles[other as usize].positions)?;
             Some((other, point.as_vec3()))
         });
         points.flat_map(|(other, point)| {
-            edge.triangles.iter().map(move |&own| ([own.min(other), own.max(other)], point))
+            edge.iter().map(move |side| ([side.triangle.min(other), side.triangle.max(other)], point))
         })
     });
     let mut met: Vec<([u32; 2], Vec3)> = met.collect();
@@ -159,7 +101,7 @@ mod tests {
     fn edges_of(mut triangles: Vec<Triangle>) -> Vec<SilhouetteEdge> {
         let bvh = Bvh::build(&triangles).unwrap();
         triangles = bvh.order.iter().map(|&index| triangles[index as usize]).collect();
-        edges(&bvh, &triangles)
+        edges(&bvh, &triangles, &Mesh::of(&triangles))
     }
 
     fn square(corner: Vec3, u: Vec3, v: Vec3) -> Vec<Triangle> {

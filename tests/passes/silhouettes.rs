@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::silhouettes::Silhouettes;
 use lightpaths::passes::{OneLight, light_sources};
+use lightpaths::scene::mesh_edges::Mesh;
 use lightpaths::scene::{Light, LightKind, bvh::Bvh, silhouettes};
 use lightpaths::types::{Node, SilhouetteEdge};
 
@@ -61,7 +62,7 @@ fn maps_hold_every_silhouette() {
     let mut world = World::room();
     let triangles = world.triangles.clone();
     let bvh = Bvh::build(&triangles).unwrap();
-    let edges = silhouettes::edges(&bvh, &triangles);
+    let edges = silhouettes::edges(&bvh, &triangles, &Mesh::of(&triangles));
     world.buffers.silhouette_edges = Some(Buffer::from_slice(&context(), "edges", &edges).unwrap());
     let map = Silhouettes::maps(&context(), 6 << 20).unwrap();
     let pass = Silhouettes::new(&context()).unwrap();

@@ -18,6 +18,7 @@ use lightpaths::passes::{ClusterBuffers, ClusterTables, SceneBuffers, reflectanc
 use lightpaths::scene::bvh::Bvh;
 use lightpaths::scene::grid::CellGrid;
 use lightpaths::scene::hvds::Hvds;
+use lightpaths::scene::mesh_edges::Mesh;
 use lightpaths::scene::opacity::MAX_LEVEL;
 use lightpaths::scene::{
     CellSizes, Image, Material, Naming, OpacityMaps, Scene, Texture, Triangle, grid, shapes, surfaces,
@@ -107,6 +108,8 @@ impl World {
         let surfaces: Vec<_> =
             ordered.triangles.iter().zip(sees).map(|(t, sees)| surfaces::surface(t, sees)).collect();
         let buffers = SceneBuffers::new(&context, &bvh, &ordered, &surfaces).unwrap();
+        let mesh = Mesh::of(&ordered.triangles);
+        let buffers = buffers.with_mesh_edges(&context, &ordered, &mesh).unwrap();
         let Scene { triangles, texture_coordinates: coordinates, opacity, materials, .. } = ordered;
         let hvds = Hvds::build_split(&triangles, &surfaces, grid);
         let every_third: Vec<bool> = hvds.levels[0].clone().map(|cluster| cluster % 3 == 0).collect();

@@ -7,7 +7,7 @@ use crate::{SMALL, render};
 use glam::Vec3;
 use lightpaths::reference::Progressive;
 use lightpaths::renderer::Layer;
-use lightpaths::scene::{LightKind, Quality, Scene, Triangle, shapes};
+use lightpaths::scene::{LightKind, Material, Quality, Scene, Triangle, shapes};
 
 const SIZE: [u32; 2] = [36, 54];
 const LEDGES: u32 = 6;
@@ -63,5 +63,47 @@ fn faces_narrower_than_a_pixel_have_their_own_indirect_light() {
     let error = (squares / traced.iter().map(|b| f64::from(b[0]).powi(2)).sum::<f64>()).sqrt();
     println!("energy {ratio:.4}, relative RMS {error:.4}");
     assert!((ratio - 1.0).abs() < 0.03 && error < 0.1, "energy {ratio}, RMS {error}");
+    assert_silent(&context());
+}
+
+/// A wall that fills the picture, with a stripe of another material that is a third as wide as a
+/// pixel and crosses a column of pixels in sixteen rows.
+fn striped() -> Scene {
+    let mut scene = shapes::facing_squares(1.0, 0.0, 0.2);
+    scene.triangles.clear();
+    scene.materials.push(Material { diffuse: Vec3::splat(0.8), ..scene.materials[0].clone() });
+    let pixel = 2.0 / f32::from(STRIPED);
+    // Lower and upper end of a boundary on the left, the stripe's two sides, and on the right.
+    let at = |x: f32| [Vec3::new(x - pixel, -1.5, 0.0), Vec3::new(x + pixel, 1.5, 0.0)];
+    let bounds = [-3.0, 0.4 * pixel, 0.4 * pixel + WIDTH * pixel, 3.0].map(at);
+    for (ends, material) in bounds.windows(2).zip([0, 1, 0]) {
+        let [[a, d], [b, c]] = [ends[0], ends[1]];
+        for positions in [[a, b, c], [a, c, d]] {
+            scene.triangles.push(Triangle { positions, normals: [Vec3::Z; 3], material, object: 0 });
+        }
+    }
+    let camera = &mut scene.cameras[0];
+    let height = 1.0 / (10.0_f32.to_radians()).tan();
+    (camera.position, camera.target, camera.up) = (Vec3::new(0.0, 0.0, height), Vec3::ZERO, Vec3::Y);
+    (camera.fov_y_degrees, camera.size) = (20.0, [STRIPED.into(); 2]);
+    scene.lights[0].kind = LightKind::Directional { direction: -Vec3::Z, irradiance: Vec3::splat(3.0) };
+    scene
+}
+
+const STRIPED: u8 = 32;
+const WIDTH: f32 = 0.3;
+
+/// Every row of pixels shows the same part of the stripe. Where no middle of a pixel meets it, a
+/// row showed none.
+#[test]
+fn a_stripe_between_the_middles_of_pixels_is_seen_in_every_row() {
+    let scene = striped();
+    let found = render(scene, Quality { edge_samples: 16, ..SMALL }).layer(Layer::Direct).unwrap();
+    let [dark, light] = [0.2, 0.8].map(|albedo| albedo * 3.0 / std::f64::consts::PI);
+    for (row, pixels) in found.chunks_exact(STRIPED.into()).enumerate() {
+        let sum: f64 = pixels.iter().map(|colour| f64::from(colour[0])).sum();
+        let covered = (sum - dark * f64::from(STRIPED)) / (light - dark);
+        assert!((covered - f64::from(WIDTH)).abs() < 0.05, "row {row}: {covered} of a pixel");
+    }
     assert_silent(&context());
 }

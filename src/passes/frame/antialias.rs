@@ -198,13 +198,20 @@ impl Antialias {
         let [width, height] = self.size;
         let marks = &self.fragments.firsts;
         let mut pass = rec.pass(Self::STEM);
-        pass.dispatch(
-            &self.mark,
-            [width, height, 1],
-            &EdgeMarkPush { width, height },
-            &[("Surfaces", &scene.surfaces), ("Pixels", pixels), ("EdgeMarks", marks)],
-        );
-        pass.barrier(COMPUTE_TO_COMPUTE);
+        let bindings = [
+            ("Triangles", &scene.triangles),
+            ("Surfaces", &scene.surfaces),
+            ("MeshEdges", &scene.mesh_edges),
+            ("Pixels", pixels),
+            ("EdgeMarks", marks),
+        ];
+        for (count, edge_count) in [(places(self.size), 0), (scene.mesh_edge_count, scene.mesh_edge_count)] {
+            if count > 0 {
+                let push = EdgeMarkPush { view: *view, edge_count };
+                pass.dispatch(&self.mark, [count, 1, 1], &push, &bindings);
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
+        }
         self.prefix_sum.record(&mut pass, marks, places(self.size));
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(

@@ -83,8 +83,9 @@ gpu_struct! {
 
 gpu_struct! {
     pub struct EdgeMarkPush {
-        pub width: u32,
-        pub height: u32,
+        pub view: View,
+        /// Edges of the mesh; zero: the invocations are pixels.
+        pub edge_count: u32,
     }
 }
 

@@ -9,6 +9,7 @@ use crate::passes::precompute::visibility::sides;
 use crate::passes::precompute::{Progress, begin_stage, rays::Rays};
 use crate::renderer::enclosures::{Enclosures, lost_lights};
 use crate::renderer::statistics::Watch;
+use crate::scene::mesh_edges::Mesh;
 use crate::scene::{Measure, Scene, bvh::Bvh, host_bvh::HostBvh, hvds::Hvds, solids::Solids, surfaces};
 use crate::types::Surface;
 use std::sync::Arc;
@@ -57,8 +58,10 @@ impl Reachable {
         let pairs = scene.triangles.iter().zip(&sees);
         let mut surfaces: Vec<Surface> =
             pairs.map(|(triangle, sees)| surfaces::surface(triangle, is_active(*sees))).collect();
-        let buffers =
-            SceneBuffers::new(context, &bvh, scene, &surfaces)?.with_silhouettes(context, &bvh, scene)?;
+        let mesh = Mesh::of(&scene.triangles);
+        let buffers = SceneBuffers::new(context, &bvh, scene, &surfaces)?
+            .with_mesh_edges(context, scene, &mesh)?
+            .with_silhouettes(context, &bvh, scene, &mesh)?;
         let clear_distance = ClearDistance::new(&bvh.nodes[0], &scene.cell_sizes);
         let groups =
             sides::deactivate_unreachable(&rays, &buffers, scene, &solids, clear_distance, &mut surfaces)?;

@@ -19,6 +19,7 @@ use crate::renderer::precompute::Precomputed;
 use crate::renderer::quality_warnings::{blurred, outgoing_directions, uncovered, undersampled, wide_cells};
 use crate::scene::directions::Directions;
 use crate::scene::host_bvh::HostBvh;
+use crate::scene::mesh_edges::Mesh;
 use crate::scene::{Scene, bvh::Bvh, grid, solids::Solids, surfaces};
 use crate::types::{ROUNDED, Surface};
 use std::path::Path;
@@ -103,8 +104,10 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     let quality = scene.quality.clone();
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let packing = contents.packing(scene)?;
-    let buffers =
-        SceneBuffers::new(context, &bvh, scene, &surfaces)?.with_silhouettes(context, &bvh, scene)?;
+    let mesh = Mesh::of(&scene.triangles);
+    let buffers = SceneBuffers::new(context, &bvh, scene, &surfaces)?
+        .with_mesh_edges(context, scene, &mesh)?
+        .with_silhouettes(context, &bvh, scene, &mesh)?;
     let rays = Rays::new(context)?;
     let solids = Solids::of_scene(scene);
     warn(scene, &contents, &solids, (&rays, &buffers))?;

@@ -1,7 +1,8 @@
-// Antialiasing, step 1: marks the pixels that may show two surfaces. First those that differ from a
-// pixel beside them. Then those that an edge of the mesh crosses: what is narrower than a pixel may
-// be between all middles. Deterministic. One invocation = one pixel, in tile order; then one edge.
-// In: camera, surfaces at the pixels, edges. Out: in tile order, 1 for such an edge pixel, else 0.
+// Antialiasing, step 1: marks the pixels that may show two surfaces. The first dispatch marks
+// pixels that differ from one beside them. The second marks pixels that an edge of the mesh
+// crosses: what is narrower than a pixel may be between all middles. Deterministic. One invocation
+// = one pixel, in tile order, or one edge. In: camera, surfaces at the pixels, edges. Out: in tile
+// order, 1 for such an edge pixel, else 0.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

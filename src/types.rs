@@ -66,8 +66,7 @@ gpu_struct! {
     pub struct MeshEdge {
         /// A triangle of which it is a side: 4·triangle + the number of the corner opposite.
         pub own: u32,
-        /// Likewise the other triangle, if the edge counts only where it is an outline; else
-        /// [`EVERY_VIEW`].
+        /// The other triangle likewise; [`EVERY_VIEW`]: the edge is more than an outline.
         pub other: u32,
     }
 }

@@ -63,8 +63,8 @@ pub fn edges(
 /// How far behind the plane of a pixel's surface an edge of that surface may be, in pixel widths.
 const BEHIND: f64 = 0.1;
 
-/// Marks the pixels of an image, row by row, that an edge of the mesh crosses where it is not behind
-/// what their middles show.
+/// Marks the pixels of an image, row by row, that an edge of the mesh crosses and that show it: it
+/// is not behind the surface in their middle.
 pub fn crossed(
     geometry: Geometry<'_>,
     view: &View,

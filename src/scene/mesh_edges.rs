@@ -23,12 +23,12 @@ pub struct Mesh {
 pub struct Side {
     /// The corners at its ends, by number; the lower one first.
     pub ends: [u32; 2],
-    /// The triangle.
+    /// Index of the triangle in its list.
     pub triangle: u32,
 }
 
 impl Mesh {
-    /// Welds triangles.
+    /// Welds triangles at places of equal bits.
     pub fn of(triangles: &[Triangle]) -> Self {
         // Both zeros are one place.
         let key = |place: Vec3| (place + Vec3::ZERO).to_array().map(f32::to_bits);
@@ -85,7 +85,8 @@ impl Mesh {
 
     /// The edges at which a pixel may show two surfaces. Where materials meet, or facets turn by
     /// more than the angle with cosine `crease`, in every view; where they turn less, in views that
-    /// have an outline there. Sorted by length, so that invocations that draw them have similar work.
+    /// have an outline there. They are sorted by length: invocations beside each other have similar
+    /// work when they draw them.
     pub fn seen_edges(&self, triangles: &[Triangle], crease: f64) -> Vec<MeshEdge> {
         let named = |side: Side| {
             let corners = self.corners[side.triangle as usize];

@@ -234,7 +234,9 @@ fn broad_lobes_come_from_records_in(glossy: &Glossy, has_colours: bool) {
             let turn = 1e-4 * mirror.any_orthonormal_vector();
             let slope = (at((mirror + turn).normalize()) - at((mirror - turn).normalize())) / 2e-4;
             let change = found.change.as_dmat3().transpose() * (turn * 1e4);
-            assert_near(change.as_vec3(), slope, 0.05, 2.0 * reference.max_element(), "turned lobe");
+            // Lobes that bring next to nothing are zero in f32.
+            let scale = (2.0 * reference.max_element()).max(1e-30);
+            assert_near(change.as_vec3(), slope, 0.05, scale, "turned lobe");
         }
     }
     assert!(whole > 5 && whole < read.len(), "{whole} of {} records have all rays", read.len());

@@ -113,6 +113,25 @@ fn segments_are_free_where_the_nearest_hit_lies_beyond_their_end() {
     assert_silent(&world.context);
 }
 
+/// Rays with a reach find what rays without one find, and nothing beyond it.
+#[test]
+fn rays_end_at_their_reach() {
+    let world = World::new(&soup(), 8);
+    let rays = Rays::new(&world.context).unwrap();
+    let queries = awkward_rays(&world, 5_000);
+    let endless = rays.trace(&world.buffers, &queries).unwrap();
+    for reach in [0.01, 0.7, 1.5] {
+        let within = rays.trace_within(&world.buffers, &queries, reach).unwrap();
+        let near = endless.iter().filter(|hit| hit.side != NO_SIDE && hit.t <= reach).count();
+        assert!((500..4_500).contains(&near) || reach == 0.01, "{near} of 5000 hits within {reach}");
+        let expected = endless.iter().map(|hit| if hit.t <= reach { hit.side } else { NO_SIDE });
+        let wrong = within.iter().zip(expected).filter(|(answer, expected)| answer.side != *expected).count();
+        // A hit at the reach itself.
+        assert!(wrong <= 2, "{wrong} of 5000 rays within {reach}");
+    }
+    assert_silent(&world.context);
+}
+
 #[test]
 fn rays_that_agree_with_the_reference_are_not_all_misses() {
     let world = World::room();

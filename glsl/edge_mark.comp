@@ -51,15 +51,13 @@ bool is_edge(PixelSurface a, PixelSurface b) {
     return off_plane > uintBitsToFloat(STEP) * sqrt(max(a.footprint, b.footprint));
 }
 
-// Marks a pixel that differs from one beside it, or shows a triangle with holes, whose outlines are
-// no edges of the mesh.
+// Marks a pixel that differs from one beside it.
 void mark_pixel(uint place) {
     ivec2 size = ivec2(push.view.width, push.view.height);
     ivec2 xy = ivec2(pixel_in_tiles(place, push.view.width));
     bool is_inside = all(lessThan(xy, size));
     PixelSurface pixel = pixel_surface_at(Pixels, is_inside ? xy.y * size.x + xy.x : 0);
-    bool found = is_inside && pixel.side != NO_SIDE;
-    if (found) found = has_holes(pixel.side >> 1);
+    bool found = false;
     for (int i = 1; i < 9 && is_inside && !found; i += 2) {
         // Above, left, right, below.
         ivec2 other = clamp(xy + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1);

@@ -21,8 +21,8 @@ struct Tolerance {
 // [Tabellion §4; Ward]
 const Tolerance VALID = Tolerance(0.04, 0.004, FACETS_ALIKE, 8.1131, 0.0);
 // Relaxed validity, where valid records are few: 45° above the plane, 30° below it, 90° between
-// facets, 72° between normals, and a tenth of the weight behind the occluder. On thin or curved
-// surface a record that faces elsewhere says more than a distant one, or one in a crack.
+// facets, 72° between normals. On thin or curved surface a record that faces elsewhere says more
+// than a distant one, or one in a crack.
 const Tolerance RELAXED = Tolerance(0.5, 0.25, 0.0, 1.2, 0.1);
 
 // Height of a point at offset d from a record above the plane between both. Shading normals give

@@ -63,16 +63,15 @@ pub fn edges(
 /// How far behind the plane of a pixel's surface an edge of that surface may be, in pixel widths.
 const BEHIND: f64 = 0.1;
 
-/// Marks the pixels of an image, row by row, whose middle shows a triangle with holes, or that an
-/// edge of the mesh crosses which is not behind the surface in their middle.
+/// Marks the pixels of an image, row by row, that an edge of the mesh crosses and that show it: it
+/// is not behind the surface in their middle.
 pub fn crossed(
     geometry: Geometry<'_>,
     view: &View,
     edges: &[MeshEdge],
     pixels: &[PixelSurface],
 ) -> Vec<bool> {
-    let has_holes = |pixel: &PixelSurface| geometry.opacity.has_holes(pixel.side / 2);
-    let mut marks: Vec<bool> = pixels.iter().map(|pixel| pixel.side != NO_SIDE && has_holes(pixel)).collect();
+    let mut marks = vec![false; pixels.len()];
     let eye = view.position.as_dvec3();
     let corner = |name: u32, after: u32| {
         let triangle = &geometry.triangles[name as usize / 4];

@@ -1,8 +1,8 @@
 // Antialiasing, step 1: marks the pixels that may show two surfaces. The first dispatch marks
-// pixels that differ from one beside them. The second marks pixels that an edge of the mesh
-// crosses: what is narrower than a pixel may be between all middles. Deterministic. One invocation
-// = one pixel, in tile order, or one edge. In: camera, surfaces at the pixels, edges. Out: in tile
-// order, 1 for such an edge pixel, else 0.
+// pixels that differ from one beside them, or that show holes of a triangle and surface. The
+// second marks pixels that an edge of the mesh crosses: what is narrower than a pixel may be
+// between all middles. Deterministic. One invocation = one pixel, in tile order, or one edge. In:
+// camera, surfaces at the pixels, edges. Out: in tile order, 1 for such an edge pixel, else 0.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -23,15 +23,18 @@ struct EdgeMarkPush {
     uint edge_count;  // of the mesh; 0: the invocations are pixels
 };
 
-layout(binding = 0) uniform usamplerBuffer Triangles;
-layout(binding = 1) uniform usamplerBuffer Surfaces;
-layout(scalar, binding = 2) readonly buffer MeshEdges { MeshEdge mesh_edges[]; };
-layout(binding = 3) uniform usamplerBuffer Pixels;
-layout(scalar, binding = 4) buffer EdgeMarks { uint edge_marks[]; };
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
+layout(binding = 2) uniform usamplerBuffer Surfaces;
+layout(scalar, binding = 3) readonly buffer MeshEdges { MeshEdge mesh_edges[]; };
+layout(binding = 4) uniform usamplerBuffer Pixels;
+layout(scalar, binding = 5) buffer EdgeMarks { uint edge_marks[]; };
+layout(scalar, binding = 6) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host-visible flag: LOOP_TRUNCATED after a truncated loop
 layout(scalar, push_constant) uniform Push { EdgeMarkPush push; };
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
+#include "include/bvh.glsl"
 #include "include/view.glsl"
 #include "include/projected.glsl"
 
@@ -51,7 +54,60 @@ bool is_edge(PixelSurface a, PixelSurface b) {
     return off_plane > uintBitsToFloat(STEP) * sqrt(max(a.footprint, b.footprint));
 }
 
-// Marks a pixel that differs from one beside it.
+// Maximum number of points of a pixel at which holes are looked for, along each side.
+const uint MAX_POINTS = 8u;
+// Triangles with holes, one behind the other, that are looked at in a pixel.
+const uint MAX_LAYERS = 16u;
+// Distance from one to the next, over that from the camera: more than rounding takes.
+const float APART = 1e-4;
+
+// Weights of a triangle's corners at an offset from the centre.
+vec3 weights_at(Projected triangle, vec2 offset) {
+    vec3 edges = edges_at(triangle, offset);
+    return edges / (edges.x + edges.y + edges.z);
+}
+
+// Whether a pixel may show holes and surface: of a triangle, or of those beside it. The points are
+// as close as its micro-triangles, or as their number allows.
+bool is_partly_hole(uvec2 pixel, uint triangle) {
+    Projected seen = projected(push.view, centre_of(push.view, pixel), corners_of(triangle));
+    vec2 size = pixel_size(push.view);
+    vec3 at_centre = weights_at(seen, vec2(0.0));
+    vec3 across = abs(weights_at(seen, vec2(0.5 * size.x, 0.0)) - at_centre);
+    vec3 down = abs(weights_at(seen, vec2(0.0, 0.5 * size.y)) - at_centre);
+    float parts = 2.0 * largest_of(across + down) * float(1u << micromap_level(triangle));
+    uint points = uint(clamp(ceil(parts) + 1.0, 2.0, float(MAX_POINTS)));
+    bool first = false;
+    bool found = false;
+    for (uint i = 0u; i < points * points && !found; ++i) {
+        vec2 place = (vec2(i % points, i / points) + 0.5) / float(points) - 0.5;
+        vec3 weights = weights_at(seen, place * size);
+        bool hole = is_hole(triangle, weights);
+        if (i == 0u) first = hole;
+        // Outside is what a triangle beside it shows. NaN is outside.
+        found = hole != first || !(min(weights.x, min(weights.y, weights.z)) >= 0.0);
+    }
+    return found;
+}
+
+// Whether a pixel may show holes and surface at a triangle that the ray through its middle meets,
+// up to what it shows there.
+bool shows_holes(uvec2 pixel, PixelSurface shown) {
+    vec3 direction = direction_through(push.view, vec2(pixel) + 0.5);
+    float end = shown.side == NO_SIDE ? 1e30 : (1.0 + APART) * sqrt(shown.footprint / push.view.pixel_area);
+    float begin = 0.0;
+    bool found = false;
+    for (uint layer = 0u; layer < MAX_LAYERS && !found && begin < end; ++layer) {
+        Hit hit;
+        if (!trace_with_holes(Ray(push.view.position + begin * direction, direction, end - begin), hit)) break;
+        if (!has_holes(hit.triangle)) break;
+        found = is_partly_hole(pixel, hit.triangle);
+        begin = (1.0 + APART) * (begin + hit.t);
+    }
+    return found;
+}
+
+// Marks a pixel that differs from one beside it, or that shows holes and surface.
 void mark_pixel(uint place) {
     ivec2 size = ivec2(push.view.width, push.view.height);
     ivec2 xy = ivec2(pixel_in_tiles(place, push.view.width));
@@ -63,6 +119,7 @@ void mark_pixel(uint place) {
         ivec2 other = clamp(xy + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1);
         found = is_edge(pixel, pixel_surface_at(Pixels, other.y * size.x + other.x));
     }
+    if_any (HAS_CUTOUTS != 0u && is_inside && !found) found = shows_holes(uvec2(xy), pixel);
     edge_marks[place] = uint(found);
 }
 
@@ -153,4 +210,5 @@ void main() {
     uint places = 64u * tiles_around(uvec2(push.view.width, push.view.height));
     if_any (push.edge_count == 0u && index < places) mark_pixel(index);
     if_any (index < push.edge_count) mark_edge(mesh_edges[index]);
+    if (!loops_completed(push.view.width)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -159,7 +159,7 @@ float write_target(uint first, uint ray, vec3 origin, GatherDirection found, boo
 // hit has the same bits.
 bool meets_triangle(uint triangle, vec3 origin, vec3 direction, out Hit hit) {
     hit = Hit(FAR, 0u, vec3(0.0));
-    return triangle != NO_HIT && intersect_triangle(triangle, origin, shear_along(without_zeros(direction)), hit);
+    return triangle != NO_HIT && intersect_triangle(triangle, origin, shear_along(without_zeros(direction)), false, hit);
 }
 
 // Whether a ray comes near models that can move before it ends.

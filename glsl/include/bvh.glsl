@@ -40,7 +40,8 @@ Shear shear_along(vec3 direction) {
     return Shear(axis, vec3(d.xy, 1.0) / d.z);
 }
 
-bool intersect_triangle(uint index, vec3 origin, Shear shear, inout Hit hit) {
+// A hole of a triangle is met only if `meets_holes`.
+bool intersect_triangle(uint index, vec3 origin, Shear shear, const bool meets_holes, inout Hit hit) {
     Corners triangle = corners_of(index);
     precise vec3 a = rotate_axes(triangle.p0 - origin, shear.axis);
     precise vec3 b = rotate_axes(triangle.p1 - origin, shear.axis);
@@ -58,7 +59,7 @@ bool intersect_triangle(uint index, vec3 origin, Shear shear, inout Hit hit) {
     vec3 normal = rotate_axes(cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0), shear.axis);
     float t = shear.scale.z * dot(normal, a) / (dot(normal.xy, shear.scale.xy) + normal.z);
     if (!(t > 0.0 && t < hit.t)) return false;
-    if (HAS_CUTOUTS != 0u && is_hole(index, edge * inverse)) return false;
+    if (HAS_CUTOUTS != 0u && !meets_holes && is_hole(index, edge * inverse)) return false;
     hit = Hit(t, index, edge * inverse);
     return true;
 }
@@ -113,12 +114,18 @@ vec3 without_zeros(vec3 direction) {
     return mix(direction, mix(vec3(1e-20), vec3(-1e-20), lessThan(direction, vec3(0.0))), lessThan(abs(direction), vec3(1e-20)));
 }
 
-// Closest hit in (0, t_max) below the node `root`, or the first hit found if `any_hit`. Returns
-// whether there is one. Afterwards the same walk visits `more` further roots, which stand in
-// `others` from `first` on, the last one first: one walk, so that no lane waits for the others
-// at each root. If the triangles are panes, it multiplies `passed` by the colours of all instead.
-bool walk(uint root, usamplerBuffer others, uint first, uint more, Ray ray, const bool any_hit, const bool are_panes,
-          inout vec3 passed, out Hit hit) {
+// What a walk looks for: the closest hit, any hit, the closest hit with holes as surface, or the
+// colours of all panes.
+const uint CLOSEST = 0u;
+const uint ANY = 1u;
+const uint CLOSEST_WITH_HOLES = 2u;
+const uint PANES = 3u;
+
+// A hit in (0, t_max) below the node `root`. Returns whether there is one. Afterwards the same walk
+// visits `more` further roots, which stand in `others` from `first` on, the last one first: one
+// walk, so that no lane waits for the others at each root. Instead, a walk for panes multiplies
+// `passed` by their colours.
+bool walk(uint root, usamplerBuffer others, uint first, uint more, Ray ray, const uint wanted, inout vec3 passed, out Hit hit) {
     hit = Hit(ray.t_max, 0u, vec3(0.0));
     bool found = false;
     vec3 direction = without_zeros(ray.direction);
@@ -136,13 +143,13 @@ bool walk(uint root, usamplerBuffer others, uint first, uint more, Ray ray, cons
         Node node = node_at(index);
         uint hits = intersect_children(node, ray.origin, inverse_direction, octant_inverse4, hit.t);
         for (uint leaf = hits & 0x00ffffffu; leaf != 0u; leaf &= leaf - 1u) {
-            if (!intersect_triangle(node.children.y + uint(findLSB(leaf)), ray.origin, shear, hit)) continue;
-            if (are_panes) {
+            if (!intersect_triangle(node.children.y + uint(findLSB(leaf)), ray.origin, shear, wanted == CLOSEST_WITH_HOLES, hit)) continue;
+            if (wanted == PANES) {
                 passed *= pane_colour(hit.triangle);
                 hit.t = ray.t_max;
             } else {
                 found = true;
-                if (any_hit) return true;
+                if (wanted == ANY) return true;
             }
         }
         uint left = hits & 0xff000000u;
@@ -168,14 +175,14 @@ bool walk(uint root, usamplerBuffer others, uint first, uint more, Ray ray, cons
 
 bool trace_from(uint root, usamplerBuffer others, uint first, uint more, Ray ray, const bool any_hit, out Hit hit) {
     vec3 passed = vec3(1.0);
-    return walk(root, others, first, more, ray, any_hit, false, passed, hit);
+    return walk(root, others, first, more, ray, any_hit ? ANY : CLOSEST, passed, hit);
 }
 
 // Fraction of light of each colour that panes let pass along a ray up to its t_max.
 vec3 passed_by_panes(Ray ray) {
     vec3 passed = vec3(1.0);
     Hit hit;
-    if (HAS_PANES != 0u) walk(pane_root(), Nodes, 0u, 0u, ray, false, true, passed, hit);
+    if (HAS_PANES != 0u) walk(pane_root(), Nodes, 0u, 0u, ray, PANES, passed, hit);
     return passed;
 }
 
@@ -187,6 +194,12 @@ float passed_by_panes(Ray ray, uint channel) {
 
 // As `trace_from`, over the whole scene.
 bool trace(Ray ray, const bool any_hit, out Hit hit) { return trace_from(0u, Nodes, 0u, 0u, ray, any_hit, hit); }
+
+// Closest hit over the whole scene, with holes as surface.
+bool trace_with_holes(Ray ray, out Hit hit) {
+    vec3 passed = vec3(1.0);
+    return walk(0u, Nodes, 0u, 0u, ray, CLOSEST_WITH_HOLES, passed, hit);
+}
 
 // Some 32 units in the last place.
 const float CLEAR = 1.0 / 262144.0;

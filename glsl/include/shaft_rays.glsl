@@ -31,7 +31,7 @@ bool is_lit_in(uint shaft, vec3 position, vec3 normal, LightSample light) {
     uint first = shaft * SHAFT_WORDS + 1u;
     uint counts = word_at(ShaftRoots, first - 1u);
     bool is_hidden = false;
-    for (uint i = 0u; i < (counts & 0xffffu) && !is_hidden; ++i) is_hidden = intersect_triangle(word_at(ShaftRoots, first + i), ray.origin, shear, hit);
+    for (uint i = 0u; i < (counts & 0xffffu) && !is_hidden; ++i) is_hidden = intersect_triangle(word_at(ShaftRoots, first + i), ray.origin, shear, false, hit);
     uint nodes = counts >> 16;
     if (STARTS_AT == AT_TRIANGLES || is_hidden || nodes == 0u) return !is_hidden;
     // Nodes are stored at the end.

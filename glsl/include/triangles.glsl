@@ -44,13 +44,16 @@ vec3 pane_colour(uint index) {
     return vec3(packed & 2047u, packed >> 11 & 2047u, packed >> 22) / vec3(2047.0, 2047.0, 1023.0);
 }
 
+// Subdivision level of a triangle's opacity micromap.
+uint micromap_level(uint index) { return triangle_word(TRIANGLE_WORDS * index + 7u); }
+
 bool has_holes(uint index) { return HAS_CUTOUTS != 0u && triangle_word(TRIANGLE_WORDS * index + 3u) != 0u; }
 
 // Whether a triangle has a hole at a point. A micro-triangle is a hole if its bit is set;
 // src/scene/opacity.rs numbers them.
 bool is_hole(uint index, vec3 barycentric) {
     if (!has_holes(index)) return false;
-    uint parts = 1u << triangle_word(TRIANGLE_WORDS * index + 7u);
+    uint parts = 1u << micromap_level(index);
     vec2 place = clamp(barycentric.yz, 0.0, 1.0) * float(parts);
     uint row = min(uint(place.x), parts - 1u);
     uint left = parts - row;

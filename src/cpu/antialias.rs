@@ -1,7 +1,7 @@
 //! Reference of the antialiasing: edge pixels, the surfaces at their samples, and fragments.
 
 use crate::cpu::primary::{Seen, direction_through, seen_through};
-use crate::cpu::rays::Geometry;
+use crate::cpu::rays::{Geometry, intersect};
 use crate::cpu::records::FACETS_ALIKE;
 use crate::cpu::sampling::{hash, hash_pair, sample_3d, sobol};
 use crate::types::{EVERY_VIEW, MeshEdge, NO_SIDE, PixelSurface, Surface, View};
@@ -143,6 +143,58 @@ fn within([from, to]: [DVec3; 2], pixel: DVec2, axes: [bool; 2]) -> Option<DVec3
         }
     }
     (enters <= leaves).then(|| from.lerp(to, 0.5 * (enters + leaves)))
+}
+
+/// Maximum number of points of a pixel at which holes are looked for, along each side.
+const MAX_POINTS: f64 = 8.0;
+
+/// Marks the pixels of an image, row by row, that may show both holes and surface at a triangle. The
+/// ray through their middle meets it, in a hole or not, up to what they show there.
+pub fn show_holes(geometry: Geometry<'_>, view: &View, pixels: &[PixelSurface]) -> Vec<bool> {
+    let eye = view.position.as_dvec3();
+    let shows = |(index, shown): (usize, &PixelSurface)| {
+        let corner = DVec2::new(f64::from(index as u32 % view.width), f64::from(index as u32 / view.width));
+        let middle = direction_through(view, corner + 0.5);
+        let end = match shown.side {
+            NO_SIDE => f64::INFINITY,
+            _ => (f64::from(shown.footprint) / f64::from(view.pixel_area)).sqrt() * (1.0 + 1e-4),
+        };
+        let is_partly_hole = |triangle: u32| {
+            let corners = geometry.triangles[triangle as usize].positions;
+            intersect(corners, eye, middle).is_some_and(|(t, _)| t < end)
+                && is_partly_hole(geometry, view, triangle, corner)
+        };
+        (0..geometry.triangles.len() as u32)
+            .any(|triangle| geometry.opacity.has_holes(triangle) && is_partly_hole(triangle))
+    };
+    pixels.iter().enumerate().map(shows).collect()
+}
+
+/// Whether a pixel may show both holes and surface: of a triangle, or of those beside it. The points
+/// are as close as its micro-triangles, or as their number allows.
+fn is_partly_hole(geometry: Geometry<'_>, view: &View, triangle: u32, corner: DVec2) -> bool {
+    let corners = geometry.triangles[triangle as usize].positions;
+    let weights_at =
+        |x: f64, y: f64| plane_weights(view, corners, corner + DVec2::new(x, y)).unwrap_or(DVec3::NAN);
+    let middle = weights_at(0.5, 0.5);
+    let extent = (weights_at(1.0, 0.5) - middle).abs() + (weights_at(0.5, 1.0) - middle).abs();
+    let parts = 2.0 * extent.max_element() * geometry.opacity.parts(triangle);
+    let points = (parts.ceil() + 1.0).clamp(2.0, MAX_POINTS) as u32;
+    let place = |index: u32| (f64::from(index) + 0.5) / f64::from(points);
+    let found: Vec<Option<bool>> = (0..points * points)
+        .map(|i| weights_at(place(i % points), place(i / points)))
+        .map(|weights| (weights.min_element() >= 0.0).then(|| geometry.opacity.is_hole(triangle, weights)))
+        .collect();
+    found.iter().any(|&is_hole| is_hole.is_none() || is_hole != found[0])
+}
+
+/// Corner weights of a triangle's plane behind an image point. `None` if it is seen edge-on.
+fn plane_weights(view: &View, corners: [Vec3; 3], point: DVec2) -> Option<DVec3> {
+    let direction = direction_through(view, point);
+    let [a, b, c] = corners.map(|corner| corner.as_dvec3() - view.position.as_dvec3());
+    let volumes = DVec3::from([c.cross(b), a.cross(c), b.cross(a)].map(|across| direction.dot(across)));
+    let sum = volumes.element_sum();
+    (sum != 0.0).then(|| volumes / sum)
 }
 
 /// Whether a point of an edge is not behind what a pixel's middle shows.

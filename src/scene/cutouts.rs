@@ -11,6 +11,11 @@ use super::texture::Image;
 
 /// Words of all micromaps together: 64 MiB.
 const MAX_WORDS: usize = 1 << 24;
+/// Words of all micromaps together up to which they are finer than texels: 1 MiB.
+const FINE_WORDS: usize = 1 << 18;
+/// Levels by which they may be finer: micro-triangles of a quarter of a texel. Those of a texel's
+/// size, if they did not align with the texels, covered 2 % more than the image.
+const FINER: u32 = 2;
 
 /// The note on an opacity map for which [`Alpha::is_grey`] holds.
 pub(super) const CUT_AT_HALF: &str = "opacity is cut at one half: a surface is opaque or a hole";
@@ -105,7 +110,7 @@ pub(super) fn cut(
     if wanted.iter().all(|&level| level == 0) {
         return OpacityMaps::default();
     }
-    let levels = bounded(&wanted, warnings);
+    let levels = refined(bounded(&wanted, warnings));
     let is_hole = |triangle: usize, centre: DVec3| {
         let [a, b, c] = corners(triangle).map(Vec2::as_dvec2);
         cutout(triangle).is_some_and(|cutout| cutout.is_hole(centre.x * a + centre.y * b + centre.z * c))
@@ -142,6 +147,15 @@ fn bounded(wanted: &[u32], warnings: &mut Vec<String>) -> Vec<u32> {
     wanted.iter().map(|&level| level.min(most)).collect()
 }
 
+/// The levels, finer than wanted by one number as long as all micromaps stay small.
+fn refined(levels: Vec<u32>) -> Vec<u32> {
+    let finer =
+        |by: u32| levels.iter().map(move |&level| if level == 0 { 0 } else { (level + by).min(MAX_LEVEL) });
+    let total = |by: u32| -> usize { finer(by).filter(|&level| level > 0).map(word_count).sum() };
+    let by = (1..=FINER).rev().find(|&by| total(by) <= FINE_WORDS).unwrap_or(0);
+    finer(by).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -175,11 +189,19 @@ mod tests {
         let mut warnings = Vec::new();
         assert_eq!(bounded(&[0, 3, 8], &mut warnings), [0, 3, 8]);
         assert!(warnings.is_empty());
-        assert_eq!(bounded(&[0, 3, 12], &mut warnings), [0, 3, 8]);
+        assert_eq!(bounded(&[0, 3, 12], &mut warnings), [0, 3, 10]);
         assert_eq!(bounded(&vec![8; 20_000], &mut warnings), vec![7; 20_000]);
         assert!(
             warnings[0].starts_with("holes of 1 triangles") && warnings[1].contains("128 parts"),
             "{warnings:?}"
         );
+    }
+
+    #[test]
+    fn small_micromaps_are_finer_than_texels() {
+        assert_eq!(refined(vec![0, 3, 7, 9]), [0, 5, 9, 10]);
+        // 512 bytes each at level 6, 2 KiB at level 7.
+        assert_eq!(refined(vec![6; 300]), vec![7; 300]);
+        assert_eq!(refined(vec![6; 600]), vec![6; 600]);
     }
 }

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use super::{Triangle, clip};
 
 /// Finest level of a micromap.
-pub const MAX_LEVEL: u32 = 8;
+pub const MAX_LEVEL: u32 = 10;
 
 /// The opacity micromaps of a scene.
 #[derive(Clone, Default, PartialEq, Eq)]
@@ -123,6 +123,11 @@ impl OpacityMaps {
     /// As [`Self::is_hole`], at a position near the triangle's plane.
     pub fn is_hole_at(&self, triangles: &[Triangle], triangle: u32, position: DVec3) -> bool {
         self.has_holes(triangle) && self.is_hole(triangle, triangles[triangle as usize].weights_at(position))
+    }
+
+    /// Parts of each edge of a triangle.
+    pub fn parts(&self, triangle: u32) -> f64 {
+        self.micromap(triangle).map_or(1.0, |map| f64::from(1_u32 << map.level))
     }
 
     /// Fraction of a triangle's area that is surface.

@@ -17,7 +17,7 @@ use lightpaths::passes::frame::direct::Direct;
 use lightpaths::passes::frame::pixel_colours::PixelColours;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::{OneLight, light_sources};
-use lightpaths::scene::{Camera, shapes};
+use lightpaths::scene::{Camera, OpacityMaps, shapes};
 use lightpaths::types::{LIGHT_AREA, LightSource, MeshEdge, NO_SIDE, PixelSurface, SHAPE_TWO_SIDED, View};
 
 /// The passes of a frame up to the per-light irradiance buffers.
@@ -222,16 +222,23 @@ fn edge_pixels_equal_the_reference() {
     let room = World::room();
     let squares = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
     let thresholds = Thresholds { crease: f64::from(CREASE), step: f64::from(STEP) };
-    let (mut shadows, mut between) = (0, 0);
-    for (world, distance) in [(&room, 1.0), (&squares, 4.0)] {
+    let (mut shadows, mut between, mut through_holes) = (0, 0, 0);
+    let mut cut = shapes::facing_squares(1.0, 1.0, 0.5);
+    let levels = vec![7; cut.triangles.len()];
+    cut.opacity = OpacityMaps::new(&levels, |_, centre| (23.0 * centre.y).fract() < 0.15);
+    let holes = World::new(&cut, 8);
+    for (world, distance) in [(&room, 1.0), (&squares, 4.0), (&holes, 2.0)] {
         for size in [[1, 1], [7, 9], [8, 8], [9, 7], [31, 17], [64, 3], [97, 53]] {
             let frame = Frame::new(world, &lights(), &camera(size, distance), 64);
             let pixels = &frame.pixels;
             let beside = cpu::antialias::edges(thresholds, &world.surfaces, size, pixels);
             let list: Vec<MeshEdge> = world.buffers.mesh_edges.read().unwrap();
             let crossed = cpu::antialias::crossed(world.geometry(), &frame.view, &list, pixels);
-            let reference: Vec<bool> = beside.iter().zip(&crossed).map(|(a, b)| *a || *b).collect();
+            let holed = cpu::antialias::show_holes(world.geometry(), &frame.view, pixels);
+            let reference: Vec<bool> =
+                (0..pixels.len()).map(|i| beside[i] || crossed[i] || holed[i]).collect();
             between += (0..pixels.len()).filter(|&pixel| crossed[pixel] && !beside[pixel]).count();
+            through_holes += (0..pixels.len()).filter(|&i| holed[i] && !beside[i] && !crossed[i]).count();
             let marked = frame.edge_pixels();
             let is_marked = |index: usize| frame.numbers[index] != NO_EDGE;
             // In the order of tiles; each pixel stores its index in it.
@@ -262,7 +269,7 @@ fn edge_pixels_equal_the_reference() {
             }
         }
     }
-    assert!(shadows > 500 && between > 50, "{shadows}, {between}");
+    assert!(shadows > 500 && between > 50 && through_holes > 50, "{shadows}, {between}, {through_holes}");
     assert_silent(&context());
 }
 

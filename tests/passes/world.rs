@@ -311,7 +311,6 @@ pub(crate) fn assert_near(device: Vec3, reference: DVec3, tolerance: f64, scale:
     assert!(error.max_element() <= bound, "{what}: {device} on the device, {reference} by the reference");
 }
 
-/// One of a scene's materials is glossy, one is editable and has a little broad gloss.
 /// Cuts holes of many sizes into every third triangle.
 pub(crate) fn with_holes(mut scene: Scene) -> Scene {
     let level = |index: u32| if index.is_multiple_of(3) { 1 + index / 3 % MAX_LEVEL } else { 0 };
@@ -324,6 +323,7 @@ pub(crate) fn with_holes(mut scene: Scene) -> Scene {
     scene
 }
 
+/// One of a scene's materials is glossy, one is editable and has a little broad gloss.
 pub(crate) fn glossy(mut scene: Scene) -> Scene {
     let lobes = [(20.0, Vec3::new(0.3, 0.2, 0.4)), (5.0, Vec3::new(0.15, 0.03, 0.015))];
     for (material, (exponent, specular)) in scene.materials.iter_mut().zip(lobes) {

@@ -7,7 +7,7 @@ use crate::{SMALL, render};
 use glam::Vec3;
 use lightpaths::reference::Progressive;
 use lightpaths::renderer::Layer;
-use lightpaths::scene::{LightKind, Material, Quality, Scene, Triangle, shapes};
+use lightpaths::scene::{LightKind, Material, OpacityMaps, Quality, Scene, Triangle, shapes};
 
 const SIZE: [u32; 2] = [36, 54];
 const LEDGES: u32 = 6;
@@ -66,44 +66,78 @@ fn faces_narrower_than_a_pixel_have_their_own_indirect_light() {
     assert_silent(&context());
 }
 
-/// A wall that fills the picture, with a stripe of another material that is a third as wide as a
-/// pixel and crosses a column of pixels in sixteen rows.
-fn striped() -> Scene {
-    let mut scene = shapes::facing_squares(1.0, 0.0, 0.2);
-    scene.triangles.clear();
-    scene.materials.push(Material { diffuse: Vec3::splat(0.8), ..scene.materials[0].clone() });
-    let pixel = 2.0 / f32::from(STRIPED);
-    // Lower and upper end of a boundary on the left, the stripe's two sides, and on the right.
-    let at = |x: f32| [Vec3::new(x - pixel, -1.5, 0.0), Vec3::new(x + pixel, 1.5, 0.0)];
-    let bounds = [-3.0, 0.4 * pixel, 0.4 * pixel + WIDTH * pixel, 3.0].map(at);
-    for (ends, material) in bounds.windows(2).zip([0, 1, 0]) {
-        let [[a, d], [b, c]] = [ends[0], ends[1]];
-        for positions in [[a, b, c], [a, c, d]] {
-            scene.triangles.push(Triangle { positions, normals: [Vec3::Z; 3], material, object: 0 });
-        }
-    }
+/// Albedos of a wall that fills the picture, and of a stripe on it or before it that is a third as
+/// wide as a pixel and crosses a column of pixels in sixteen rows.
+const ALBEDOS: [f32; 2] = [0.2, 0.8];
+const ROWS: u8 = 32;
+/// Of a pixel, metres.
+const PIXEL: f32 = 2.0 / ROWS as f32;
+/// Of the stripe, in pixels.
+const WIDTH: f32 = 0.3;
+
+/// Middle of the stripe's left side at a height.
+fn left_of_stripe(y: f32) -> f32 {
+    PIXEL * (0.4 + y / 1.5)
+}
+
+/// Triangles between two vertical lines, each by its lower and upper end.
+fn strip([[a, d], [b, c]]: [[Vec3; 2]; 2], material: u32) -> [Triangle; 2] {
+    let triangle = |positions| Triangle { positions, normals: [Vec3::Z; 3], material, object: 0 };
+    [triangle([a, b, c]), triangle([a, c, d])]
+}
+
+/// The picture of a wall at z = 0, lit from the camera.
+fn wall(triangles: Vec<Triangle>) -> Scene {
+    let mut scene = shapes::facing_squares(1.0, 0.0, ALBEDOS[0]);
+    scene.triangles = triangles;
+    scene.materials.push(Material { diffuse: Vec3::splat(ALBEDOS[1]), ..scene.materials[0].clone() });
     let camera = &mut scene.cameras[0];
     let height = 1.0 / (10.0_f32.to_radians()).tan();
     (camera.position, camera.target, camera.up) = (Vec3::new(0.0, 0.0, height), Vec3::ZERO, Vec3::Y);
-    (camera.fov_y_degrees, camera.size) = (20.0, [STRIPED.into(); 2]);
+    (camera.fov_y_degrees, camera.size) = (20.0, [ROWS.into(); 2]);
     scene.lights[0].kind = LightKind::Directional { direction: -Vec3::Z, irradiance: Vec3::splat(3.0) };
     scene
 }
 
-const STRIPED: u8 = 32;
-const WIDTH: f32 = 0.3;
+/// The stripe is a part of the wall.
+fn striped() -> Scene {
+    let line = |offset: f32| [-1.5, 1.5].map(|y| Vec3::new(left_of_stripe(y) + offset, y, 0.0));
+    let lines = [-3.0, 0.0, WIDTH * PIXEL, 3.0].map(line);
+    let strips = lines.windows(2).zip([0, 1, 0]);
+    wall(strips.flat_map(|(ends, material)| strip([ends[0], ends[1]], material)).collect())
+}
+
+/// The stripe is what holes leave of a card close to the wall.
+fn striped_by_holes() -> Scene {
+    let line = |x: f32, z: f32| [-1.5, 1.5].map(|y| Vec3::new(x, y, z));
+    let whole = strip([line(-3.0, 0.0), line(3.0, 0.0)], 0);
+    let card = strip([line(-0.2, 1e-3), line(0.2, 1e-3)], 1);
+    let mut scene = wall([whole, card].concat());
+    let levels = [0, 0, 8, 8];
+    scene.opacity = OpacityMaps::new(&levels, |triangle, centre| {
+        let [a, b, c] = scene.triangles[triangle].positions.map(Vec3::as_dvec3);
+        let place = (centre.x * a + centre.y * b + centre.z * c).as_vec3();
+        !(0.0..WIDTH * PIXEL).contains(&(place.x - left_of_stripe(place.y)))
+    });
+    scene
+}
 
 /// Every row of pixels shows the same part of the stripe. Where no middle of a pixel meets it, a
 /// row showed none.
 #[test]
 fn a_stripe_between_the_middles_of_pixels_is_seen_in_every_row() {
-    let scene = striped();
-    let found = render(scene, Quality { edge_samples: 16, ..SMALL }).layer(Layer::Direct).unwrap();
-    let [dark, light] = [0.2, 0.8].map(|albedo| albedo * 3.0 / std::f64::consts::PI);
-    for (row, pixels) in found.chunks_exact(STRIPED.into()).enumerate() {
-        let sum: f64 = pixels.iter().map(|colour| f64::from(colour[0])).sum();
-        let covered = (sum - dark * f64::from(STRIPED)) / (light - dark);
-        assert!((covered - f64::from(WIDTH)).abs() < 0.05, "row {row}: {covered} of a pixel");
+    let [dark, light] = ALBEDOS.map(|albedo| f64::from(albedo) * 3.0 / std::f64::consts::PI);
+    // Holes are looked for at up to eight points along each side of a pixel.
+    for (what, scene, tolerance) in
+        [("of the wall", striped(), 0.05), ("of a card", striped_by_holes(), 0.15)]
+    {
+        let found = render(scene, Quality { edge_samples: 16, ..SMALL }).layer(Layer::Direct).unwrap();
+        for (row, pixels) in found.chunks_exact(ROWS.into()).enumerate() {
+            let sum: f64 = pixels.iter().map(|colour| f64::from(colour[0])).sum();
+            let covered = (sum - dark * f64::from(ROWS)) / (light - dark);
+            let off = (covered - f64::from(WIDTH)).abs();
+            assert!(off < tolerance, "{what}, row {row}: {covered} of a pixel");
+        }
     }
     assert_silent(&context());
 }

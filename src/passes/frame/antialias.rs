@@ -199,11 +199,13 @@ impl Antialias {
         let marks = &self.fragments.firsts;
         let mut pass = rec.pass(Self::STEM);
         let bindings = [
+            ("Nodes", &scene.nodes),
             ("Triangles", &scene.triangles),
             ("Surfaces", &scene.surfaces),
             ("MeshEdges", &scene.mesh_edges),
             ("Pixels", pixels),
             ("EdgeMarks", marks),
+            ("TruncatedLoops", &scene.truncated_loops),
         ];
         for (count, edge_count) in [(places(self.size), 0), (scene.mesh_edge_count, scene.mesh_edge_count)] {
             if count > 0 {

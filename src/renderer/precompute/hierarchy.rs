@@ -183,10 +183,11 @@ fn has_unweighted(quality: &Quality, hvds: &Hvds, clearances: &[f32]) -> Vec<boo
 /// Number of entry points by which gather rays choose clusters.
 fn effective_entry_points(hvds: &Hvds, strata: &Strata) -> Vec<f32> {
     let mut counts = strata.in_clusters.clone();
-    for cluster in hvds.split_clusters() {
-        let count = &mut counts[cluster as usize];
-        if *count >= MIN_APART {
-            *count = count.max(MIN_ENTRY_POINTS);
+    for half in hvds.split_clusters() {
+        for cluster in [half, hvds.unweighted[half as usize]] {
+            if let Some(count) = counts.get_mut(cluster as usize).filter(|count| **count >= MIN_APART) {
+                *count = count.max(MIN_ENTRY_POINTS);
+            }
         }
     }
     counts

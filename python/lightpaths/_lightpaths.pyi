@@ -93,6 +93,12 @@ class Renderer:
         stage, and the steps that are done and all. An exception that it raises ends the work, and so
         does Ctrl+C.
         """
+    def set_scene(self, scene: Scene, *, progress: Callable[[str, int, int], object] | None = None) -> None:
+        """Shows another scene from now on, or the same one with a model elsewhere.
+
+        If only models that are `movable` have moved since, less is traced than by a new renderer. The
+        bits are the same. Edits of the scene before are gone. If it fails, that scene stays.
+        """
     @property
     def lights(self) -> Lights: ...
     @property

@@ -22,8 +22,8 @@ impl Materials {
 impl Materials {
     fn __getitem__(&self, py: Python<'_>, name: String) -> PyResult<Material> {
         let found = self.0.with(py, |state| Ok(state.renderer.scene().material_named(&name)))?;
-        let index = found.map_err(|error| unknown_name(&error))?;
-        Ok(Material { shared: self.0.clone(), index, name })
+        found.map_err(|error| unknown_name(&error))?;
+        Ok(Material { shared: self.0.clone(), name })
     }
 
     fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
@@ -59,7 +59,6 @@ impl Materials {
 #[pyclass(frozen, module = "lightpaths")]
 pub(crate) struct Material {
     shared: Shared,
-    index: usize,
     name: String,
 }
 
@@ -69,16 +68,21 @@ impl Material {
         py: Python<'_>,
         read: impl FnOnce(&lightpaths::Material) -> T + Send,
     ) -> PyResult<T> {
-        self.shared.with(py, |state| Ok(read(&state.renderer.scene().materials[self.index])))
+        self.shared.with(py, |state| {
+            let scene = state.renderer.scene();
+            Ok(read(&scene.materials[scene.material_named(&self.name)?]))
+        })
     }
 
     fn edit(&self, py: Python<'_>, edit: impl FnOnce(&mut lightpaths::Material) + Send) -> PyResult<()> {
         self.shared.with(py, |state| {
-            let mut material = state.renderer.scene().materials[self.index].clone();
+            let scene = state.renderer.scene();
+            let index = scene.material_named(&self.name)?;
+            let mut material = scene.materials[index].clone();
             edit(&mut material);
             material.check()?;
             let lightpaths::Material { diffuse, specular, exponent, .. } = material;
-            state.renderer.set_material(self.index, diffuse, specular, exponent)
+            state.renderer.set_material(index, diffuse, specular, exponent)
         })
     }
 }

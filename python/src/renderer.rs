@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use lightpaths::renderer::Kept;
 use lightpaths::{
     Context, ContextOptions, DisplayTransform, Error, Folder, Layer, Measured, Result, Store, ToneCurve,
 };
@@ -18,7 +19,7 @@ use crate::materials::Materials;
 use crate::progress::Watch;
 use crate::readings::Reading;
 use crate::scene::Scene;
-use crate::shared::Shared;
+use crate::shared::{Shared, State};
 
 /// Limit of the light paths in a folder, bytes: that of `lightpaths render --cache`.
 const CACHE_LIMIT: u64 = 4 << 30;
@@ -28,7 +29,6 @@ const CACHE_LIMIT: u64 = 4 << 30;
 pub(crate) struct Renderer {
     shared: Shared,
     device: String,
-    warnings: Vec<String>,
 }
 
 /// Devices by what the user calls them. Each is opened once, because it compiles its pipelines
@@ -52,11 +52,12 @@ fn traced(
     scene: lightpaths::Scene,
     device: Option<String>,
     cache: Option<PathBuf>,
-    (watch, warnings): (&mut Watch, &mut Vec<String>),
-) -> Result<(lightpaths::Renderer, String)> {
+    watch: &mut Watch,
+) -> Result<State> {
     let context = context(&device)?;
+    let (mut kept, mut warnings) = (Kept::default(), Vec::new());
     let made = match cache {
-        None => lightpaths::Renderer::new(&context, scene, watch),
+        None => lightpaths::Renderer::new_keeping(&context, scene, &mut kept, watch),
         Some(path) => {
             let store = Store::Folder(Folder { path, limit_bytes: CACHE_LIMIT });
             let mut say = |line: &str| warnings.push(line.to_owned());
@@ -70,7 +71,8 @@ fn traced(
     let mut renderer = made?;
     // Passes that wait for each other only tell their times apart.
     renderer.set_serialised(false);
-    Ok((renderer, context.name().to_owned()))
+    warnings.extend(renderer.scene().warnings.iter().cloned());
+    Ok(State { renderer, context, kept, frame_ms: None, warnings })
 }
 
 #[pymethods]
@@ -85,14 +87,20 @@ impl Renderer {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let mut watch = Watch::new(progress);
-        let (scene, mut warnings) = (scene.scene.clone(), Vec::new());
-        let done = py.detach(|| traced(scene, device, cache, (&mut watch, &mut warnings)));
-        let (renderer, device) = match done {
-            Ok(done) => done,
+        let scene = scene.scene.clone();
+        let state = match py.detach(|| traced(scene, device, cache, &mut watch)) {
+            Ok(state) => state,
             Err(error) => return Err(watch.exception(error)),
         };
-        warnings.extend(renderer.scene().warnings.iter().cloned());
-        Ok(Self { shared: Shared::new(renderer), device, warnings })
+        let device = state.context.name().to_owned();
+        Ok(Self { shared: Shared::new(state), device })
+    }
+
+    /// Shows another scene from now on, or the same one with a model elsewhere.
+    #[pyo3(signature = (scene, *, progress=None))]
+    fn set_scene(&self, py: Python<'_>, scene: &Scene, progress: Option<Py<PyAny>>) -> PyResult<()> {
+        let scene = scene.scene.clone();
+        self.shared.watched(py, Watch::new(progress), |state, watch| state.set_scene(scene, watch))
     }
 
     #[getter]
@@ -116,8 +124,8 @@ impl Renderer {
     }
 
     #[getter]
-    fn warnings(&self) -> Vec<String> {
-        self.warnings.clone()
+    fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.shared.with(py, |state| Ok(state.warnings.clone()))
     }
 
     /// Width and height in pixels.

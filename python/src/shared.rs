@@ -2,7 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
-use lightpaths::{Error, Renderer, Result};
+use lightpaths::renderer::Kept;
+use lightpaths::{Context, Error, Renderer, Result, Scene};
 use pyo3::prelude::*;
 
 use crate::errors::raised;
@@ -11,8 +12,13 @@ use crate::progress::Watch;
 /// A renderer, and what it reports beside pictures.
 pub(crate) struct State {
     pub(crate) renderer: Renderer,
+    pub(crate) context: Arc<Context>,
+    /// What the precomputation left for the next scene in which models have moved.
+    pub(crate) kept: Kept,
     /// Wall-clock time of the last frame, milliseconds.
     pub(crate) frame_ms: Option<f64>,
+    /// Of the scene, its precomputation and the cache.
+    pub(crate) warnings: Vec<String>,
 }
 
 impl State {
@@ -27,14 +33,23 @@ impl State {
         }
         Ok(())
     }
+
+    /// Replaces the scene. If that fails, the scene before stays.
+    pub(crate) fn set_scene(&mut self, scene: Scene, watch: &mut Watch) -> Result<()> {
+        let mut renderer = Renderer::new_keeping(&self.context, scene, &mut self.kept, watch)?;
+        renderer.set_serialised(false);
+        self.warnings.clone_from(&renderer.scene().warnings);
+        (self.renderer, self.frame_ms) = (renderer, None);
+        Ok(())
+    }
 }
 
 #[derive(Clone)]
 pub(crate) struct Shared(Arc<Mutex<State>>);
 
 impl Shared {
-    pub(crate) fn new(renderer: Renderer) -> Self {
-        Self(Arc::new(Mutex::new(State { renderer, frame_ms: None })))
+    pub(crate) fn new(state: State) -> Self {
+        Self(Arc::new(Mutex::new(state)))
     }
 
     /// Works on the renderer while other Python threads run. The interpreter is always released
@@ -53,13 +68,20 @@ impl Shared {
         py: Python<'_>,
         work: impl FnOnce(&mut State) -> Result<T> + Send,
     ) -> PyResult<T> {
-        let mut watch = Watch::default();
-        let done = py.detach(|| {
-            self.locked(|state| {
-                state.update(&mut watch)?;
-                work(state)
-            })
-        });
+        self.watched(py, Watch::default(), |state, watch| {
+            state.update(watch)?;
+            work(state)
+        })
+    }
+
+    /// The same with work that may trace light paths, and reports to `watch`.
+    pub(crate) fn watched<T: Send>(
+        &self,
+        py: Python<'_>,
+        mut watch: Watch,
+        work: impl FnOnce(&mut State, &mut Watch) -> Result<T> + Send,
+    ) -> PyResult<T> {
+        let done = py.detach(|| self.locked(|state| work(state, &mut watch)));
         done.map_err(|error| watch.exception(error))
     }
 

@@ -191,6 +191,42 @@ class Edits(Folder):
         for layer in LAYERS:
             np.testing.assert_array_equal(edited.render(layer), cold.render(layer), layer)
 
+    def test_a_moved_model_equals_a_cold_start(self):
+        corners = "".join(f"v {x} {y} {z}\n" for x in (0, 0.3) for y in (0, 0.4) for z in (0, 0.3))
+        faces = "".join(f"f {face}\n" for face in ("1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4"))
+        (self.folder / "stool.obj").write_text(corners + faces)
+        scene = write(self.folder)
+        stool = '[[model]]\nfile = "stool.obj"\nname = "stool"\nmovable = true\ntranslate = [0.3, 0.01, 0.5]\n'
+        scene.write_text(scene.read_text() + stool)
+        moved = ["model.stool.translate=[-0.6, 0.01, 0.4]"]
+        edited, cold = renderer(scene), renderer(scene, changes=moved)
+        before = edited.render()
+        lamp, red = edited.lights["lamp"], edited.materials["red"]
+        stages = []
+        edited.set_scene(load(scene, changes=moved), progress=lambda stage, done, total: stages.append(stage))
+        self.assertTrue(stages)
+        self.assertTrue((edited.render() != before).any())
+        for layer in LAYERS:
+            np.testing.assert_array_equal(edited.render(layer), cold.render(layer), layer)
+        # Lights and materials are found by name in the new scene.
+        lamp.on, cold.lights["lamp"].on = False, False
+        red.diffuse = cold.materials["red"].diffuse = (0.2, 0.3, 0.6)
+        np.testing.assert_array_equal(edited.render(), cold.render())
+        edited.set_scene(load("box"))
+        np.testing.assert_array_equal(edited.render(), renderer("box").render())
+        self.assertRaises(KeyError, lambda: edited.lights["sun"])
+
+    def test_a_scene_that_cannot_be_traced_leaves_the_one_before(self):
+        edited = renderer(write(self.folder))
+        before = edited.render()
+
+        def refuse(stage, done, total):
+            raise ZeroDivisionError
+
+        self.assertRaises(ZeroDivisionError, edited.set_scene, load("box"), progress=refuse)
+        np.testing.assert_array_equal(edited.render(), before)
+        self.assertEqual(len(edited.lights), 4)
+
     def test_positions_are_those_of_the_file(self):
         scene = load(write(self.folder, self.OFFSET))
         low, high = np.array(scene.bounds)

@@ -148,8 +148,8 @@ fn within([from, to]: [DVec3; 2], pixel: DVec2, axes: [bool; 2]) -> Option<DVec3
 /// Maximum number of points of a pixel at which holes are looked for, along each side.
 const MAX_POINTS: f64 = 8.0;
 
-/// Marks the pixels of an image, row by row, that may show both holes and surface at a triangle. The
-/// ray through their middle meets it, in a hole or not, up to what they show there.
+/// Marks the pixels of an image, row by row, that may show both holes and surface at a triangle.
+/// The ray through their middle meets it, in a hole or not, up to what they show there.
 pub fn show_holes(geometry: Geometry<'_>, view: &View, pixels: &[PixelSurface]) -> Vec<bool> {
     let eye = view.position.as_dvec3();
     let shows = |(index, shown): (usize, &PixelSurface)| {
@@ -170,8 +170,8 @@ pub fn show_holes(geometry: Geometry<'_>, view: &View, pixels: &[PixelSurface]) 
     pixels.iter().enumerate().map(shows).collect()
 }
 
-/// Whether a pixel may show both holes and surface: of a triangle, or of those beside it. The points
-/// are as close as its micro-triangles, or as their number allows.
+/// Whether a pixel may show both holes and surface: of a triangle, or of those beside it. The
+/// points are as close as its micro-triangles, or as their number allows.
 fn is_partly_hole(geometry: Geometry<'_>, view: &View, triangle: u32, corner: DVec2) -> bool {
     let corners = geometry.triangles[triangle as usize].positions;
     let weights_at =

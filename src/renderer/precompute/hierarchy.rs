@@ -151,7 +151,7 @@ impl Hierarchy {
         let Visibility { patches, inconsistent } =
             visibility(quality, reachable, &cells, &clearances, &strata, parted)?;
         let hvds = cells.with_inconsistent(inconsistent);
-        let tables = ClusterTables::new(&hvds, &effective_entry_points(&hvds, &strata));
+        let tables = ClusterTables::new(&hvds, &effective_entry_points(&hvds, &strata.in_clusters));
         let hierarchy = Self {
             clusters: tables.upload(context)?,
             tables,
@@ -180,9 +180,9 @@ fn has_unweighted(quality: &Quality, hvds: &Hvds, clearances: &[f32]) -> Vec<boo
     has_unweighted
 }
 
-/// Number of entry points by which gather rays choose clusters.
-fn effective_entry_points(hvds: &Hvds, strata: &Strata) -> Vec<f32> {
-    let mut counts = strata.in_clusters.clone();
+/// Number of entry points by which gather rays choose clusters, from the expected ones.
+fn effective_entry_points(hvds: &Hvds, in_clusters: &[f32]) -> Vec<f32> {
+    let mut counts = in_clusters.to_vec();
     for half in hvds.split_clusters() {
         for cluster in [half, hvds.unweighted[half as usize]] {
             if let Some(count) = counts.get_mut(cluster as usize).filter(|count| **count >= MIN_APART) {
@@ -227,4 +227,48 @@ fn visibility(
     inconsistent.resize(inconsistent.len().max(by_rays.len()), false);
     inconsistent.iter_mut().zip(by_rays).for_each(|(any, by_rays)| *any |= by_rays);
     Ok(Visibility { patches, inconsistent })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Triangle, grid, surfaces};
+    use crate::types::NO_CLUSTER;
+    use glam::Vec3;
+
+    /// Two squares of 2 m, the upper one 3 cm above the floor, in cells of 2/15 m.
+    fn stacked() -> Hvds {
+        let square = |y: f32| {
+            let p = [[0.0, 0.0], [0.0, 2.0], [2.0, 2.0], [2.0, 0.0]].map(|[x, z]| Vec3::new(x, y, z));
+            [[p[0], p[1], p[2]], [p[0], p[2], p[3]]].map(|positions| Triangle {
+                positions,
+                normals: [Vec3::Y; 3],
+                material: 0,
+                object: 0,
+            })
+        };
+        let triangles = [square(0.0), square(0.03)].concat();
+        let surfaces: Vec<_> = triangles.iter().map(|t| surfaces::surface(t, [true, true])).collect();
+        let grid = grid::grid(Vec3::ZERO, Vec3::new(2.0, 1.0, 2.0), 16);
+        Hvds::build(&triangles, &surfaces, grid)
+    }
+
+    /// Near readers read unweighted clusters. Above the base, these hold both halves, too.
+    #[test]
+    fn halves_of_split_clusters_are_read_weighted_or_not() {
+        let hvds = stacked();
+        let hvds = hvds.clone().with_unweighted(&vec![true; hvds.levels[0].len()]);
+        let halves: Vec<u32> = hvds.split_clusters().collect();
+        let unweighted: Vec<u32> = halves.iter().map(|&half| hvds.unweighted[half as usize]).collect();
+        assert!(halves.len() > 100 && !unweighted.contains(&NO_CLUSTER));
+        let count = hvds.cluster_count() as usize;
+        let effective = effective_entry_points(&hvds, &vec![MIN_APART; count]);
+        for cluster in 0..count as u32 {
+            let is_half = halves.contains(&cluster) || unweighted.contains(&cluster);
+            let expected = if is_half { MIN_ENTRY_POINTS } else { MIN_APART };
+            assert_eq!(effective[cluster as usize], expected, "{cluster}");
+        }
+        let too_few = 0.9 * MIN_APART;
+        assert!(effective_entry_points(&hvds, &vec![too_few; count]).iter().all(|&count| count == too_few));
+    }
 }

@@ -28,6 +28,20 @@ fn loaded(mtl: &str, image: &[u8]) -> Scene {
 /// Asserts that the right half of the square is a hole.
 #[track_caller]
 fn assert_is_half(scene: &Scene) {
+    assert_is_cut(scene, [0.5, 1.0], 0.0);
+}
+
+/// Asserts that [`half`]`(100)` cuts the square where the alpha, interpolated between the middles
+/// of texels, is one half. The image repeats. Micro-triangles are a quarter of a texel wide.
+#[track_caller]
+fn assert_is_cut_between_texels(scene: &Scene) {
+    let between = 0.25 / (255.0 - 100.0);
+    assert_is_cut(scene, [0.375 + (255.0 - 127.5) * between, 0.875 + (127.5 - 100.0) * between], 1.0 / 16.0);
+}
+
+/// Asserts that the square is a hole from one x to another. Closer than `near` to these, it may be.
+#[track_caller]
+fn assert_is_cut(scene: &Scene, [from, to]: [f64; 2], near: f64) {
     let count = scene.triangles.len();
     assert_eq!(count, 2);
     let mut left = 0;
@@ -38,12 +52,15 @@ fn assert_is_half(scene: &Scene) {
                 [0.618_034, 0.754_878].map(|by| (f64::from(step) * by).fract()).map(|along: f64| along / 2.0);
             let weights = DVec3::new(1.0 - y - z, y, z);
             let x = (weights.x * a + weights.y * b + weights.z * c).x;
-            assert_eq!(scene.opacity.is_hole(number, weights), x > 0.5, "{x}");
-            left += u32::from(x < 0.5);
+            if (x - from).abs().min((x - to).abs()) >= near {
+                assert_eq!(scene.opacity.is_hole(number, weights), (from..to).contains(&x), "{x}");
+            }
+            left += u32::from(x < from);
         }
     }
     assert!(left > 50, "{left}");
-    assert!((scene.area_m2() - 0.5).abs() < 1e-6, "{}", scene.area_m2());
+    let surface = 1.0 - (to - from);
+    assert!((scene.area_m2() - surface).abs() < 1e-6 + 0.5 * near, "{}", scene.area_m2());
 }
 
 #[test]
@@ -84,7 +101,7 @@ fn maps_that_are_all_one_leave_no_micromaps() {
 #[test]
 fn what_is_cut_or_left_out_is_said() {
     let grey = loaded("newmtl wall\nmap_d a.png\n", &half(100));
-    assert_is_half(&grey);
+    assert_is_cut_between_texels(&grey);
     assert!(grey.warnings[0].ends_with("opacity is cut at one half: a surface is opaque or a hole"));
     let mtl = "newmtl wall\nmap_Kd -s 2 2 a.png\nmap_d a.png\n";
     assert!(loaded(mtl, &half(0)).warnings[0].contains("`map_d` has other options than `map_Kd`"));
@@ -151,7 +168,7 @@ fn alpha_modes_of_gltf_cut_holes() {
     let load = |file: &File| super::gltf::load_text(&file.text());
     let about = |scene: &Scene| scene.warnings.iter().filter(|text| text.contains("leaf")).count();
     let mask = load(&gltf("MASK", 1.0, Some(half(100)))).unwrap();
-    assert_is_half(&mask);
+    assert_is_cut_between_texels(&mask);
     assert_eq!(about(&mask), 0);
     let opaque = load(&gltf("OPAQUE", 1.0, Some(half(0)))).unwrap();
     assert!(opaque.opacity.is_empty());

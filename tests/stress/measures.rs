@@ -248,9 +248,10 @@ fn a_measure_that_is_left_out_is_missed() {
         || Case::Records { name: "screen at 2 cm".to_owned(), scene: shapes::hidden_light(0.8, 0.02, 0.5) };
     let dark = |name| move || Case::Leak(dark_sides::scenes().into_iter().find(|s| s.name == name).unwrap());
     let (corner, thin_wall, leg) = (dark("corner"), dark("thin wall"), dark("table leg"));
+    let quad = dark("one-sided quad");
     let cases: [(Measure, &dyn Fn() -> Case, Quality, f64); 8] = [
         (Measure::SplitPlanes, &corner, Quality::DRAFT, 10.0),
-        (Measure::InconsistentClusters, &corner, Quality::DRAFT, 3.0),
+        (Measure::InconsistentClusters, &quad, Quality::DRAFT, 10.0),
         (Measure::OccluderPlanes, &corner, Quality::DRAFT, 3.0),
         (Measure::DenserEntryPoints, &thin_wall, Quality::DRAFT, 1.5),
         (Measure::NearClusters, &leg, Quality::DRAFT, 2.0),

@@ -60,7 +60,8 @@ fn assert_is_cut(scene: &Scene, [from, to]: [f64; 2], near: f64) {
     }
     assert!(left > 50, "{left}");
     let surface = 1.0 - (to - from);
-    assert!((scene.area_m2() - surface).abs() < 1e-6 + 0.5 * near, "{}", scene.area_m2());
+    // Each end is off by half of a micro-triangle's width at most.
+    assert!((scene.area_m2() - surface).abs() < 1e-6 + near, "{}", scene.area_m2());
 }
 
 #[test]

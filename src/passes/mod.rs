@@ -67,6 +67,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::prefix_sum::LAYOUTS,
         frame::record_tree::LAYOUTS,
         frame::splat::LAYOUTS,
+        frame::own_records::LAYOUTS,
         frame::pixel_colours::LAYOUTS,
         frame::compose::LAYOUTS,
         frame::tonemap::LAYOUTS,

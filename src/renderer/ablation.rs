@@ -6,13 +6,9 @@ use crate::cpu::sampling::hash_pair;
 use crate::error::Result;
 use crate::gpu::Buffer;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::passes::GrowsWith;
 use crate::passes::LitScene;
-use crate::passes::frame::{gather::Gather, needed_records::RecordList, splat::SeenSurfaces};
-use crate::passes::gather_targets::GatherTargets;
-use crate::passes::precompute::Silent;
-use crate::passes::precompute::gather_rays::{self, Hemisphere};
-use crate::passes::precompute::merged_rays::MergedRays;
+use crate::passes::frame::{needed_records::RecordList, splat::SeenSurfaces};
+use crate::passes::precompute::gather_rays::Hemisphere;
 use crate::passes::reference::irradiance_probe;
 use crate::types::{CachePoint, NO_SIDE, PixelSurface, Record};
 use glam::Vec3;
@@ -198,7 +194,7 @@ impl Renderer {
                 None,
             );
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.splat.record_apply(rec, self.image.seen(), &self.transport.blend.records);
+            self.record_splat(rec);
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.image.record_composition(rec, &self.world.buffers, self.indirect_light(), [1.0, 1.0]);
         })?;
@@ -238,17 +234,7 @@ impl Renderer {
         let mut irradiance = vec![Vec3::ZERO; seen.len()];
         let shown: Vec<usize> = (0..seen.len()).filter(|&index| seen[index].side != NO_SIDE).collect();
         for indices in shown.chunks(PIXELS_AT_A_TIME) {
-            let point = |(stream, &index): (u32, &usize)| CachePoint {
-                position: seen[index].position,
-                radius: 0.0,
-                normal: seen[index].normal,
-                side: seen[index].side,
-                occluder: Vec3::ZERO,
-                facet: self.world.surfaces[seen[index].side as usize / 2]
-                    .normal_of(seen[index].side % 2 == 1),
-                inverse_reach: 0.0,
-                stream,
-            };
+            let point = |(stream, &index): (u32, &usize)| self.gather_point(&seen[index], stream);
             let points: Vec<CachePoint> = (0..).zip(indices).map(point).collect();
             for (&index, record) in indices.iter().zip(self.gather_at(&points)?) {
                 irradiance[index] = record.irradiance;
@@ -259,25 +245,9 @@ impl Renderer {
 
     /// Gathers at the given points from the clusters of the last frame.
     fn gather_at(&self, points: &[CachePoint]) -> Result<Vec<Record>> {
-        let count = points.len() as u32;
-        let buffer = Buffer::from_slice(&self.context, GrowsWith::GatherRays.named("gather points"), points)?;
-        let (hemisphere, packing) = (self.transport.gather.hemisphere, self.transport.gather.packing);
-        let rays = gather_rays::trace(
-            &self.context,
-            &self.world.buffers,
-            &self.world.cluster_tables.upload(&self.context)?,
-            &buffer,
-            count,
-            hemisphere,
-            packing,
-            self.world.scene.quality.seed,
-            &mut Silent,
-        )?;
-        // These rays read clusters, not gloss bins, so glossy reflection is missing.
-        let targets = GatherTargets::of_hits(packing);
-        let merged_rays = MergedRays::new(&self.context, rays, (&targets, &packing), hemisphere, None)?;
-        let gather = Gather::new(&self.context, buffer, count, merged_rays, hemisphere, packing, false)?;
-        let list = RecordList::all(&self.context, count, gather.merged_rays.records_per_chunk)?;
+        let gather = self.gather_at_points(points)?;
+        let list =
+            RecordList::all(&self.context, gather.point_count(), gather.merged_rays.records_per_chunk)?;
         self.context.run(|rec| {
             gather.record(
                 rec,

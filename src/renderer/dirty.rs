@@ -122,6 +122,12 @@ impl Dirty {
         self.lights.iter_mut().for_each(|light| (light.clusters, light.hits) = (true, true));
     }
 
+    /// Marks the flux of clusters stale: frames compute more of them than before.
+    pub(super) fn live_set_changed(&mut self) {
+        self.changes.emission = true;
+        self.lights.iter_mut().for_each(|light| light.clusters = true);
+    }
+
     /// Marks work and uploads dirty without a change. `is_single` if one light is active.
     pub(super) fn force(&mut self, work: Work, is_single: bool) {
         match work {

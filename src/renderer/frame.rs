@@ -58,6 +58,9 @@ impl Renderer {
         }
         let watch = FrameWatch::start(&self.context);
         let plan = self.plan();
+        if let Some(own) = self.own_records.as_mut().filter(|_| plan.view) {
+            own.is_current = false;
+        }
         self.lights.prepare_near(&plan, &mut self.transport.near_lights)?;
         self.transport.live_sets.prepare(plan.is_whole)?;
         let mut frame = RecordedFrame {

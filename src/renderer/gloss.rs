@@ -18,7 +18,10 @@ use crate::passes::frame::gloss_pixels::{GlossPixels, Surroundings};
 use crate::passes::frame::gloss_records::{BroadLobes, GlossRecords, LobeExponents, RecordLobes};
 use crate::passes::frame::hvds::Pyramid;
 use crate::passes::frame::splat::Splat;
+use crate::passes::gather_targets::{GatherTargets, Reader};
 use crate::passes::gloss_tables::GlossTables;
+use crate::passes::precompute::gather_rays::{RayDirections, RayTable};
+use crate::passes::precompute::gloss::wanted_directions;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, Scene};
 use glam::Vec3;
@@ -52,6 +55,17 @@ pub(super) struct GlossPasses {
 }
 
 impl GlossPasses {
+    /// The rays of a table that read gloss bins. Rays of cache points read these bins, too.
+    pub(super) fn readers(
+        &self,
+        directions: &RayDirections<'_>,
+        rays: &RayTable,
+        targets: &GatherTargets,
+    ) -> Result<Vec<Reader>> {
+        let bins = (&self.may_be_glossy[..], self.reads.directions);
+        self.reads.readers(&wanted_directions(bins, directions, rays, targets)?)
+    }
+
     pub(super) fn new(
         context: &Arc<Context>,
         scene: &Scene,

@@ -69,6 +69,8 @@ pub(super) struct LiveSets {
     /// The live set.
     pub(super) read: LiveSet,
     whole: Option<LiveSet>,
+    /// The live set with what own records of a view read, if there are any.
+    extended: Option<LiveSet>,
 }
 
 impl LiveSets {
@@ -81,7 +83,7 @@ impl LiveSets {
             narrow_count: made.narrow_count,
         };
         let read = sources.set(context, reads)?;
-        Ok(Self { context: context.clone(), sources, read, whole: None })
+        Ok(Self { context: context.clone(), sources, read, whole: None, extended: None })
     }
 
     /// Builds the scope of the whole hierarchy.
@@ -91,6 +93,15 @@ impl LiveSets {
     pub(super) fn make_whole(&self) -> Result<LiveSet> {
         let clusters = self.sources.levels.last().map_or(0, |level| level.end);
         self.sources.set(&self.context, &LiveClusters::all(clusters))
+    }
+
+    /// From now on, frames compute this live set, which includes the first one.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub(super) fn extend(&mut self, reads: &LiveClusters) -> Result<()> {
+        self.extended = Some(self.sources.set(&self.context, reads)?);
+        Ok(())
     }
 
     /// Near-field patches of single cache points.
@@ -111,7 +122,7 @@ impl LiveSets {
 
     /// The whole hierarchy if `is_whole` and [`Self::prepare`] has built it; else the live set.
     pub(super) fn of(&self, is_whole: bool) -> &LiveSet {
-        self.whole.as_ref().filter(|_| is_whole).unwrap_or(&self.read)
+        self.whole.as_ref().filter(|_| is_whole).or(self.extended.as_ref()).unwrap_or(&self.read)
     }
 }
 

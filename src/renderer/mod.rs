@@ -19,6 +19,7 @@ mod liveness;
 mod meters;
 mod mixing;
 mod outputs;
+mod own_records;
 mod pass_costs;
 mod pass_sizes;
 mod passes;
@@ -89,6 +90,8 @@ pub struct Renderer {
     transport: Transport,
     image: Image,
     splat: Splat,
+    /// `None` before [`Self::refine`] finds any.
+    own_records: Option<own_records::ViewRecords>,
     dirty: Dirty,
     counters: FrameCounters,
     /// `None` without meters.
@@ -181,6 +184,7 @@ impl Renderer {
             transport,
             image,
             splat,
+            own_records: None,
             statistics,
             is_serialised: true,
         };
@@ -353,7 +357,7 @@ impl Renderer {
         }
         transport.record_gather(rec, plan, (buffers, lights.sky()), (splat, image.seen()));
         if plan.splat {
-            splat.record_apply(rec, image.seen(), &transport.blend.records);
+            self.record_splat(rec);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if let Some(gloss) = &transport.gloss {
@@ -362,6 +366,16 @@ impl Renderer {
         }
         image.record_picture(rec, plan, buffers, self.indirect_light());
         self.record_counters(rec, plan);
+    }
+
+    /// Records the indirect light of pixels and edge points, by records and own records.
+    fn record_splat(&self, rec: &mut Recorder) {
+        let Self { world, lights, transport, image, splat, .. } = self;
+        splat.record_apply(rec, image.seen(), &transport.blend.records);
+        if let Some(own) = self.own_records.as_ref().filter(|own| own.is_current) {
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            own.records.record(rec, transport.all_sources(&world.buffers, lights.sky()), splat);
+        }
     }
 
     /// Records the upload of edited tables.

@@ -6,8 +6,8 @@ use crate::passes::frame::{
     antialias::Antialias, blend::Blend, bright::Bright, compose::Compose, direct::Direct,
     form_factors::FormFactors, gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels,
     gloss_records::GlossRecords, hvds::Pyramid, near_field::NearField, needed_records::NeededRecords,
-    path_scan::PathScan, pixel_colours::PixelColours, primary::Primary, silhouettes::Silhouettes,
-    splat::Splat, tonemap::Tonemap,
+    own_records::OwnRecords, path_scan::PathScan, pixel_colours::PixelColours, primary::Primary,
+    silhouettes::Silhouettes, splat::Splat, tonemap::Tonemap,
 };
 
 /// A column of the paper's timing table. [Yue, Table 2]
@@ -40,7 +40,7 @@ const fn unmodelled(stem: &'static str, column: Column) -> Pass {
 }
 
 /// Every pass that a frame may have, in the order of its first occurrence.
-pub(super) const PASSES: [Pass; 28] = [
+pub(super) const PASSES: [Pass; 29] = [
     pass(Primary::STEM, Column::Tdi, |size| Cost::of_rays(size.surface, size.pixels)),
     pass(Antialias::STEM, Column::Tdi, |size| {
         Cost::of(size.surface + 8 * size.pixels + size.edge_samples + size.fragments)
@@ -101,6 +101,7 @@ pub(super) const PASSES: [Pass; 28] = [
     pass(Splat::APPLY_STEM, Column::Tsplat, |size| {
         Cost::of(size.surface + size.weights + size.records + size.image)
     }),
+    unmodelled(OwnRecords::STEM, Column::Tfg),
     unmodelled(GlossRecords::STEM, Column::Tfg),
     unmodelled(GlossPixels::STEM, Column::Tfg),
     pass(Compose::STEM, Column::Tsplat, |size| {

@@ -32,6 +32,9 @@ pub struct Quality {
     pub gap_rounds: u32,
     /// Samples of a light on each surface in a pixel that shows an edge; 0 disables antialiasing.
     pub edge_samples: u32,
+    /// Relative difference of a pixel's records under random light from which on the pixel gathers
+    /// for itself; 1: none does.
+    pub record_error: f32,
     /// Seeds every sampled decision; the same seed gives the same bytes.
     pub seed: u32,
     /// Measures that an ablation leaves out. No scene file and no flag sets it.
@@ -52,6 +55,7 @@ impl Quality {
         occlusion: true,
         gap_rounds: 0,
         edge_samples: 16,
+        record_error: 1.0,
         seed: 0,
         left_out: Measures::NONE,
     };
@@ -67,6 +71,7 @@ impl Quality {
         occlusion: true,
         gap_rounds: 0,
         edge_samples: 16,
+        record_error: 1.0,
         seed: 0,
         left_out: Measures::NONE,
     };
@@ -82,6 +87,7 @@ impl Quality {
         occlusion: true,
         gap_rounds: 3,
         edge_samples: 64,
+        record_error: 1.0,
         seed: 0,
         left_out: Measures::NONE,
     };
@@ -120,6 +126,9 @@ impl Quality {
         ];
         for (key, range, field) in fields {
             *field = section.integer(key, range)?.unwrap_or(*field);
+        }
+        if let Some(error) = section.number("record_error", 0.01..=1.0)? {
+            quality.record_error = error as f32;
         }
         quality.occlusion = section.flag("occlusion")?.unwrap_or(quality.occlusion);
         let rings = (f64::from(quality.gather_rays) / 4.0).sqrt().round() as u32;

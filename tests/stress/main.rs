@@ -17,6 +17,7 @@ mod loop_limit;
 mod measures;
 mod mixing;
 mod near_lights;
+mod own_records;
 mod pass_costs;
 mod precompute_costs;
 mod rays;

@@ -120,7 +120,11 @@ impl Film {
             if frame < range.start {
                 continue;
             }
-            times_ms.push(renderer.frame()?.frame_ms);
+            let mut frame_ms = renderer.frame()?.frame_ms;
+            if renderer.refine()? > 0 {
+                frame_ms += renderer.frame()?.frame_ms;
+            }
+            times_ms.push(frame_ms);
             self.write(&renderer, &self.frame_path(frame, &film))?;
             progress.advance(u64::from(frame + 1 - range.start));
         }

@@ -88,6 +88,8 @@ pub struct BrightSources<'a> {
 pub struct Gather {
     radiance: Pipeline,
     pipeline: Pipeline,
+    /// Label of its passes in timings.
+    label: &'static str,
     point_count: u32,
     /// How the rays were packed.
     pub packing: GatherTargetPacking,
@@ -136,6 +138,7 @@ impl Gather {
         Ok(Self {
             radiance: Pipeline::new(context, "gather_radiance", &constants)?,
             pipeline: Pipeline::new(context, Self::STEM, &constants)?,
+            label: Self::STEM,
             point_count,
             packing,
             hemisphere,
@@ -154,6 +157,12 @@ impl Gather {
                 &vec![Record::zeroed(); point_count as usize],
             )?,
         })
+    }
+
+    /// The same gather, with another label of its passes in timings.
+    #[must_use]
+    pub fn labelled(self, label: &'static str) -> Self {
+        Self { label, ..self }
     }
 
     /// Number of cache points.
@@ -218,7 +227,7 @@ impl Gather {
 
     /// Gathers at the cache points of a list.
     pub fn record(&self, rec: &mut Recorder, sources: GatherSources<'_>, list: &RecordList) {
-        let mut pass = rec.pass(Self::STEM);
+        let mut pass = rec.pass(self.label);
         self.record_radiances(&mut pass, sources, list);
         for (chunk, merged_rays) in (0..).zip(&self.merged_rays.chunks) {
             // After the first step. The dispatches write disjoint records, but the hazard check

@@ -23,6 +23,7 @@ pub mod near_field;
 pub mod near_lights;
 pub mod nearest_records;
 pub mod needed_records;
+pub mod own_records;
 pub mod path_scan;
 pub mod pixel_colours;
 pub mod prefix_sum;

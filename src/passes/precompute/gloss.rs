@@ -55,7 +55,9 @@ pub fn build(
     tables.find_vertices(&sources);
     tables.base_ranges = base_ranges(sources.hvds);
 
-    let wanted = wanted_directions(&sources, rays, targets)?;
+    let may_be_glossy: Vec<bool> = sources.materials.iter().map(Material::may_be_glossy).collect();
+    let wanted =
+        wanted_directions((&may_be_glossy, sources.directions), &sources.ray_directions(), rays, targets)?;
     let bins = tables.find_bins(&sources, wanted.iter().map(|&(_, wanted)| wanted).collect());
     let reader = |(ray, wanted)| Reader { ray, index: bins[&wanted] };
     let readers: Vec<Reader> = wanted.into_iter().map(reader).collect();
@@ -79,20 +81,22 @@ const CHUNK: usize = 1 << 11;
 
 /// The gather rays that meet a glossy surface, in order; each with the cluster, and the bin of the
 /// direction in which the surface reflects towards it.
-fn wanted_directions(
-    sources: &Sources<'_>,
+///
+/// # Errors
+/// The device failed.
+pub fn wanted_directions(
+    (may_be_glossy, bins): (&[bool], Directions),
+    directions: &RayDirections<'_>,
     rays: &RayTable,
     targets: &GatherTargets,
 ) -> Result<Vec<(u32, (u32, u32))>> {
-    let directions = sources.ray_directions();
-    let may_be_glossy: Vec<bool> = sources.materials.iter().map(Material::may_be_glossy).collect();
     let mut wanted = Vec::new();
     rays.scan(usize::MAX, 1, |first, rays| {
         let met = rays.par_chunks(CHUNK).enumerate().flat_map_iter(|(chunk, rays)| {
             let first = first + chunk * CHUNK;
             (first..).zip(targets.of_rays(first, rays)).filter_map(|(ray, target)| match target {
                 Some((GatherTarget::Cluster(cluster), met)) if may_be_glossy[met.material as usize] => {
-                    Some((ray as u32, (cluster, sources.directions.bin(directions.back(ray)))))
+                    Some((ray as u32, (cluster, bins.bin(directions.back(ray)))))
                 }
                 _ => None,
             })

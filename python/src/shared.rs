@@ -22,14 +22,18 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// Renders the scene as it is now. Does nothing if the last frame shows it.
+    /// Renders the scene as it is now, with own records. Does nothing if the last frame shows it.
     ///
     /// An enclosure that a light and the camera have entered takes part from then on, as in a new
     /// renderer: that needs another precomputation.
     pub(crate) fn update(&mut self, watch: &mut Watch) -> Result<()> {
         self.renderer.open_enclosures(watch)?;
         if !self.renderer.is_current() {
-            self.frame_ms = Some(self.renderer.frame()?.frame_ms);
+            let mut frame_ms = self.renderer.frame()?.frame_ms;
+            if self.renderer.refine()? > 0 {
+                frame_ms += self.renderer.frame()?.frame_ms;
+            }
+            self.frame_ms = Some(frame_ms);
         }
         Ok(())
     }

@@ -58,8 +58,8 @@ impl Renderer {
         }
         let watch = FrameWatch::start(&self.context);
         let plan = self.plan();
-        if let Some(own) = self.own_records.as_mut().filter(|_| plan.view) {
-            own.is_current = false;
+        if plan.view {
+            self.own_records.view_changed();
         }
         self.lights.prepare_near(&plan, &mut self.transport.near_lights)?;
         self.transport.live_sets.prepare(plan.is_whole)?;

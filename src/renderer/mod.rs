@@ -9,6 +9,7 @@ mod edits;
 mod enclosures;
 mod film;
 mod frame;
+mod gathers;
 mod gloss;
 mod image;
 mod inspect;
@@ -90,8 +91,7 @@ pub struct Renderer {
     transport: Transport,
     image: Image,
     splat: Splat,
-    /// `None` before [`Self::refine`] finds any.
-    own_records: Option<own_records::ViewRecords>,
+    own_records: own_records::ViewRecords,
     dirty: Dirty,
     counters: FrameCounters,
     /// `None` without meters.
@@ -184,7 +184,7 @@ impl Renderer {
             transport,
             image,
             splat,
-            own_records: None,
+            own_records: own_records::ViewRecords::default(),
             statistics,
             is_serialised: true,
         };
@@ -372,9 +372,9 @@ impl Renderer {
     fn record_splat(&self, rec: &mut Recorder) {
         let Self { world, lights, transport, image, splat, .. } = self;
         splat.record_apply(rec, image.seen(), &transport.blend.records);
-        if let Some(own) = self.own_records.as_ref().filter(|own| own.is_current) {
+        if let Some(records) = self.own_records.shown() {
             rec.barrier(COMPUTE_TO_COMPUTE);
-            own.records.record(rec, transport.all_sources(&world.buffers, lights.sky()), splat);
+            records.record(rec, transport.all_sources(&world.buffers, lights.sky()), splat);
         }
     }
 

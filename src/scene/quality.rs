@@ -71,7 +71,7 @@ impl Quality {
         occlusion: true,
         gap_rounds: 0,
         edge_samples: 16,
-        record_error: 1.0,
+        record_error: 0.15,
         seed: 0,
         left_out: Measures::NONE,
     };
@@ -87,7 +87,7 @@ impl Quality {
         occlusion: true,
         gap_rounds: 3,
         edge_samples: 64,
-        record_error: 1.0,
+        record_error: 0.1,
         seed: 0,
         left_out: Measures::NONE,
     };

@@ -11,7 +11,7 @@ use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::gather_targets::{GatherTarget, GatherTargetPacking, Met};
 use lightpaths::passes::precompute::Silent;
-use lightpaths::passes::precompute::gather_rays::{self, Hemisphere, RayTable, Rows};
+use lightpaths::passes::precompute::gather_rays::{self, GatherTracer, Hemisphere, RayTable, Rows};
 use lightpaths::passes::precompute::kept::hits::KeptHits;
 use lightpaths::passes::precompute::visibility::clearance::{Clearance, ClearancePush};
 use lightpaths::scene::Naming;
@@ -148,18 +148,15 @@ fn kept_hits_change_no_ray() {
     let points = world.cache_points(&mut Random::new(47), 90, 0.1);
     let trace = |points: &[CachePoint], rows: Rows<'_>| {
         let buffer = Buffer::from_slice(&world.context, "cache points", points).unwrap();
-        let (context, buffers, clusters) = (&world.context, &world.buffers, &world.clusters);
-        let asked = (&buffer, rows);
-        let traced = gather_rays::trace_keeping(
-            context,
-            buffers,
-            clusters,
-            asked,
+        let tracer = GatherTracer {
+            context: &world.context,
+            scene: &world.buffers,
+            clusters: &world.clusters,
             hemisphere,
             packing,
-            SEED,
-            &mut Silent,
-        );
+            seed: SEED,
+        };
+        let traced = tracer.trace((&buffer, &rows), &mut Silent);
         let (table, traced) = traced.unwrap();
         let words = |ray: &GatherRay| [ray.target, ray.gradient];
         (table.read().unwrap().iter().map(words).collect::<Vec<_>>(), traced)

@@ -436,18 +436,24 @@ impl Session {
         }
     }
 
-    /// Records the idle work of the renderer. `None` if there is none.
-    pub(super) fn record_idle_work(&mut self) -> Result<Option<Recorder>> {
+    /// Does a part of the idle work of the renderer. Returns commands if there is a frame to render;
+    /// with own records, it is a new version of the picture.
+    pub(super) fn idle_work(&mut self) -> Result<Option<Recorder>> {
         if !self.is_behind() {
             return Ok(None);
         }
+        self.end_frames(0)?;
         let Stage::Ready(ready) = &mut self.stage else { return Ok(None) };
-        let (recorder, frame) = ready.record_idle_work()?;
+        let may_refine = ready.renderer.may_refine();
+        let Some((recorder, frame)) = ready.idle_work()? else { return Ok(None) };
+        if may_refine && !ready.renderer.may_refine() {
+            self.version += 1;
+        }
         self.recorded = Some(Recorded { frame: Some(frame), before: self.shown.clone() });
         Ok(Some(recorder))
     }
 
-    /// Whether [`Self::record_idle_work`] has work. None for a draft, which is soon replaced.
+    /// Whether [`Self::idle_work`] has work. None for a draft, which is soon replaced.
     pub(super) fn is_behind(&self) -> bool {
         self.worker.is_none() && matches!(&self.stage, Stage::Ready(ready) if ready.is_behind())
     }

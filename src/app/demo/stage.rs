@@ -308,15 +308,24 @@ impl Ready {
         Ok(refused)
     }
 
-    /// Records the work that the last frame left, so that the next camera movement does not wait.
-    pub(super) fn record_idle_work(&mut self) -> Result<(Recorder, RecordedFrame)> {
-        self.is_behind = false;
-        self.renderer.begin_frame()
+    /// Does a part of the work that the last frame left: first what the next camera movement would
+    /// wait for, then own records, a part each time. Returns the commands if there is a frame to
+    /// render. No other frame may be in flight.
+    pub(super) fn idle_work(&mut self) -> Result<Option<(Recorder, RecordedFrame)>> {
+        if !std::mem::take(&mut self.is_behind) {
+            self.renderer.refine_in_part()?;
+            if self.renderer.is_current() {
+                return Ok(None);
+            }
+            // The frame with own records gathers what the view needs, as one after an edit does.
+            self.is_behind = true;
+        }
+        self.renderer.begin_frame().map(Some)
     }
 
-    /// Whether [`Self::record_idle_work`] has work.
+    /// Whether [`Self::idle_work`] has work.
     pub(super) fn is_behind(&self) -> bool {
-        self.is_behind
+        self.is_behind || self.renderer.may_refine()
     }
 
     fn bring_lights_into_line(&mut self, document: &Document) -> Result<()> {

@@ -92,7 +92,7 @@ pub(super) struct Setting {
     pub(super) factor: f64,
     pub(super) quality: Quality,
     pub(super) precompute_s: f64,
-    /// Wall-clock time of the first frame, after the precomputation.
+    /// Wall-clock time from the precomputation to the first frame with own records.
     pub(super) first_frame_ms: f64,
     /// Wall-clock time of a frame after a light moved, median.
     pub(super) relit_frame_ms: f64,

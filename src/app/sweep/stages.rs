@@ -51,6 +51,9 @@ pub(super) fn measure(
     renderer
         .set_edge_samples((EDGE_SAMPLES * renderer.scene().quality.edge_samples).min(EDGE_SAMPLES_MAX))?;
     renderer.frame()?;
+    if renderer.refine()? > 0 {
+        renderer.frame()?;
+    }
     let beauty = renderer.layer(Layer::Beauty)?;
     rows.push(row("four times the edge samples", [beauty.clone(), beauty]));
     device_args.report_validation(context);

@@ -12,6 +12,7 @@ mod paper;
 mod predict;
 mod rates;
 mod ray_rates;
+mod refined;
 mod replay;
 mod report;
 mod session;
@@ -39,6 +40,7 @@ use measure::Measurement;
 use moved::Moved;
 use predict::AssumedRates;
 use ray_rates::RayRates;
+use refined::Refined;
 use verify::Energy;
 
 /// Time frames after each kind of edit and set them beside the paper's: its tables 1, 2 and 3
@@ -92,6 +94,8 @@ struct Timed {
     relit: BTreeMap<u32, Relit>,
     /// `None` if no model can move.
     moved: Option<Moved>,
+    /// `None` if the view has no own records.
+    refined: Option<Refined>,
 }
 
 impl Time {
@@ -172,6 +176,19 @@ fn time_scene(
     }
     let (size, statistics) = (renderer.size(), renderer.statistics()?);
     let relit = lights::measure(&mut renderer, light_counts, frames, context.is_cpu())?;
+    let refined = refined::measure(&mut renderer, frames)?;
     device_args.report_validation(&context);
-    Ok(Ok(Timed { name, triangles, lights, size, statistics, measurement, energy, rays, relit, moved }))
+    Ok(Ok(Timed {
+        name,
+        triangles,
+        lights,
+        size,
+        statistics,
+        measurement,
+        energy,
+        rays,
+        relit,
+        moved,
+        refined,
+    }))
 }

@@ -37,6 +37,7 @@ pub(super) fn table(timed: &Timed, copy_gbps: Option<f64>, predict: Option<&Assu
     columns(&mut text, timed);
     precompute(&mut text, timed);
     timed.moved.iter().for_each(|moved| moved.write(&mut text));
+    timed.refined.iter().for_each(|refined| refined.write(&mut text));
     rays(&mut text, timed);
     passes(&mut text, timed, copy_gbps);
     counts(&mut text, timed);
@@ -259,6 +260,7 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>, predict: Option<&AssumedRat
         "by_lights": relit.collect::<Map<String, Value>>(),
         "scene_lights": timed.lights,
         "moved": timed.moved.as_ref().map(Moved::json),
+        "own_records": timed.refined,
         "energy": timed.energy,
         "mrays_per_s": timed.rays,
         "floors_ms": floors_ms,

@@ -240,8 +240,8 @@ pub fn trace(
     seed: u32,
     progress: &mut dyn Progress,
 ) -> Result<RayTable> {
-    let points = (cache_points, Rows::none(point_count));
-    Ok(trace_keeping(context, scene, clusters, points, hemisphere, packing, seed, progress)?.0)
+    let tracer = GatherTracer { context, scene, clusters, hemisphere, packing, seed };
+    Ok(tracer.trace((cache_points, &Rows::none(point_count)), progress)?.0)
 }
 
 /// Rows of the hits of cache points on surface that cannot move.
@@ -271,92 +271,133 @@ pub struct TracedRays {
     pub movable: u32,
 }
 
-/// As [`trace`], with the hits of earlier rays. Rows without hits get those of these rays.
-///
-/// # Errors
-/// The same as of [`trace`].
-#[expect(clippy::too_many_arguments, reason = "one call, at one place")]
-pub fn trace_keeping(
-    context: &Arc<Context>,
-    scene: &SceneBuffers,
-    clusters: &ClusterBuffers,
-    (cache_points, rows): (&Buffer, Rows<'_>),
-    hemisphere: Hemisphere,
-    packing: GatherTargetPacking,
-    seed: u32,
-    progress: &mut dyn Progress,
-) -> Result<(RayTable, TracedRays)> {
-    let point_count = rows.of_points.len() as u32;
-    let [rings, sectors] = hemisphere.constants();
-    let invocations = ("local_size_x", group_size(context, hemisphere)?);
-    let constants = [
-        rings,
-        sectors,
-        invocations,
-        ("SKY_SIDE", packing.sky_side()),
-        ("HAS_MOVABLE", u32::from(scene.movable.is_some())),
-        scene.textures.constant(),
-    ];
-    let pipeline = Pipeline::new(context, STEM, &constants)?;
-    let [movable_low, movable_high] = scene.movable.map_or([Vec3::ZERO; 2], |movable| movable.bounds);
-    let of_points = match &rows.of_points[..] {
-        [] => &[NO_ROW],
-        rows => rows,
-    };
-    let of_points = Buffer::from_slice(context, "rows of kept hits", of_points)?;
-    let unused = Buffer::storage(context, "no kept hits", 4)?;
-    let traced = Buffer::from_slice(context, "traced rays", &[0u32; 2])?;
-    let table = RayTable::new(context, scene, point_count, hemisphere)?;
-    begin_stage(progress, "gather rays", u64::from(point_count))?;
-    let mut chunks = Chunks::new(64, point_count.max(1));
-    for (first_point, rows_here, [rays, colours]) in table.buffers(point_count) {
-        chunks.run_batches(rows_here, |first_row, parts| {
-            let push = |part: &Range<u32>| GatherRaysPush {
-                grid: *clusters.grid,
-                first_point: first_point + first_row + part.start,
-                first_row: first_row + part.start,
-                point_count: part.end - part.start,
-                seed,
-                cluster_bits: packing.cluster_bits,
-                first_sky: packing.number(GatherTarget::Sky(0)),
-                min_entry_points: MIN_ENTRY_POINTS,
-                min_distance: packing.min_distance,
-                far_cells: far_cells(hemisphere),
-                movable_low,
-                movable_high,
-            };
-            let ((), timings) = context.run(|rec| {
-                for part in parts {
-                    rec.barrier(COMPUTE_TO_COMPUTE);
-                    rec.pass(STEM).dispatch(
-                        &pipeline,
-                        [(part.end - part.start) * pipeline.local_size()[0], 1, 1],
-                        &push(part),
-                        &scene.textures.after([
-                            ("Nodes", &scene.nodes),
-                            ("Triangles", &scene.triangles),
-                            ("Surfaces", &scene.surfaces),
-                            ("Octree", &clusters.octree),
-                            ("CellClusters", &clusters.cell_clusters),
-                            ("ClusterLinks", &clusters.links),
-                            ("UnweightedClusters", &clusters.unweighted),
-                            ("CachePoints", cache_points),
-                            ("GatherRays", rays),
-                            ("RayColours", colours),
-                            ("TruncatedLoops", &scene.truncated_loops),
-                            ("HitRows", &of_points),
-                            ("KeptHits", rows.hits.unwrap_or(&unused)),
-                            ("TracedRays", &traced),
-                        ]),
-                    );
-                }
-            })?;
-            let count = parts.last().map_or(0, |part| part.end);
-            advance(progress, u64::from(first_point + first_row + count))?;
-            Ok(timings)
-        })?;
+/// What gather rays are traced with.
+pub struct GatherTracer<'a> {
+    /// The device.
+    pub context: &'a Arc<Context>,
+    /// The scene.
+    pub scene: &'a SceneBuffers,
+    /// Its clusters.
+    pub clusters: &'a ClusterBuffers,
+    /// Strata of each cache point.
+    pub hemisphere: Hemisphere,
+    /// How targets are packed.
+    pub packing: GatherTargetPacking,
+    /// Seed of all decisions.
+    pub seed: u32,
+}
+
+impl GatherTracer<'_> {
+    /// A table for the rays of that many cache points.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn table(&self, point_count: u32) -> Result<RayTable> {
+        RayTable::new(self.context, self.scene, point_count, self.hemisphere)
     }
-    scene.refuse_truncated_loops(STEM, 0)?;
-    let traced: Vec<u32> = traced.read()?;
-    Ok((table, TracedRays { fixed: traced[0], movable: traced[1] }))
+
+    /// As [`trace`], with the hits of earlier rays. Rows without hits get those of these rays.
+    ///
+    /// # Errors
+    /// As of [`trace`].
+    pub fn trace(
+        &self,
+        (cache_points, rows): (&Buffer, &Rows<'_>),
+        progress: &mut dyn Progress,
+    ) -> Result<(RayTable, TracedRays)> {
+        let point_count = rows.of_points.len() as u32;
+        let table = self.table(point_count)?;
+        begin_stage(progress, "gather rays", u64::from(point_count))?;
+        let traced = self.rows(&table, (cache_points, rows), 0..point_count, progress)?;
+        Ok((table, traced))
+    }
+
+    /// Traces the hemispheres of these cache points into their rows of a table for all of them.
+    ///
+    /// # Errors
+    /// As of [`trace`].
+    pub fn rows(
+        &self,
+        table: &RayTable,
+        (cache_points, rows): (&Buffer, &Rows<'_>),
+        points: Range<u32>,
+        progress: &mut dyn Progress,
+    ) -> Result<TracedRays> {
+        let &Self { context, scene, clusters, hemisphere, packing, seed } = self;
+        let point_count = rows.of_points.len() as u32;
+        let [rings, sectors] = hemisphere.constants();
+        let invocations = ("local_size_x", group_size(context, hemisphere)?);
+        let constants = [
+            rings,
+            sectors,
+            invocations,
+            ("SKY_SIDE", packing.sky_side()),
+            ("HAS_MOVABLE", u32::from(scene.movable.is_some())),
+            scene.textures.constant(),
+        ];
+        let pipeline = Pipeline::new(context, STEM, &constants)?;
+        let [movable_low, movable_high] = scene.movable.map_or([Vec3::ZERO; 2], |movable| movable.bounds);
+        let of_points = match &rows.of_points[..] {
+            [] => &[NO_ROW],
+            rows => rows,
+        };
+        let of_points = Buffer::from_slice(context, "rows of kept hits", of_points)?;
+        let unused = Buffer::storage(context, "no kept hits", 4)?;
+        let traced = Buffer::from_slice(context, "traced rays", &[0u32; 2])?;
+        let mut chunks = Chunks::new(64, (points.end - points.start).max(1));
+        for (first_point, rows_here, [rays, colours]) in table.buffers(point_count) {
+            let start = points.start.max(first_point);
+            let count = points.end.min(first_point + rows_here).saturating_sub(start);
+            let before = start - first_point;
+            chunks.run_batches(count, |first_row, parts| {
+                let first_row = before + first_row;
+                let push = |part: &Range<u32>| GatherRaysPush {
+                    grid: *clusters.grid,
+                    first_point: first_point + first_row + part.start,
+                    first_row: first_row + part.start,
+                    point_count: part.end - part.start,
+                    seed,
+                    cluster_bits: packing.cluster_bits,
+                    first_sky: packing.number(GatherTarget::Sky(0)),
+                    min_entry_points: MIN_ENTRY_POINTS,
+                    min_distance: packing.min_distance,
+                    far_cells: far_cells(hemisphere),
+                    movable_low,
+                    movable_high,
+                };
+                let ((), timings) = context.run(|rec| {
+                    for part in parts {
+                        rec.barrier(COMPUTE_TO_COMPUTE);
+                        rec.pass(STEM).dispatch(
+                            &pipeline,
+                            [(part.end - part.start) * pipeline.local_size()[0], 1, 1],
+                            &push(part),
+                            &scene.textures.after([
+                                ("Nodes", &scene.nodes),
+                                ("Triangles", &scene.triangles),
+                                ("Surfaces", &scene.surfaces),
+                                ("Octree", &clusters.octree),
+                                ("CellClusters", &clusters.cell_clusters),
+                                ("ClusterLinks", &clusters.links),
+                                ("UnweightedClusters", &clusters.unweighted),
+                                ("CachePoints", cache_points),
+                                ("GatherRays", rays),
+                                ("RayColours", colours),
+                                ("TruncatedLoops", &scene.truncated_loops),
+                                ("HitRows", &of_points),
+                                ("KeptHits", rows.hits.unwrap_or(&unused)),
+                                ("TracedRays", &traced),
+                            ]),
+                        );
+                    }
+                })?;
+                let count = parts.last().map_or(0, |part| part.end);
+                advance(progress, u64::from(first_point + first_row + count))?;
+                Ok(timings)
+            })?;
+        }
+        scene.refuse_truncated_loops(STEM, 0)?;
+        let traced: Vec<u32> = traced.read()?;
+        Ok(TracedRays { fixed: traced[0], movable: traced[1] })
+    }
 }

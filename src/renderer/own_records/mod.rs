@@ -1,39 +1,78 @@
 //! Own records: pixels and edge points whose records disagree under [test light](test_light) gather
 //! for themselves, once a view. They do not depend on the lights. Each frame relights them, as it
-//! relights all records.
+//! relights all records. They are traced in parts, so that a window can wait for input in between.
 
 mod test_light;
+mod wanted;
 
 use super::Renderer;
 use crate::error::Result;
 use crate::gpu::Buffer;
-use crate::passes::GrowsWith;
-use crate::passes::frame::gather::Gather;
 use crate::passes::frame::own_records::{OwnRecords, Place};
-use crate::passes::frame::splat::{SeenSurfaces, SplatWeight, WeightRange};
-use crate::passes::gather_targets::{GatherTarget, GatherTargets};
-use crate::passes::gloss_tables::GlossBin;
 use crate::passes::precompute::Silent;
-use crate::passes::precompute::gather_rays::{self, RayDirections};
+use crate::passes::precompute::gather_rays::{RayTable, Rows};
 use crate::passes::precompute::live_clusters::LiveClusters;
-use crate::passes::precompute::merged_rays::MergedRays;
-use crate::types::{CachePoint, NO_SIDE, PixelSurface};
-use glam::Vec3;
-use rayon::prelude::*;
+use crate::passes::{ClusterBuffers, GrowsWith};
+use crate::types::CachePoint;
+use std::mem;
 use test_light::TestRecords;
+use wanted::Wanted;
 
-/// The own records of a view.
+/// Points whose rays one part traces.
+const POINTS: u32 = 2048;
+
+/// The own records of the view, as far as they are traced.
+#[derive(Default)]
 pub(super) struct ViewRecords {
-    pub(super) records: OwnRecords,
-    /// The view is the one that they were traced for.
-    pub(super) is_current: bool,
+    /// What the records of cache points gather of test light. It does not depend on the view.
+    test_records: Option<TestRecords>,
+    stage: Stage,
 }
 
-/// A place that wants an own record.
-struct Wanted {
-    disagreement: f32,
-    place: Place,
-    surface: PixelSurface,
+enum Stage {
+    /// Nothing is known of this view. A frame that is in flight may still read the own records of
+    /// another one.
+    Begin(Option<OwnRecords>),
+    Traces(Box<Traces>),
+    /// `None` if the view has none.
+    Done(Option<OwnRecords>),
+}
+
+impl Default for Stage {
+    fn default() -> Self {
+        Self::Done(None)
+    }
+}
+
+/// Own records whose rays are traced.
+struct Traces {
+    points: Vec<CachePoint>,
+    places: Vec<Place>,
+    /// The points on the device.
+    buffer: Buffer,
+    clusters: ClusterBuffers,
+    rays: RayTable,
+    /// Points whose rays are traced.
+    traced: u32,
+}
+
+impl ViewRecords {
+    /// The own records that the next frame shows.
+    pub(super) fn shown(&self) -> Option<&OwnRecords> {
+        match &self.stage {
+            Stage::Done(records) => records.as_ref(),
+            Stage::Begin(_) | Stage::Traces(_) => None,
+        }
+    }
+
+    /// The next frame shows another view.
+    pub(super) fn view_changed(&mut self) {
+        let records = match mem::take(&mut self.stage) {
+            Stage::Begin(records) | Stage::Done(records) => records,
+            Stage::Traces(_) => None,
+        };
+        self.stage = Stage::Begin(records);
+    }
 }
 
 impl Renderer {
@@ -46,116 +85,80 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn refine(&mut self) -> Result<u32> {
-        if let Some(own) = self.own_records.as_ref().filter(|own| own.is_current) {
-            return Ok(own.records.record_count());
+        while self.refine_in_part()? {}
+        Ok(self.own_records.shown().map_or(0, OwnRecords::record_count))
+    }
+
+    /// Whether [`Self::refine_in_part`] has work.
+    #[doc(hidden)]
+    pub fn may_refine(&self) -> bool {
+        self.world.scene.quality.record_error < 1.0
+            && !self.dirty.changes.view
+            && !matches!(self.own_records.stage, Stage::Done(_))
+    }
+
+    /// Does a part of what [`Self::refine`] does. Returns whether more is left. No frame may be in
+    /// flight. If it fails, the view has no own records.
+    ///
+    /// # Errors
+    /// As of [`Self::refine`].
+    #[doc(hidden)]
+    pub fn refine_in_part(&mut self) -> Result<bool> {
+        if !self.may_refine() {
+            return Ok(false);
         }
-        self.own_records = None;
-        let quality = &self.world.scene.quality;
-        if quality.record_error >= 1.0 || self.dirty.changes.view {
-            return Ok(0);
+        match mem::take(&mut self.own_records.stage) {
+            Stage::Begin(_) => match self.own_records.test_records.take() {
+                None => {
+                    let found = self.test_records()?;
+                    self.own_records = ViewRecords { test_records: Some(found), stage: Stage::Begin(None) };
+                }
+                Some(test_records) => {
+                    let wanted = self.wanted(&test_records);
+                    self.own_records.test_records = Some(test_records);
+                    let traces = self.begin_traces(&wanted?)?;
+                    self.own_records.stage =
+                        traces.map_or(Stage::Done(None), |traces| Stage::Traces(Box::new(traces)));
+                }
+            },
+            Stage::Traces(mut traces) if traces.traced < traces.points.len() as u32 => {
+                self.trace_part(&mut traces)?;
+                self.own_records.stage = Stage::Traces(traces);
+            }
+            Stage::Traces(traces) => {
+                let Traces { points, places, buffer, rays, .. } = *traces;
+                let gather = self.gather_of_rays(&points, buffer, rays)?;
+                let records = OwnRecords::new(&self.context, gather, &places)?;
+                self.keep_alive(&records)?;
+                self.own_records.stage = Stage::Done(Some(records));
+            }
+            Stage::Done(_) => unreachable!("there is work"),
         }
-        let wanted = self.wanted()?;
+        Ok(self.may_refine())
+    }
+
+    /// `None` if nothing is wanted.
+    fn begin_traces(&self, wanted: &[Wanted]) -> Result<Option<Traces>> {
         if wanted.is_empty() {
-            return Ok(0);
+            return Ok(None);
         }
         let points: Vec<CachePoint> =
-            (0..).zip(&wanted).map(|(stream, wanted)| self.gather_point(&wanted.surface, stream)).collect();
-        let places: Vec<Place> = wanted.iter().map(|wanted| wanted.place).collect();
-        let records = OwnRecords::new(&self.context, self.gather_at_points(&points)?, &places)?;
-        self.keep_alive(&records)?;
-        let count = records.record_count();
-        self.own_records = Some(ViewRecords { records, is_current: true });
-        Ok(count)
+            (0..).zip(wanted).map(|(stream, wanted)| self.gather_point(&wanted.surface, stream)).collect();
+        let clusters = self.world.cluster_tables.upload(&self.context)?;
+        let buffer =
+            Buffer::from_slice(&self.context, GrowsWith::GatherRays.named("gather points"), &points)?;
+        let rays = self.tracer(&clusters).table(points.len() as u32)?;
+        let places = wanted.iter().map(|wanted| wanted.place).collect();
+        Ok(Some(Traces { points, places, buffer, clusters, rays, traced: 0 }))
     }
 
-    /// The places that want own records, pixels first, each in order.
-    fn wanted(&self) -> Result<Vec<Wanted>> {
-        let (gather, quality) = (&self.transport.gather, &self.world.scene.quality);
-        let merged_rays = &gather.merged_rays;
-        let bins: Vec<GlossBin> = match &self.transport.gloss {
-            Some(gloss) => gloss.clusters.bins.read()?,
-            None => Vec::new(),
-        };
-        let bins: Vec<u32> = bins.iter().map(|bin| bin.cluster).collect();
-        let records = TestRecords::new(
-            &merged_rays.lists()?,
-            merged_rays.target_bits,
-            gather.hemisphere.rays(),
-            &gather.packing,
-            (&self.world.cluster_tables.hvds.parents, self.transport.live_sets.near_patches(), &bins),
-        );
-        let SeenSurfaces { pixels, edge_points, point_groups } = self.image.seen();
-        let edge_count = point_groups.read_range::<u32>(3, 1)?[0] as usize;
-        let [pixel_ranges, weights] = self.splat.lists();
-        let weight_count = self.counters.splat().weights as usize;
-        let weights: Vec<SplatWeight> = weights.read_range(0, weight_count)?;
-        let find =
-            |surfaces: &[PixelSurface], ranges: &[WeightRange], place: fn(u32) -> Place| -> Vec<Wanted> {
-                let of_point = |(index, (surface, range)): (usize, (&PixelSurface, &WeightRange))| {
-                    let served = &weights[range.first as usize..range.end as usize];
-                    let disagreement = match served {
-                        [] => return None,
-                        // Nothing says how far off a single record is that is not valid here.
-                        [one] if one.weight < 0.0 => f32::INFINITY,
-                        _ => records.disagreement(served.iter().map(|one| (one.record, one.weight))),
-                    };
-                    let is_wanted = surface.side != NO_SIDE && disagreement > quality.record_error;
-                    is_wanted.then(|| Wanted { disagreement, place: place(index as u32), surface: *surface })
-                };
-                surfaces.par_iter().zip(ranges).enumerate().filter_map(of_point).collect()
-            };
-        let mut wanted = find(&pixels.read()?, &pixel_ranges.read()?, Place::Pixel);
-        let (edge_points, edge_ranges) =
-            (edge_points.read_range(0, edge_count)?, self.splat.edge_ranges().read_range(0, edge_count)?);
-        wanted.append(&mut find(&edge_points, &edge_ranges, Place::EdgePoint));
-        let most = quality.cache_points as usize;
-        if wanted.len() > most {
-            wanted.sort_by(|a, b| b.disagreement.total_cmp(&a.disagreement).then(a.place.cmp(&b.place)));
-            wanted.truncate(most);
-            wanted.sort_by_key(|wanted| wanted.place);
-        }
-        Ok(wanted)
-    }
-
-    /// Where a seen surface gathers. `stream`: index of its random stream.
-    pub(super) fn gather_point(&self, surface: &PixelSurface, stream: u32) -> CachePoint {
-        CachePoint {
-            position: surface.position,
-            radius: 0.0,
-            normal: surface.normal,
-            side: surface.side,
-            occluder: Vec3::ZERO,
-            facet: self.world.normal(surface.side),
-            inverse_reach: 0.0,
-            stream,
-        }
-    }
-
-    /// A gather at points that are no cache points, from the same clusters and gloss bins.
-    pub(super) fn gather_at_points(&self, points: &[CachePoint]) -> Result<Gather> {
-        let (context, count) = (&self.context, points.len() as u32);
-        let buffer = Buffer::from_slice(context, GrowsWith::GatherRays.named("gather points"), points)?;
-        let (hemisphere, packing) = (self.transport.gather.hemisphere, self.transport.gather.packing);
-        let rays = gather_rays::trace(
-            context,
-            &self.world.buffers,
-            &self.world.cluster_tables.upload(context)?,
-            &buffer,
-            count,
-            hemisphere,
-            packing,
-            self.world.scene.quality.seed,
-            &mut Silent,
-        )?;
-        let mut targets = GatherTargets::of_hits(packing);
-        if let Some(gloss) = &self.transport.gloss {
-            let directions = RayDirections::new(points, hemisphere, self.world.scene.quality.seed);
-            let readers = gloss.readers(&directions, &rays, &targets)?;
-            targets = targets.with(GatherTarget::GlossBin, readers);
-        }
-        let merged_rays = MergedRays::new(context, rays, (&targets, &packing), hemisphere, None)?;
-        let is_glossy = self.transport.gloss.is_some();
-        Gather::new(context, buffer, count, merged_rays, hemisphere, packing, is_glossy)
+    fn trace_part(&self, traces: &mut Traces) -> Result<()> {
+        let Traces { points, buffer, clusters, rays, traced, .. } = traces;
+        let count = points.len() as u32;
+        let part = *traced..count.min(*traced + POINTS);
+        *traced = part.end;
+        self.tracer(clusters).rows(rays, (buffer, &Rows::none(count)), part, &mut Silent)?;
+        Ok(())
     }
 
     /// Extends the live set by what own records read. The next frame computes it.

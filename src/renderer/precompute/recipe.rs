@@ -8,7 +8,7 @@ use super::{KeptCounts, Precomputed, Steps};
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::passes::precompute::cache_points::SizeField;
-use crate::passes::precompute::gather_rays::{self, RayTable, Rows};
+use crate::passes::precompute::gather_rays::{GatherTracer, RayTable, Rows};
 use crate::passes::precompute::kept::Kept;
 use crate::passes::precompute::path_orders::LightPaths;
 use crate::passes::precompute::visibility::accessibility::{self, Accessibility};
@@ -94,20 +94,15 @@ fn gather(
     progress: &mut dyn Progress,
 ) -> Result<(RayTable, Option<KeptCounts>)> {
     let Hierarchy { clusters, hemisphere, .. } = hierarchy;
-    let trace = |rows, progress: &mut dyn Progress| {
-        let points_and_rows = (&points.buffer, rows);
-        let seed = scene.quality.seed;
-        gather_rays::trace_keeping(
-            context,
-            &reachable.buffers,
-            clusters,
-            points_and_rows,
-            *hemisphere,
-            points.hits,
-            seed,
-            progress,
-        )
+    let tracer = GatherTracer {
+        context,
+        scene: &reachable.buffers,
+        clusters,
+        hemisphere: *hemisphere,
+        packing: points.hits,
+        seed: scene.quality.seed,
     };
+    let trace = |rows: Rows<'_>, progress: &mut dyn Progress| tracer.trace((&points.buffer, &rows), progress);
     let Some(kept) = kept else { return Ok((trace(Rows::none(points.count()), progress)?.0, None)) };
     let results = kept.counts();
     // One tree of all surface: any move changes it, and no hit can be kept.

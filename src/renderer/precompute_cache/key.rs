@@ -4,7 +4,7 @@
 use crate::cache_file::{Key, hash};
 use crate::gpu::Context;
 use crate::gpu::shaders::{SHADERS, Shader};
-use crate::scene::{Material, Meter, Naming, Scene};
+use crate::scene::{Material, Meter, Naming, Quality, Scene};
 use glam::Vec3;
 
 /// Version of the contents and of the host's algorithms, which no shader hash covers.
@@ -23,7 +23,13 @@ pub(super) fn key(context: &Context, scene: &Scene) -> Key {
         .with("geometry", geometry(scene))
         .with("materials", materials(&scene.materials))
         .with("viewpoints", viewpoints(&scene.viewpoints()))
-        .with("settings", hash(format!("{:?} {:?}", scene.quality, scene.naming()).as_bytes()))
+        .with("settings", settings(scene))
+}
+
+/// Hash of the settings. Own records are a view's, and are not stored.
+fn settings(scene: &Scene) -> [u64; 2] {
+    let quality = Quality { record_error: 1.0, ..scene.quality.clone() };
+    hash(format!("{quality:?} {:?}", scene.naming()).as_bytes())
 }
 
 fn program(context: &Context) -> [u64; 2] {
@@ -46,8 +52,7 @@ pub(in crate::renderer) fn surroundings(scene: &Scene) -> [u64; 2] {
     push(&mut words, low);
     push(&mut words, high);
     push_others(&mut words, scene);
-    let settings = hash(format!("{:?} {:?}", scene.quality, scene.naming()).as_bytes());
-    let parts = [hash(bytemuck::cast_slice(&words)), materials(&scene.materials), settings];
+    let parts = [hash(bytemuck::cast_slice(&words)), materials(&scene.materials), settings(scene)];
     hash(bytemuck::cast_slice(&parts))
 }
 

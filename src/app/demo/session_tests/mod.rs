@@ -3,6 +3,7 @@
 mod images;
 mod lights;
 mod models;
+mod own_records;
 
 use std::fs;
 use std::path::Path;

@@ -409,7 +409,7 @@ impl WindowState {
         if self.is_held || Instant::now() < self.last_event + REST {
             return Ok(None);
         }
-        match self.session.record_idle_work() {
+        match self.session.idle_work() {
             Err(error) => self.tolerate(Err(error)).map(|()| None),
             commands => commands,
         }

@@ -168,6 +168,9 @@ impl Judge {
     fn pictures(&self, scene: &Scene, context: &Arc<Context>) -> Result<Pictures> {
         let mut renderer = Renderer::new(context, scene.clone(), self.device_args.progress().as_mut())?;
         renderer.frame()?;
+        if renderer.refine()? > 0 {
+            renderer.frame()?;
+        }
         let whole = renderer.layer(Layer::Beauty)?;
         refuse_non_finite(scene.cameras[0].size, &whole)?;
         let indirect = renderer.layer(Layer::Indirect)?;

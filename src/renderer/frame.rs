@@ -53,14 +53,14 @@ impl Renderer {
         &mut self,
         then: impl Fn(&Self, &mut Recorder),
     ) -> Result<(Recorder, RecordedFrame)> {
+        if self.dirty.changes.view {
+            self.own_records.view_changed();
+        }
         if !self.dirty.skips {
             self.force(Work::Everything);
         }
         let watch = FrameWatch::start(&self.context);
         let plan = self.plan();
-        if plan.view {
-            self.own_records.view_changed();
-        }
         self.lights.prepare_near(&plan, &mut self.transport.near_lights)?;
         self.transport.live_sets.prepare(plan.is_whole)?;
         let mut frame = RecordedFrame {

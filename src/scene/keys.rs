@@ -180,7 +180,7 @@ keys! {
         occlusion: "true or false", "", "true", "Whether rays read the children of clusters whose parts see different surroundings", "false", "";
         gap_rounds: "integer", "0 to 16", "0; 0; 3", "Extra gather iterations in narrow cavities", "1", "17";
         edge_samples: "integer", "0 to 256", "16; 16; 64", "Samples of a light on each surface in a pixel that shows an edge; four times as many find these surfaces; 0: none", "4", "257";
-        record_error: "number", "0.01 to 1", "1; 0.15; 0.1", "Relative difference of a pixel's records under random light from which on it gathers for itself while the view stands; 1: none does", "0.1", "0.0";
+        record_error: "number", "0.01 to 1", "1; 0.14; 0.1", "Relative difference of a pixel's records under random light from which on it gathers for itself while the view stands; 1: none does", "0.1", "0.0";
         seed: "integer", "0 to 4 294 967 295", "0", "Seed of all sampling; equal seeds give equal bytes", "7", "-1";
     }
 }

@@ -71,7 +71,7 @@ impl Quality {
         occlusion: true,
         gap_rounds: 0,
         edge_samples: 16,
-        record_error: 0.15,
+        record_error: 0.14,
         seed: 0,
         left_out: Measures::NONE,
     };

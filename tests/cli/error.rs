@@ -18,14 +18,14 @@ const SMALL: [&str; 8] = [
 fn the_layer_error_holds_the_error_that_a_long_reference_finds() {
     let folder = tempfile::tempdir().unwrap();
     let output =
-        render(&folder, &["-o", "a.exr", "--aov", "error,direct", "--spp", "64", "--stats", "s.json"]);
-    assert!(stdout(&output).contains("relMSE ") && stdout(&output).contains("(64 samples a pixel)"));
+        render(&folder, &["-o", "a.exr", "--aov", "error,direct", "--spp", "256", "--stats", "s.json"]);
+    assert!(stdout(&output).contains("relMSE ") && stdout(&output).contains("(256 samples a pixel)"));
     let layers = channels(&folder.path().join("a.exr"));
     let map = &layers["error.Y"];
     assert_eq!((map.len(), layers.len()), (32 * 32, 7));
     let stated = json(&folder, "s.json")["error"].clone();
     let [relmse, uncertainty] = ["relmse", "uncertainty"].map(|key| stated[key].as_f64().unwrap());
-    assert_eq!(stated["spp"], 64);
+    assert_eq!(stated["spp"], 256);
     let mean = map.iter().map(|&error| f64::from(error).powi(2)).sum::<f64>() / map.len() as f64;
     // Estimates below 0 count as 0 in the map, which raises its mean.
     assert!(mean >= 0.999 * relmse && mean < 1.5 * relmse, "{mean} {relmse}");

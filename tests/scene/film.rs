@@ -98,6 +98,16 @@ fn keys_hold_before_the_first_and_after_the_last() {
 }
 
 #[test]
+fn a_camera_stands_if_all_frames_show_one_view() {
+    let stands = |film: &str| load(&format!("{HEAD}{film}")).unwrap().0.camera_stands();
+    let key = |time: f32, x: f32| format!("[[camera]]\ntime = {time}\nposition = [{x}, 1, 3]\n");
+    assert!(stands("") && stands(&key(0.5, 1.0)) && stands(&(key(0.0, 1.0) + &key(0.5, 1.0))));
+    // The last frame shows 0.75 s.
+    assert!(stands(&(key(0.75, 1.0) + &key(2.0, 0.0))));
+    assert!(!stands(&(key(0.5, 1.0) + &key(2.0, 0.0))));
+}
+
+#[test]
 fn lights_come_fade_and_go() {
     let panel = PANEL.replace("samples", "group = \"hall\"\nsamples");
     let (states, scene) = states(&format!(

@@ -79,6 +79,7 @@ impl Film {
         let (mut film, mut scene) = film::Film::load(&self.film, &options)?;
         // Light paths of every place of a model would push all others out of the folder.
         let store = self.cache_args.store()?.filter(|_| !film.moves_models());
+        let camera_stands = film.camera_stands();
         let range = self.frames.unwrap_or_default().of(film.frame_count)?;
         self.refuse_inputs(&film, &scene, &range)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
@@ -121,7 +122,8 @@ impl Film {
                 continue;
             }
             let mut frame_ms = renderer.frame()?.frame_ms;
-            if renderer.refine()? > 0 {
+            // In a moving view, each frame would have to trace its own, and their noise would flicker.
+            if camera_stands && renderer.refine()? > 0 {
                 frame_ms += renderer.frame()?.frame_ms;
             }
             times_ms.push(frame_ms);

@@ -77,8 +77,8 @@ impl ViewRecords {
 
 impl Renderer {
     /// Traces an own record for each pixel and edge point of the last frame whose records
-    /// disagree by more than `quality.record_error`: relative to random light of single rays,
-    /// root mean square. At most `quality.cache_points` places have one, where records disagree
+    /// disagree by more than `quality.record_error`: beyond the noise of their rays, relative to
+    /// random light of single rays, root mean square. At most `quality.cache_points` places have one, where records disagree
     /// most. Returns their number. The next frame shows them, until the view changes. Without a
     /// frame of this view, and at a `record_error` of 1, there are none.
     ///

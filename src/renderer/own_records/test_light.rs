@@ -23,6 +23,8 @@ pub(super) struct TestRecords {
     pub(super) values: Vec<Values>,
     /// Mean square of what single rays bring.
     pub(super) mean_square: f32,
+    /// Variance that rays give a record, at most, relative to that.
+    noise: f32,
 }
 
 /// A random sign in each field.
@@ -104,11 +106,12 @@ impl TestRecords {
         Self {
             values: of_records.into_iter().map(|record| record.0).collect(),
             mean_square: mean_square / FIELDS as f32,
+            noise: 1.0 / rays as f32,
         }
     }
 
-    /// Root mean square difference between these records and their weighted mean, relative to the
-    /// test light of single rays. The weights' sizes sum to 1.
+    /// Root mean square difference between these records and their weighted mean, beyond the noise
+    /// of their rays, relative to the test light of single rays. The weights' sizes sum to 1.
     pub(super) fn disagreement(&self, weighted: impl Iterator<Item = (u32, f32)> + Clone) -> f32 {
         let mut mean = Values::default();
         for (record, weight) in weighted.clone() {
@@ -119,7 +122,7 @@ impl TestRecords {
             weight.abs() * pairs.map(|(value, mean)| (value - mean).powi(2)).sum::<f32>()
         };
         let variance = weighted.map(variance).sum::<f32>() / FIELDS as f32;
-        (variance / self.mean_square.max(f32::MIN_POSITIVE)).sqrt()
+        (variance / self.mean_square.max(f32::MIN_POSITIVE) - self.noise).max(0.0).sqrt()
     }
 }
 
@@ -165,20 +168,21 @@ mod tests {
             target_index: target | (count - 1) << target_bits,
             change: 0,
         };
-        // Of eight rays each: the first two see the same, the third something else, the fourth
+        // Of 64 rays each: the first two see the same, the third something else, the fourth
         // nothing, the last one the sky.
-        let merged_rays = vec![ray(0, 4), ray(1, 4), ray(0, 4), ray(1, 4), ray(2, 8), ray(6, 3), ray(21, 5)];
+        let merged_rays =
+            vec![ray(0, 32), ray(1, 32), ray(0, 32), ray(1, 32), ray(2, 64), ray(6, 24), ray(21, 40)];
         let lists =
             MergedRayLists { targets, counts: vec![2, 2, 1, 0, 2], merged_rays, ..Default::default() };
         let parents = [NO_CLUSTER; 6];
-        let found = TestRecords::new(&lists, target_bits, 8, &packing, (&parents, &[], &[]));
+        let found = TestRecords::new(&lists, target_bits, 64, &packing, (&parents, &[], &[]));
         assert_eq!(found.values[3], Values::default());
         let half = |a, b| found.disagreement([(a, 0.5_f32), (b, -0.5)].into_iter());
         assert_eq!((half(0, 1), found.disagreement([(2, 1.0)].into_iter())), (0.0, 0.0));
         for other in [2, 3, 4] {
             assert!(half(0, other) > 0.2, "{other}: {}", half(0, other));
         }
-        let slight = found.disagreement([(0, 0.99_f32), (2, 0.01)].into_iter());
+        let slight = found.disagreement([(0, 0.95_f32), (2, 0.05)].into_iter());
         assert!(slight > 0.0 && slight < half(0, 2));
     }
 }

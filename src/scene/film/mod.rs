@@ -105,6 +105,12 @@ impl Film {
         }
     }
 
+    /// Whether all frames show the same view.
+    pub fn camera_stands(&self) -> bool {
+        let camera = |frame: u32| self.camera.at(f64::from(frame) / self.fps, self.origin);
+        (1..self.frame_count).all(|frame| camera(frame) == camera(0))
+    }
+
     /// Refuses invalid values between keys.
     fn check(&self, scene: &Scene) -> Result<()> {
         for frame in 0..self.frame_count {

@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Duration;
 
 use image::RgbImage;
 use lightpaths::scene::{LoadOptions, Scene};
+use lightpaths::{Context, ContextOptions, Layer, Renderer, Silent};
 use tempfile::TempDir;
 
 use crate::client::Point;
@@ -37,7 +39,8 @@ pub(crate) fn scene(intensity: &str) -> String {
     format!(
         "[[model]]\nfile = \"room.obj\"\n[camera]\nposition = [0, 1, 0.9]\ntarget = [0, 1, 0]\n\
          [[light]]\nname = \"lamp\"\nkind = \"point\"\nposition = [0.2, 1.6, 0.1]\nintensity = {intensity}\n\
-         [quality]\nentry_points = 2000\ncache_points = 200\ngather_rays = 16\ncells = 8\n"
+         [quality]\nentry_points = 2000\ncache_points = 200\ngather_rays = 16\ncells = 8\n\
+         record_error = 1\n"
     )
 }
 
@@ -182,6 +185,38 @@ fn a_model_alone_is_exposed_when_all_its_light_is_there() {
     let line = demo.wait_for_line("lightpaths: exposed by ", READY);
     let stops = line.rsplit(' ').next().and_then(|stops| stops.parse::<f32>().ok());
     assert!(stops.is_some_and(|stops| stops != 0.0), "{line}");
+}
+
+/// A window that is left alone shows own records.
+#[test]
+fn at_rest_the_picture_is_that_of_render() {
+    let display = Display::start();
+    let text = scene(WHITE).replace("record_error = 1", "record_error = 0.02");
+    let desk = Desk::open_scene(&display, &text.replace("gather_rays = 16", "gather_rays = 256"));
+    desk.hide_panels();
+    let mut number = 0;
+    let shown = until("own records", SOON, || {
+        // A key is an event, after which the window waits for a second.
+        std::thread::sleep(Duration::from_secs(3));
+        number += 1;
+        desk.demo.client().tap(&[keys::CONTROL], keys::of('p'));
+        let file = desk.path(&format!("s-edited-{number:03}.exr"));
+        until("saved picture", SOON, || file.exists().then_some(()));
+        let shown = lightpaths::image::read(&file, None).unwrap();
+        let options = LoadOptions { size: Some(shown.size), ..LoadOptions::default() };
+        let scene = Scene::load(desk.path("s.toml").to_str().unwrap(), &options).unwrap();
+        let context = Context::new(&ContextOptions::default()).unwrap();
+        let mut renderer = Renderer::new(&context, scene, &mut Silent).unwrap();
+        renderer.frame().unwrap();
+        let plain = renderer.layer(Layer::Beauty).unwrap();
+        assert!(renderer.refine().unwrap() > 0);
+        renderer.frame().unwrap();
+        let refined = renderer.layer(Layer::Beauty).unwrap();
+        assert!(plain != refined && (shown.pixels == refined || shown.pixels == plain));
+        (shown.pixels == refined).then_some(shown)
+    });
+    assert_eq!(shown.size[0], SIDE);
+    close(&desk.demo);
 }
 
 #[test]

@@ -436,8 +436,8 @@ impl Session {
         }
     }
 
-    /// Does a part of the idle work of the renderer. Returns commands if there is a frame to render;
-    /// with own records, it is a new version of the picture.
+    /// Does a part of the renderer's idle work. Returns commands if there is a frame to render. A
+    /// frame with own records is a new version of the picture.
     pub(super) fn idle_work(&mut self) -> Result<Option<Recorder>> {
         if !self.is_behind() {
             return Ok(None);

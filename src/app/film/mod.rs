@@ -122,7 +122,7 @@ impl Film {
                 continue;
             }
             let mut frame_ms = renderer.frame()?.frame_ms;
-            // In a moving view, each frame would have to trace its own, and their noise would flicker.
+            // In a moving view, each frame would have to trace its own.
             if camera_stands && renderer.refine()? > 0 {
                 frame_ms += renderer.frame()?.frame_ms;
             }

@@ -45,7 +45,7 @@ fn lit(renderer: &mut Renderer, frames: usize) -> Result<Summary> {
         renderer.force(Work::Light(0));
         times_ms.push(renderer.frame()?.device_ms);
     }
-    Ok(Summary::from_times(times_ms.into_iter()))
+    Ok(Summary::from_times(times_ms))
 }
 
 impl Refined {

@@ -273,11 +273,11 @@ pub struct TracedRays {
 
 /// What gather rays are traced with.
 pub struct GatherTracer<'a> {
-    /// The device.
+    /// Where rays are traced.
     pub context: &'a Arc<Context>,
-    /// The scene.
+    /// The scene that they meet.
     pub scene: &'a SceneBuffers,
-    /// Its clusters.
+    /// The clusters of its light paths.
     pub clusters: &'a ClusterBuffers,
     /// Strata of each cache point.
     pub hemisphere: Hemisphere,

@@ -30,8 +30,7 @@ pub(super) struct ViewRecords {
 }
 
 enum Stage {
-    /// Nothing is known of this view. A frame that is in flight may still read the own records of
-    /// another one.
+    /// Nothing is known of this view. A frame in flight may still read these, of another view.
     Begin(Option<OwnRecords>),
     Traces(Box<Traces>),
     /// `None` if the view has none.
@@ -76,11 +75,11 @@ impl ViewRecords {
 }
 
 impl Renderer {
-    /// Traces an own record for each pixel and edge point of the last frame whose records
-    /// disagree by more than `quality.record_error`: beyond the noise of their rays, relative to
-    /// random light of single rays, root mean square. At most `quality.cache_points` places have one, where records disagree
-    /// most. Returns their number. The next frame shows them, until the view changes. Without a
-    /// frame of this view, and at a `record_error` of 1, there are none.
+    /// Traces an own record for each pixel and edge point of the last frame whose records disagree
+    /// by more than `quality.record_error`: root mean square, beyond the noise of their rays, and
+    /// relative to random light of single rays. At most `quality.cache_points` places have one,
+    /// where records disagree most. Returns their number. The next frame shows them, until the view
+    /// changes. Without a frame of this view, and at a `record_error` of 1, there are none.
     ///
     /// # Errors
     /// The device lacks memory or failed.

@@ -43,6 +43,16 @@ fn the_tables_stand_beside_the_papers() {
     assert!(energy["noise"].as_f64().unwrap() <= 0.002, "{energy}");
 }
 
+#[test]
+fn own_records_are_timed_apart() {
+    let own = &TIMED.document["scenes"][0]["own_records"];
+    let number = |value: &serde_json::Value| value.as_f64().unwrap_or_else(|| panic!("{own}"));
+    assert!(number(&own["count"]) > 0.0 && number(&own["seconds"]) > 0.0);
+    assert!(["without_ms", "with_ms"].iter().all(|key| number(&own[key]["median"]) > 0.0));
+    let line = format!("own records: {}, once a view, in ", own["count"]);
+    assert!(TIMED.stdout.contains(&line) && TIMED.stdout.contains("Tlight with them "), "{line}");
+}
+
 /// A pass takes at least the time of its bytes at the copy rate, and of its rays at their rate.
 fn floors_follow_from_what_was_measured(document: &serde_json::Value) {
     let number = |value: &serde_json::Value| value.as_f64().unwrap_or_else(|| panic!("{value} is no number"));

@@ -45,13 +45,15 @@ fn at_rest_the_view_gets_its_own_records() {
     let (context, folder) = (context(), folder());
     let mut session = open(&context, &folder.path().join("s.toml"), |scene| {
         scene.cameras[0].size = [96, 96];
-        (scene.quality.cache_points, scene.quality.record_error) = (5000, 0.02);
+        (scene.quality.cache_points, scene.quality.gather_rays) = (2500, 576);
+        scene.quality.record_error = 0.01;
         scene.draft = scene.quality.clone();
     });
     settle(&mut session);
     let (plain, version) = (shown(&session), session.version);
     assert!(plain == cold_start(&context, &session, false));
-    // The frame that the last one left, test light, places, rays in parts, and the picture.
+    // The frame that the last one left, test light, places, rays in two parts, the picture, and the
+    // frame that it leaves.
     let parts = rest(&mut session, usize::MAX);
     assert!(parts > 6, "{parts}");
     assert_eq!(session.version, version + 1);

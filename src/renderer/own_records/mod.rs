@@ -19,7 +19,7 @@ use test_light::TestRecords;
 use wanted::Wanted;
 
 /// Points whose rays one part traces.
-const POINTS: u32 = 2048;
+const POINTS: u32 = 512;
 
 /// The own records of the view, as far as they are traced.
 #[derive(Default)]

@@ -52,7 +52,7 @@ fn at_rest_the_view_gets_its_own_records() {
     settle(&mut session);
     let (plain, version) = (shown(&session), session.version);
     assert!(plain == cold_start(&context, &session, false));
-    // The frame that the last one left, test light, places, rays in two parts, the picture, and the
+    // The frame that the last one left, test light, places, rays in parts, the picture, and the
     // frame that it leaves.
     let parts = rest(&mut session, usize::MAX);
     assert!(parts > 6, "{parts}");
